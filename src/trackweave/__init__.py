@@ -1,0 +1,1 @@
+"""Turns reports of many sensors into tracks of many objects."""

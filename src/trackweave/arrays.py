@@ -1,0 +1,107 @@
+"""The one place that casts and checks arrays that come from outside."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trackweave.errors import InvalidInputError
+
+__all__ = ["FloatArray", "IntArray", "float_array", "int_array", "require_finite"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:
+    """Return the values as a contiguous float64 array of the expected shape.
+
+    Parameters
+    ----------
+    values
+        Anything that NumPy turns into numbers.
+    name
+        What the error message calls it.
+    shape
+        Expected length of each axis; None where any length will do.
+
+    Returns
+    -------
+    A C-contiguous float64 array; the input itself when it already is one.
+
+    Raises
+    ------
+    InvalidInputError
+        If the values are not numbers or the shape differs.
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as err:
+        raise InvalidInputError(f"{name}: {values!r:.80}; expected numbers") from err
+    # ascontiguousarray turns a scalar into one dimension, which a shape of () must not hide.
+    _require_shape(array if np.ndim(values) else array.reshape(()), name, shape)
+    return array
+
+
+def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntArray:
+    """Return the values as a contiguous int64 array of the expected shape.
+
+    Parameters
+    ----------
+    values
+        Whole numbers; floats are taken when they are whole.
+    name
+        What the error message calls it.
+    shape
+        Expected length of each axis; None where any length will do.
+
+    Returns
+    -------
+    A C-contiguous int64 array.
+
+    Raises
+    ------
+    InvalidInputError
+        If the values are not whole numbers or the shape differs.
+    """
+    raw = np.asarray(values)
+    if raw.size == 0:
+        raw = raw.astype(np.int64)
+    if raw.dtype.kind == "f" and np.all(np.isfinite(raw)) and np.all(raw == np.floor(raw)):
+        raw = raw.astype(np.int64)
+    if raw.dtype.kind not in "iu":
+        raise InvalidInputError(f"{name}: {values!r:.80}; expected whole numbers")
+    _require_shape(raw, name, shape)
+    return np.ascontiguousarray(raw, dtype=np.int64)
+
+
+def require_finite(array: FloatArray, name: str) -> None:
+    """Refuse NaN and infinity, naming the first place.
+
+    Parameters
+    ----------
+    array
+        The values.
+    name
+        What the error message calls them.
+
+    Raises
+    ------
+    InvalidInputError
+        If any value is NaN or infinite.
+    """
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        place = tuple(int(index) for index in bad[0])
+        raise InvalidInputError(f"{name}{list(place)}: {array[place]}; expected a finite number")
+
+
+def _require_shape(array: NDArray[np.generic], name: str, shape: Sequence[int | None]) -> None:
+    fits = array.ndim == len(shape) and all(
+        wanted is None or wanted == came for wanted, came in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        wanted_text = ", ".join("any" if n is None else str(n) for n in shape)
+        raise InvalidInputError(
+            f"{name}: an array of shape {array.shape}; expected shape ({wanted_text})"
+        )

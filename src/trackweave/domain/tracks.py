@@ -1,0 +1,75 @@
+"""What is known of objects, as columns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+
+__all__ = ["COASTING", "CONFIRMED", "STATUSES", "TENTATIVE", "TrackTable"]
+
+TENTATIVE, CONFIRMED, COASTING = 0, 1, 2
+STATUSES = ("tentative", "confirmed", "coasting")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackTable:
+    """States of tracks, one row per track and time.
+
+    Parameters
+    ----------
+    time
+        Time of each row [s], shape (rows,).
+    track
+        Identifier of the track, shape (rows,).
+    status
+        TENTATIVE, CONFIRMED or COASTING, shape (rows,).
+    mean
+        Position [m] then velocity [m/s], shape (rows, 2 dim): x, y[, z], vx, vy[, vz].
+    covariance
+        Covariance of the mean, shape (rows, 2 dim, 2 dim).
+    score
+        Cost of the track's reports against "all false alarms" [nats]; smaller is more credible.
+    hits
+        Number of reports that the track has taken, shape (rows,).
+    last_update
+        Time of the last report taken [s], shape (rows,).
+    """
+
+    time: FloatArray
+    track: IntArray
+    status: IntArray
+    mean: FloatArray
+    covariance: FloatArray
+    score: FloatArray
+    hits: IntArray
+    last_update: FloatArray
+
+    def __len__(self) -> int:
+        return self.time.shape[0]
+
+    @property
+    def dim(self) -> int:
+        """Number of spatial dimensions, 2 or 3."""
+        return self.mean.shape[1] // 2
+
+    @classmethod
+    def concatenate(cls, tables: "list[TrackTable]", dim: int) -> "TrackTable":
+        """Return the rows of all tables, one after the other; ``dim`` serves an empty list."""
+        if not tables:
+            return cls.empty(dim)
+        return cls(
+            *(
+                np.concatenate([getattr(table, name) for table in tables])
+                for name in cls.__dataclass_fields__
+            )
+        )
+
+    @classmethod
+    def empty(cls, dim: int) -> "TrackTable":
+        """Return a table without rows for objects in ``dim`` spatial dimensions."""
+        none, nobody = np.empty(0), np.empty(0, dtype=np.int64)
+        n = 2 * dim
+        return cls(
+            none, nobody, nobody, np.empty((0, n)), np.empty((0, n, n)), none, nobody, none
+        )

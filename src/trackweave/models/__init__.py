@@ -1,0 +1,1 @@
+"""How objects move, what sensors measure, and on which plane."""
