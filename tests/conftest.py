@@ -1,0 +1,59 @@
+"""What all tests share: a cache of compiled kernels that follows the sources, and fixtures."""
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCE = ROOT / "src" / "trackweave"
+# No kernel imports from these, so that editing them need not compile anything anew.
+WITHOUT_KERNELS = {
+    "cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
+    "simulation",
+}  # fmt: skip
+
+
+def kernel_sources() -> list[Path]:
+    """Return the files on which compiled kernels may depend."""
+    files = sorted(SOURCE.rglob("*.py"))
+    return [file for file in files if file.relative_to(SOURCE).parts[0] not in WITHOUT_KERNELS]
+
+
+def _cache_folder() -> Path:
+    """Return a folder named for the sources: numba does not see edits of a callee elsewhere."""
+    digest = hashlib.sha256()
+    for file in kernel_sources():
+        digest.update(str(file.relative_to(SOURCE)).encode() + b"\0" + file.read_bytes())
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    folder = Path(tempfile.gettempdir()) / f"trackweave-kernels-{user}" / digest.hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+# Before anything imports numba, which reads these once.
+os.environ["NUMBA_CACHE_DIR"] = str(_cache_folder())
+os.environ.setdefault("MPLBACKEND", "agg")
+
+# The same examples at each run; HYPOTHESIS_PROFILE=explore looks for new ones.
+settings.register_profile(
+    "steady",
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile("explore", parent=settings.get_profile("steady"), derandomize=False)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Return the folder of recordings beside the checkout, or skip the test."""
+    folder = ROOT.parent / "shared"
+    if not folder.is_dir():
+        pytest.skip("the recordings are not beside the checkout")
+    return folder
