@@ -37,12 +37,12 @@ class TruthTable:
     velocity: FloatArray | None = None
 
     def __len__(self) -> int:
-        return self.time.shape[0]
+        return len(self.time)
 
     @property
     def dim(self) -> int:
         """Number of spatial dimensions, 2 or 3."""
-        return self.position.shape[1]
+        return int(self.position.shape[1])
 
     @classmethod
     def from_columns(
@@ -99,6 +99,7 @@ class TruthTable:
         if twice.size:
             row = int(twice[0])
             raise InvalidInputError(
-                f"target {names[row]!r}: two rows at time {times[row]}; expected one place at a time"
+                f"target {names[row]!r}: two rows at time {times[row]}; "
+                "expected one place at a time"
             )
         return cls(times, names, positions[order], velocities)

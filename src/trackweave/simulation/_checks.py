@@ -1,0 +1,171 @@
+"""Checks of a scenario's values, worded alike: key, value, what was expected."""
+
+import math
+from collections.abc import Sequence
+
+from trackweave.errors import InvalidInputError
+
+__all__ = ["flag", "number", "text", "vector", "whole"]
+
+
+def number(
+    value: object, key: str, *, above: float = -math.inf, low: float = -math.inf,
+    high: float = math.inf,
+) -> float:  # fmt: skip
+    """Return a finite number with ``above < value`` and ``low <= value <= high``.
+
+    Parameters
+    ----------
+    value
+        What came.
+    key
+        What the error message calls it.
+    above
+        The value must be greater than this.
+    low
+        The value must be at least this.
+    high
+        The value must be at most this.
+
+    Returns
+    -------
+    The value as a float.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is no finite number or lies outside.
+    """
+    parts = []
+    if above > -math.inf:
+        parts.append(f"above {above:g}")
+    if low > -math.inf:
+        parts.append(f"of at least {low:g}")
+    if high < math.inf:
+        parts.append(f"of at most {high:g}")
+    if _is_number(value):
+        found = float(value)  # type: ignore[arg-type]  # narrowed by _is_number
+        if math.isfinite(found) and found > above and low <= found <= high:
+            return found
+    wanted = f"a number {' and '.join(parts)}" if parts else "a finite number"
+    raise InvalidInputError(f"{key}: {value!r}; expected {wanted}")
+
+
+def whole(value: object, key: str, low: int) -> int:
+    """Return a whole number that is at least ``low``.
+
+    Parameters
+    ----------
+    value
+        What came.
+    key
+        What the error message calls it.
+    low
+        The least value.
+
+    Returns
+    -------
+    The value as an int.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is no whole number or too small.
+    """
+    is_whole = isinstance(value, int) or hasattr(value, "__index__")
+    if is_whole and not isinstance(value, bool) and int(value) >= low:  # type: ignore[call-overload]
+        return int(value)  # type: ignore[call-overload,no-any-return]
+    raise InvalidInputError(f"{key}: {value!r}; expected a whole number of at least {low}")
+
+
+def vector(value: object, key: str, dim: int | None = None) -> tuple[float, ...]:
+    """Return two or three finite numbers.
+
+    Parameters
+    ----------
+    value
+        What came.
+    key
+        What the error message calls it.
+    dim
+        How many numbers there must be; None for two or three.
+
+    Returns
+    -------
+    The numbers as a tuple.
+
+    Raises
+    ------
+    InvalidInputError
+        If they are not that many finite numbers.
+    """
+    wanted = "two or three" if dim is None else {1: "one", 2: "two", 3: "three"}[dim]
+    lengths = (2, 3) if dim is None else (dim,)
+    items = _items(value)
+    if items is not None and len(items) in lengths and all(_is_number(item) for item in items):
+        numbers = tuple(float(item) for item in items)  # type: ignore[arg-type]
+        if all(math.isfinite(item) for item in numbers):
+            return numbers
+    raise InvalidInputError(f"{key}: {value!r}; expected {wanted} finite numbers")
+
+
+def text(value: object, key: str) -> str:
+    """Return a text that is not empty.
+
+    Parameters
+    ----------
+    value
+        What came.
+    key
+        What the error message calls it.
+
+    Returns
+    -------
+    The text.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is no text or empty.
+    """
+    if isinstance(value, str) and value.strip():
+        return value
+    raise InvalidInputError(f"{key}: {value!r}; expected a text that is not empty")
+
+
+def flag(value: object, key: str) -> bool:
+    """Return true or false.
+
+    Parameters
+    ----------
+    value
+        What came.
+    key
+        What the error message calls it.
+
+    Returns
+    -------
+    The value.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is anything else.
+    """
+    if isinstance(value, bool):
+        return value
+    raise InvalidInputError(f"{key}: {value!r}; expected true or false")
+
+
+def _is_number(value: object) -> bool:
+    # NumPy's scalars are numbers too; true and false are not.
+    return hasattr(value, "__float__") and not isinstance(value, bool | str)
+
+
+def _items(value: object) -> list[object] | None:
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return list(value)
+    if hasattr(value, "tolist"):
+        listed = value.tolist()
+        return listed if isinstance(listed, list) else None
+    return None

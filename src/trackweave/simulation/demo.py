@@ -1,0 +1,56 @@
+"""The scene of ``trackweave demo``: three radars at a harbour's mouth."""
+
+from trackweave.simulation.scenario import Area, Scenario, SimulatedSensor
+from trackweave.simulation.targets import Crossing, Manoeuvre, Parallel, Target
+
+__all__ = ["demo_scenario"]
+
+
+def demo_scenario() -> Scenario:
+    """Return three radars that take turns, and nine boats: three cross, two go side by side.
+
+    Returns
+    -------
+    Sixty scans, one every two seconds. Each radar turns once in six seconds, misses one boat in
+    seven and adds some eight false alarms a turn.
+    """
+    radars = tuple(
+        SimulatedSensor(
+            name=name,
+            sigma=8.0,
+            detection_probability=0.86,
+            clutter_per_scan=8.0,
+            scan_period=6.0,
+            start_offset=2.0 * turn,
+            position=position,
+        )
+        for turn, (name, position) in enumerate(
+            [
+                ("lighthouse", (60.0, 60.0)),
+                ("pier", (1940.0, 60.0)),
+                ("headland", (1000.0, 1340.0)),
+            ]
+        )
+    )
+    return Scenario(
+        area=Area((0.0, 0.0), (2000.0, 1400.0)),
+        duration=119.0,
+        sensors=radars,
+        crossings=(Crossing((1000.0, 700.0), time=60.0, speed=11.0, count=3, angle_deg=50.0),),
+        parallels=(Parallel((1750.0, 1180.0), (-9.0, 0.5), spacing=70.0),),
+        targets=(
+            Target(
+                (250.0, 120.0),
+                (12.0, 1.0),
+                manoeuvres=(Manoeuvre(start=40.0, duration=24.0, turn_rate_deg_s=3.6),),
+            ),
+            Target(
+                (1780.0, 180.0),
+                (-1.5, 10.0),
+                manoeuvres=(Manoeuvre(start=50.0, duration=30.0, turn_rate_deg_s=2.6),),
+            ),
+            Target((140.0, 1220.0), (6.0, -6.5), end=96.0),
+            Target((620.0, 80.0), (-4.0, 9.0), start=30.0),
+        ),
+        process_noise=0.02,
+    )

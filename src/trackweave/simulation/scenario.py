@@ -1,0 +1,301 @@
+"""What a simulation is made of: an area, sensors, targets."""
+
+import math
+from dataclasses import dataclass
+
+from trackweave.errors import InvalidInputError
+from trackweave.simulation._checks import flag, number, text, vector, whole
+from trackweave.simulation.targets import Crossing, Parallel, Target
+
+__all__ = ["Area", "RandomTargets", "Scenario", "SimulatedSensor"]
+
+# A slip of a unit (a period in microseconds, say) must not fill the memory.
+MOST_SCANS = 1_000_000
+MOST_RANDOM_TARGETS = 100_000
+MOST_FALSE_ALARMS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """The box in which random targets live and which the sensors watch.
+
+    Parameters
+    ----------
+    low
+        Least coordinate along each axis [m], two or three numbers.
+    high
+        Greatest coordinate along each axis [m], each above ``low``.
+    margin
+        How far the sensors watch beyond the box on every side [m]; at least 0.
+
+    Raises
+    ------
+    InvalidInputError
+        If the box is empty or a value is out of range.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        low = vector(self.low, "low")
+        high = vector(self.high, "high", len(low))
+        if not all(least < most for least, most in zip(low, high, strict=True)):
+            raise InvalidInputError(f"high: {self.high!r}; expected numbers above low {low!r}")
+        _set(self, "low", low)
+        _set(self, "high", high)
+        _set(self, "margin", number(self.margin, "margin", low=0.0))
+
+    @property
+    def dim(self) -> int:
+        """Number of spatial dimensions, 2 or 3."""
+        return len(self.low)
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedSensor:
+    """A sensor that reports positions from time to time, with noise, misses and false alarms.
+
+    Parameters
+    ----------
+    name
+        What the reports call it.
+    sigma
+        Standard deviation of a report [m]: one number, or one per axis. Must be positive.
+    detection_probability
+        Chance to report a target that it watches, above 0 and at most 1.
+    clutter_per_scan
+        Expected false alarms in a scan, spread evenly over what it watches; at least 0.
+    scan_period
+        Seconds from scan to scan. Must be positive.
+    start_offset
+        Time of its first scan [s]; at least 0.
+    position
+        Where it stands [m], one number per axis; None for the origin.
+    max_range
+        How far it sees from there [m]; infinite for the whole area. Must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    name: str
+    sigma: float | tuple[float, ...]
+    scan_period: float
+    detection_probability: float = 0.9
+    clutter_per_scan: float = 0.0
+    start_offset: float = 0.0
+    position: tuple[float, ...] | None = None
+    max_range: float = math.inf
+
+    def __post_init__(self) -> None:
+        text(self.name, "name")
+        raw: object = self.sigma
+        if hasattr(raw, "__len__") and not isinstance(raw, str):
+            sigmas = vector(raw, "sigma")
+            _set(self, "sigma", tuple(number(sigma, "sigma", above=0.0) for sigma in sigmas))
+        else:
+            _set(self, "sigma", number(raw, "sigma", above=0.0))
+        _set(self, "scan_period", number(self.scan_period, "scan_period", above=0.0))
+        chance = number(self.detection_probability, "detection_probability", above=0.0, high=1.0)
+        _set(self, "detection_probability", chance)
+        clutter = number(
+            self.clutter_per_scan, "clutter_per_scan", low=0.0, high=MOST_FALSE_ALARMS
+        )
+        _set(self, "clutter_per_scan", clutter)
+        _set(self, "start_offset", number(self.start_offset, "start_offset", low=0.0))
+        if self.position is not None:
+            _set(self, "position", vector(self.position, "position"))
+        if self.max_range != math.inf:
+            _set(self, "max_range", number(self.max_range, "max_range", above=0.0))
+
+    def sigmas(self, dim: int) -> tuple[float, ...]:
+        """Return the standard deviation along each of ``dim`` axes [m]."""
+        return self.sigma if isinstance(self.sigma, tuple) else (self.sigma,) * dim
+
+    def place(self, dim: int) -> tuple[float, ...]:
+        """Return where it stands [m]."""
+        return (0.0,) * dim if self.position is None else self.position
+
+
+@dataclass(frozen=True, slots=True)
+class RandomTargets:
+    """Targets that appear anywhere in the area, move in any direction, and disappear.
+
+    Parameters
+    ----------
+    count
+        How many there are at the start; at least 0.
+    speed
+        Least and greatest speed [m/s], at least 0; drawn evenly, level in three dimensions.
+    birth_rate
+        Expected new targets per second in the whole area; at least 0.
+    survival
+        Chance to live on through each second, above 0 and at most 1.
+    stay_inside
+        True: a target's place and heading are drawn so that its course stays in the area for
+        as long as it lives. False: it goes anywhere, and disappears where it leaves the area.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    count: int
+    speed: tuple[float, float]
+    birth_rate: float = 0.0
+    survival: float = 1.0
+    stay_inside: bool = True
+
+    def __post_init__(self) -> None:
+        count = whole(self.count, "count", low=0)
+        if count > MOST_RANDOM_TARGETS:
+            raise InvalidInputError(f"count: {count}; expected at most {MOST_RANDOM_TARGETS}")
+        _set(self, "count", count)
+        least, greatest = vector(self.speed, "speed", 2)
+        if not 0 <= least <= greatest:
+            raise InvalidInputError(
+                f"speed: {self.speed!r}; expected a least speed of at least 0 and a greatest "
+                "not below it"
+            )
+        _set(self, "speed", (least, greatest))
+        _set(self, "birth_rate", number(self.birth_rate, "birth_rate", low=0.0))
+        _set(self, "survival", number(self.survival, "survival", above=0.0, high=1.0))
+        flag(self.stay_inside, "stay_inside")
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A scene to simulate.
+
+    Parameters
+    ----------
+    area
+        The box that is watched.
+    duration
+        How long [s]. Must be positive.
+    sensors
+        At least one; their names differ.
+    targets
+        Targets one by one.
+    crossings
+        Groups of targets that meet at a point.
+    parallels
+        Groups of targets side by side.
+    random
+        Targets left to chance; None for no such targets.
+    process_noise
+        Power spectral density of every target's random acceleration [m²/s³]; at least 0.
+    seed
+        Seed of the generator where none other is given; at least 0. ``simulate`` takes its
+        generator as an argument and does not read it.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range, dimensions disagree, or a name comes twice.
+    """
+
+    area: Area
+    duration: float
+    sensors: tuple[SimulatedSensor, ...]
+    targets: tuple[Target, ...] = ()
+    crossings: tuple[Crossing, ...] = ()
+    parallels: tuple[Parallel, ...] = ()
+    random: RandomTargets | None = None
+    process_noise: float = 0.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        _set(self, "duration", number(self.duration, "duration", above=0.0))
+        _set(self, "process_noise", number(self.process_noise, "process_noise", low=0.0))
+        _set(self, "seed", whole(self.seed, "seed", low=0))
+        for key in ("sensors", "targets", "crossings", "parallels"):
+            _set(self, key, tuple(getattr(self, key)))
+        if not self.sensors:
+            raise InvalidInputError("sensors: none; expected at least one")
+        _check_dimensions(self)
+        _check_names("sensors", [sensor.name for sensor in self.sensors])
+        _check_names("targets", [target.name for target in self.explicit_targets()])
+        n_scans = sum(self.duration / sensor.scan_period for sensor in self.sensors)
+        if n_scans > MOST_SCANS:
+            raise InvalidInputError(
+                f"sensors: {n_scans:.3g} scans in {self.duration:g} s; "
+                f"expected at most {MOST_SCANS}"
+            )
+        if (
+            self.random is not None
+            and self.random.birth_rate * self.duration > MOST_RANDOM_TARGETS
+        ):
+            raise InvalidInputError(
+                f"random.birth_rate: {self.random.birth_rate:g}; expected at most "
+                f"{MOST_RANDOM_TARGETS} births in {self.duration:g} s"
+            )
+
+    def explicit_targets(self) -> tuple[Target, ...]:
+        """Return all targets but the random ones, each with a name.
+
+        Returns
+        -------
+        Single targets, then those of crossings and parallels. One without a name is called by
+        its number, counted from 1.
+        """
+        everyone = list(self.targets)
+        groups: tuple[Crossing | Parallel, ...] = (*self.crossings, *self.parallels)
+        for group in groups:
+            everyone.extend(group.targets())
+        return tuple(
+            target if target.name is not None else _named(target, str(place))
+            for place, target in enumerate(everyone, start=1)
+        )
+
+
+def _named(target: Target, name: str) -> Target:
+    return Target(
+        target.position,
+        target.velocity,
+        target.start,
+        target.end,
+        target.at,
+        target.manoeuvres,
+        name,
+    )
+
+
+def _check_dimensions(scenario: Scenario) -> None:
+    dim = scenario.area.dim
+    for place, sensor in enumerate(scenario.sensors):
+        for key in ("sigma", "position"):
+            value = getattr(sensor, key)
+            if isinstance(value, tuple) and len(value) != dim:
+                raise InvalidInputError(
+                    f"sensors[{place}].{key}: {value!r}; expected {dim} numbers, as the area has"
+                )
+    for kind in ("targets", "crossings", "parallels"):
+        for place, thing in enumerate(getattr(scenario, kind)):
+            if thing.dim != dim:
+                raise InvalidInputError(
+                    f"{kind}[{place}]: {thing.dim} dimensions; expected {dim}, as the area has"
+                )
+            if thing.start > scenario.duration:
+                raise InvalidInputError(
+                    f"{kind}[{place}].start: {thing.start:g}; expected at most the duration "
+                    f"{scenario.duration:g}"
+                )
+
+
+def _check_names(kind: str, names: list[str | None]) -> None:
+    seen: set[str | None] = set()
+    for place, name in enumerate(names):
+        if name in seen:
+            raise InvalidInputError(f"{kind}[{place}].name: {name!r} comes twice; expected once")
+        seen.add(name)
+
+
+def _set(thing: object, key: str, value: object) -> None:
+    # Frozen dataclasses keep the checked and converted value this way.
+    object.__setattr__(thing, key, value)

@@ -1,0 +1,110 @@
+"""Scenarios from TOML files, every mistake named by file, key, value and what was expected."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from trackweave.errors import InvalidInputError
+from trackweave.simulation.scenario import Area, RandomTargets, Scenario, SimulatedSensor
+from trackweave.simulation.targets import Crossing, Manoeuvre, Parallel, Target
+
+__all__ = ["read_scenario"]
+
+
+def read_scenario(path: str | Path) -> Scenario:
+    """Return the scenario that a TOML file describes.
+
+    The keys are those of ``Scenario`` and its parts; see the reference page "Scenario files".
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    The checked scenario.
+
+    Raises
+    ------
+    InvalidInputError
+        If the file cannot be read, is not TOML, or holds a key or value that does not fit.
+    """
+    file = Path(path)
+    try:
+        table = tomllib.loads(file.read_bytes().decode("utf-8"))
+    except OSError as err:
+        raise InvalidInputError(f"{file}: {err.strerror}; expected a scenario file") from err
+    except UnicodeDecodeError as err:
+        raise InvalidInputError(f"{file}: byte {err.start} is not UTF-8; expected TOML") from err
+    except tomllib.TOMLDecodeError as err:
+        raise InvalidInputError(f"{file}: {err}; expected TOML") from err
+    try:
+        return _scenario(table)
+    except InvalidInputError as err:
+        raise InvalidInputError(f"{file}, {err}") from err
+
+
+def _scenario(table: dict[str, Any]) -> Scenario:
+    values = _known(Scenario, table, "")
+    for key, build in _PARTS.items():
+        if key in values:
+            values[key] = build(key, values[key])
+    return Scenario(**values)
+
+
+def _known(kind: type[Any], table: object, path: str) -> dict[str, Any]:
+    """Return the table's values; refuse unknown keys, missing keys and what is no table."""
+    if not isinstance(table, dict):
+        raise InvalidInputError(f"{path}: {table!r}; expected a table of keys and values")
+    inside = f"{path}." if path else ""
+    keys = [field.name for field in fields(kind)]
+    for key, value in table.items():
+        if key not in keys:
+            raise InvalidInputError(
+                f"{inside}{key}: {value!r:.60}; expected one of the keys {', '.join(keys)}"
+            )
+    for field in fields(kind):
+        needed = field.default is MISSING and field.default_factory is MISSING
+        if needed and field.name not in table:
+            raise InvalidInputError(f"{inside}{field.name}: missing; expected a value")
+    return dict(table)
+
+
+def _table(kind: type[Any]) -> Callable[[str, object], Any]:
+    """Return a builder of one table of this kind."""
+
+    def build(path: str, table: object) -> Any:
+        values = _known(kind, table, path)
+        if "manoeuvres" in values:
+            values["manoeuvres"] = _tables(Manoeuvre)(f"{path}.manoeuvres", values["manoeuvres"])
+        try:
+            return kind(**values)
+        except InvalidInputError as err:
+            raise InvalidInputError(f"{path}.{err}") from err
+
+    return build
+
+
+def _tables(kind: type[Any]) -> Callable[[str, object], tuple[Any, ...]]:
+    """Return a builder of an array of tables of this kind."""
+    build_one = _table(kind)
+
+    def build(path: str, tables: object) -> tuple[Any, ...]:
+        if not isinstance(tables, list):
+            raise InvalidInputError(f"{path}: {tables!r:.60}; expected tables [[{path}]]")
+        return tuple(build_one(f"{path}[{place}]", each) for place, each in enumerate(tables))
+
+    return build
+
+
+_PARTS: dict[str, Callable[[str, object], Any]] = {
+    "area": _table(Area),
+    "sensors": _tables(SimulatedSensor),
+    "targets": _tables(Target),
+    "crossings": _tables(Crossing),
+    "parallels": _tables(Parallel),
+    "random": _table(RandomTargets),
+}
