@@ -7,10 +7,37 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.domain.scans import Scan
 from trackweave.domain.frames import LocalFrame
+from trackweave.domain.scans import Scan
 
-__all__ = ["ReportTable"]
+__all__ = ["BadRow", "ReportTable"]
+
+
+@dataclass(frozen=True, slots=True)
+class BadRow:
+    """A row of a table that cannot be used, and why.
+
+    Parameters
+    ----------
+    row
+        Number of the data record, 1 for the first after the header.
+    column
+        The column with the fault, None when the row as a whole is at fault.
+    found
+        What was there, as text.
+    expected
+        What should have been there.
+    """
+
+    row: int
+    column: str | None
+    found: str
+    expected: str
+
+    def message(self, source: str) -> str:
+        """Return the sentence that tells of the row, ``source`` being the file's name."""
+        place = f"row {self.row}" + ("" if self.column is None else f", column {self.column}")
+        return f"{source}, {place}: {self.found}; expected {self.expected}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +69,11 @@ class ReportTable:
         The plane on which latitudes and longitudes were laid, None for plane coordinates.
     iso_time
         Whether times came as ISO 8601 (seconds are then counted from 1970 UTC).
+    skipped
+        Rows that were left out because they could not be used, in the file's order.
+    kind
+        The kind of table that came in and in which results go back: "polars" (also for files),
+        "pandas" or "pyarrow".
     """
 
     time: FloatArray
@@ -54,14 +86,16 @@ class ReportTable:
     carried: Mapping[str, Any] = field(default_factory=dict)
     frame: LocalFrame | None = None
     iso_time: bool = False
+    skipped: tuple[BadRow, ...] = ()
+    kind: str = "polars"
 
     def __len__(self) -> int:
-        return self.time.shape[0]
+        return len(self.time)
 
     @property
     def dim(self) -> int:
         """Number of spatial dimensions, 2 or 3."""
-        return self.measurement.shape[1]
+        return int(self.measurement.shape[1])
 
     def scans(self) -> Iterator[Scan]:
         """Yield the scans in order of time, then sensor.

@@ -1,0 +1,246 @@
+"""Which rows of a table are bad, and why."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import BadRow
+from trackweave.errors import DataFormatError
+from trackweave.io.columns import (
+    BoolArray,
+    Numbers,
+    cell_text,
+    empty_cells,
+    read_numbers,
+    read_text,
+)
+from trackweave.io.tables import OnBadRow, RawTable
+from trackweave.io.times import Times, read_times
+
+__all__ = ["Range", "RowChecks"]
+
+# 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
+_LATEST_S = 1e11
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """What a number may be.
+
+    Parameters
+    ----------
+    low
+        The smallest value.
+    high
+        The largest value.
+    expected
+        What a message asks for where there is no number, or a negative one where a positive is
+        wanted.
+    positive
+        Whether zero and less count as no number at all.
+    """
+
+    low: float
+    high: float
+    expected: str = "a finite number"
+    positive: bool = False
+
+    @property
+    def limits(self) -> str:
+        """What a message asks for where a number is too small or too large."""
+        return f"{'a positive number' if self.positive else 'a number'} " + (
+            f"from {self.low:g} to {self.high:g}"
+        )
+
+
+class RowChecks:
+    """Reads the columns of a table and keeps the first complaint about each row.
+
+    Parameters
+    ----------
+    table
+        The raw columns.
+    """
+
+    def __init__(self, table: RawTable) -> None:
+        self._table = table
+        self._reasons: list[tuple[str, str]] = []
+        self._complaint = np.full(len(table), -1, dtype=np.int64)
+
+    @property
+    def name(self) -> str:
+        """What messages call the table."""
+        return self._table.name
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return self._table.columns.columns
+
+    @property
+    def listed_columns(self) -> str:
+        """The columns' names as messages show them."""
+        listed = ", ".join(repr(name)[1:-1] or "(without a name)" for name in self.names)
+        return f"the columns are {listed:.200}"
+
+    @property
+    def good(self) -> BoolArray:
+        """Rows without a complaint so far."""
+        return self._complaint < 0
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    def column(self, name: str) -> pl.Series:
+        """Return a raw column."""
+        return self._table.columns[name]
+
+    def has(self, name: str) -> bool:
+        """Return whether the table has the column and any cell of it is filled."""
+        return name in self.names and not empty_cells(self.column(name)).all()
+
+    def require(self, name: str, expected: str) -> None:
+        """Refuse the table where a column is missing.
+
+        Parameters
+        ----------
+        name
+            The column's name.
+        expected
+            What it should hold.
+
+        Raises
+        ------
+        DataFormatError
+            If there is no such column; the message lists those that there are.
+        """
+        if name in self.names:
+            return
+        same = [found for found in self.names if found.lower() == name]
+        found = f"only {same[0]}" if same else "missing"
+        raise DataFormatError(
+            f"{self.name}, column {name}: {found}; expected {expected} ({self.listed_columns})"
+        )
+
+    def refuse(self, column: str, where: BoolArray, expected: str) -> None:
+        """Complain about the cells of a column.
+
+        Parameters
+        ----------
+        column
+            The column's name.
+        where
+            The rows that are bad.
+        expected
+            What should be there.
+        """
+        fresh = where & self.good
+        if fresh.any():
+            self._complaint[fresh] = len(self._reasons)
+            self._reasons.append((column, expected))
+
+    def numbers(self, name: str, within: Range, *, optional: bool = False) -> FloatArray:
+        """Return a column's numbers, complaining of every cell that is not as it should be.
+
+        Parameters
+        ----------
+        name
+            The column's name.
+        within
+            What a number may be.
+        optional
+            Whether a cell may be empty.
+
+        Returns
+        -------
+        The numbers; NaN in empty cells and in bad rows.
+        """
+        return self._checked(name, read_numbers(self.column(name)), within, optional=optional)
+
+    def whole_numbers(self, name: str, within: Range) -> FloatArray:
+        """Return a column's whole numbers; other parameters as ``numbers``."""
+        values = self.numbers(name, within)
+        self.refuse(name, self.good & (values != np.floor(values)), within.expected)
+        return values
+
+    def times(self, name: str, *, optional: bool = False) -> tuple[FloatArray, bool]:
+        """Return a column's times [s] and whether they came as ISO 8601.
+
+        Parameters
+        ----------
+        name
+            The column's name.
+        optional
+            Whether a cell may be empty.
+
+        Returns
+        -------
+        Seconds, NaN in bad rows, and whether they are counted from 1970 UTC.
+        """
+        times: Times = read_times(self.column(name))
+        within = Range(-_LATEST_S, _LATEST_S, times.expected)
+        return self._checked(name, times.numbers, within, optional=optional), times.iso
+
+    def text(self, name: str, expected: str | None = None) -> pl.Series:
+        """Return a column as text.
+
+        Parameters
+        ----------
+        name
+            The column's name.
+        expected
+            What an empty cell should hold; None where it may be empty.
+
+        Returns
+        -------
+        Text, null where a cell is empty.
+        """
+        column = read_text(self.column(name))
+        if expected is not None:
+            self.refuse(name, column.is_null().to_numpy(), expected)
+        return column
+
+    def finish(self, on_bad_row: OnBadRow) -> tuple[BadRow, ...]:
+        """Return the rows that are left out, or refuse the table.
+
+        Parameters
+        ----------
+        on_bad_row
+            Whether a bad row is an error or is left out.
+
+        Returns
+        -------
+        The bad rows in the table's order, none where a bad row is an error.
+
+        Raises
+        ------
+        DataFormatError
+            If a row is bad while bad rows are errors, or no row is good.
+        """
+        bad = np.flatnonzero(~self.good)
+        if bad.size and on_bad_row == "fail":
+            raise DataFormatError(self._bad_row(int(bad[0])).message(self.name))
+        skipped = (*self._table.skipped, *(self._bad_row(int(place)) for place in bad))
+        in_order = tuple(sorted(skipped, key=lambda bad_row: bad_row.row))
+        if bad.size == len(self):
+            first = in_order[0].message(self.name)
+            raise DataFormatError(f"{first} (and none of the other rows is usable)")
+        return in_order
+
+    def _checked(
+        self, name: str, numbers: Numbers, within: Range, *, optional: bool
+    ) -> FloatArray:
+        values = numbers.values
+        nothing = np.isnan(values) & ~numbers.missing if optional else np.isnan(values)
+        if within.positive:
+            nothing = nothing | (values <= 0)
+        self.refuse(name, nothing, within.expected)
+        self.refuse(name, (values < within.low) | (values > within.high), within.limits)
+        return values
+
+    def _bad_row(self, place: int) -> BadRow:
+        column, expected = self._reasons[self._complaint[place]]
+        found = cell_text(self.column(column), place)
+        return BadRow(int(self._table.row[place]), column, found, expected)

@@ -1,0 +1,156 @@
+"""Cells become numbers and text."""
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+
+__all__ = [
+    "BoolArray",
+    "Numbers",
+    "cell_text",
+    "empty_cells",
+    "read_numbers",
+    "read_text",
+    "text_array",
+]
+
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+_LONGEST_CELL = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A column read as numbers.
+
+    Parameters
+    ----------
+    values
+        The numbers; NaN where there is none.
+    missing
+        Where the cell is empty.
+    unreadable
+        Where the cell holds something else than a number.
+    """
+
+    values: FloatArray
+    missing: BoolArray
+    unreadable: BoolArray
+
+
+def read_numbers(column: pl.Series) -> Numbers:
+    """Return a column's numbers, and where it has none.
+
+    Parameters
+    ----------
+    column
+        Text or numbers; blanks around a number in text are allowed.
+
+    Returns
+    -------
+    The numbers; NaN and infinities are numbers here.
+    """
+    if column.dtype == pl.String:
+        numbers = column.cast(pl.Float64, strict=False)
+        if numbers.null_count() > column.null_count():
+            column = column.str.strip_chars()
+            numbers = column.cast(pl.Float64, strict=False)
+        missing = column.is_null() | (column == "").fill_null(value=False)
+    elif column.dtype.is_numeric() or column.dtype == pl.Null:
+        numbers, missing = column.cast(pl.Float64, strict=False), column.is_null()
+    else:
+        numbers, missing = pl.Series([None] * len(column), dtype=pl.Float64), column.is_null()
+    unreadable = numbers.is_null() & ~missing
+    values = numbers.to_numpy() if numbers.null_count() == 0 else _with_nan(numbers)
+    return Numbers(values, missing.to_numpy(), unreadable.to_numpy())
+
+
+def empty_cells(column: pl.Series) -> BoolArray:
+    """Return where a column has empty or blank cells.
+
+    Parameters
+    ----------
+    column
+        Values of any type.
+
+    Returns
+    -------
+    One truth value per cell.
+    """
+    missing = column.is_null()
+    if column.dtype == pl.String:
+        missing = missing | (column.str.strip_chars() == "").fill_null(value=False)
+    return missing.to_numpy()
+
+
+def read_text(column: pl.Series) -> pl.Series:
+    """Return a column as text without blanks around it, null where a cell is empty.
+
+    Parameters
+    ----------
+    column
+        Values of any type; whole numbers lose their decimal point, so that 3.0 becomes "3".
+
+    Returns
+    -------
+    The same number of cells, of type text.
+    """
+    if column.dtype.is_float():
+        column = column.fill_nan(None)
+        whole = column.is_null() | ((column == column.floor()) & (column.abs() < 2.0**53))
+        column = column.cast(pl.Int64 if whole.all() else pl.String)
+    if column.dtype != pl.String:
+        try:
+            column = column.cast(pl.String)
+        except pl.exceptions.PolarsError:  # lists, structures, objects
+            texts = [None if value is None else str(value) for value in column.to_list()]
+            column = pl.Series(column.name, texts, dtype=pl.String)
+    column = column.str.strip_chars()
+    return column.set(column == "", None) if (column == "").any() else column
+
+
+def text_array(column: pl.Series) -> np.ndarray[Any, Any]:
+    """Return text as an array of Python strings, empty where the cell is null.
+
+    Parameters
+    ----------
+    column
+        Text.
+
+    Returns
+    -------
+    Strings, dtype object.
+    """
+    return column.fill_null("").to_numpy().astype(object, copy=False)
+
+
+def cell_text(column: pl.Series, place: int) -> str:
+    """Return one cell as a message shows it: short, on one line, "(empty)" when there is nothing.
+
+    Parameters
+    ----------
+    column
+        The column.
+    place
+        The cell's position, 0 for the first.
+
+    Returns
+    -------
+    Printable text.
+    """
+    value = column[place]
+    text = "(empty)" if value is None else str(value)
+    if text.strip() == "":
+        text = "(blank)" if text else "(empty)"
+    if not text.isprintable():
+        text = repr(text)
+    return text if len(text) <= _LONGEST_CELL else text[: _LONGEST_CELL - 1] + "…"
+
+
+def _with_nan(numbers: pl.Series) -> FloatArray:
+    return numbers.fill_null(float("nan")).to_numpy()

@@ -1,0 +1,154 @@
+"""Tables of reports, from files and from other libraries."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.reports import ReportTable
+from trackweave.io.checks import Range, RowChecks
+from trackweave.io.columns import text_array
+from trackweave.io.positions import Positions, read_positions, require_origin
+from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table
+
+__all__ = ["ONLY_SENSOR", "read_reports"]
+
+# The name of the sensor of a table without a column for it, as in [sensors.default].
+ONLY_SENSOR = "default"
+
+_SIGMA = Range(1e-6, 1e9, expected="a positive number", positive=True)
+_SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
+_SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
+
+
+def read_reports(
+    source: TableSource,
+    *,
+    frame_origin: tuple[float, float] | None = None,
+    on_bad_row: OnBadRow = "fail",
+) -> ReportTable:
+    """Read reports and check every value.
+
+    Columns: ``time`` (seconds, or ISO 8601); ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m];
+    optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] (an empty cell
+    leaves it to the sensor), ``report`` (an identifier, else the row's number), ``scan`` (a whole
+    number) and ``target``. All other columns are carried along.
+
+    Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
+    Tracking is in three dimensions only where every report has an altitude. The altitude itself
+    is then z, and the horizontal position is that of the point below on the ellipsoid, so that it
+    does not depend on altitude.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
+    frame_origin
+        Latitude and longitude [degrees] of the plane's origin; None to take the median position,
+        rounded to 1e-4 degrees.
+    on_bad_row
+        "fail" to refuse a table with a bad row; "skip" to leave bad rows out and list them in
+        ``skipped`` of the result.
+
+    Returns
+    -------
+    The reports, sorted by time, then sensor, then row.
+
+    Raises
+    ------
+    InvalidInputError
+        If the source is no table, or the origin no position.
+    DataFormatError
+        If the table is not one of reports, or has a bad row; the message names file, row and
+        column, what was there and what was expected.
+    """
+    frame = None if frame_origin is None else require_origin(frame_origin)
+    table = load_table(source, on_bad_row)
+    checks = RowChecks(table)
+    checks.require("time", "seconds or ISO 8601 times")
+    time, iso_time = checks.times("time")
+    sensor_names = _sensor_names(checks)
+    positions = read_positions(checks, frame)
+    sigma = _sigma(checks, positions.values.shape[1])
+    scan = checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None
+    identifiers = _identifiers(checks, table)
+    skipped = checks.finish(on_bad_row)
+
+    good = np.flatnonzero(checks.good)
+    sensors, code = _numbered(sensor_names.gather(good))
+    order = np.lexsort((code, time[good]))
+    rows = good[order]
+    return ReportTable(
+        time=time[rows],
+        sensor=code[order],
+        sensors=sensors,
+        measurement=positions.values[rows],
+        sigma=sigma[rows],
+        report=text_array(identifiers.gather(rows)),
+        scan=None if scan is None else scan[rows].astype(np.int64),
+        carried=_carried(checks, table, positions, rows),
+        frame=positions.frame,
+        iso_time=iso_time,
+        skipped=skipped,
+        kind=table.kind,
+    )
+
+
+def _sensor_names(checks: RowChecks) -> pl.Series:
+    if "sensor" in checks.names:
+        return checks.text("sensor", "the name or number of a sensor")
+    return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
+
+
+def _sigma(checks: RowChecks, dim: int) -> FloatArray:
+    nothing = np.full(len(checks), np.nan)
+    columns = [
+        checks.numbers(name, _SIGMA, optional=True) if name in checks.names else nothing
+        for name in _SIGMA_COLUMNS[:dim]
+    ]
+    return np.stack(columns, axis=-1)
+
+
+def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
+    """Return each report's identifier; one that an earlier good row has is a fault."""
+    if "report" not in checks.names:
+        return pl.Series("report", table.row).cast(pl.String)
+    identifiers = checks.text("report", "an identifier")
+    good = np.flatnonzero(checks.good)
+    again = np.zeros(len(checks), dtype=bool)
+    again[good] = ~identifiers.gather(good).is_first_distinct().to_numpy()
+    checks.refuse("report", again, "an identifier that no row before has")
+    return identifiers
+
+
+def _numbered(names: pl.Series) -> tuple[tuple[str, ...], IntArray]:
+    """Return the different names, numbers first and by size, and each row's place among them."""
+    different = sorted(names.unique().to_list(), key=_natural_order)
+    places = pl.Series(range(len(different)), dtype=pl.Int64)
+    code = names.replace_strict(pl.Series(different), places, return_dtype=pl.Int64)
+    return tuple(different), code.to_numpy()
+
+
+def _natural_order(name: str) -> tuple[bool, float, str]:
+    try:
+        number = float(name)
+    except ValueError:
+        number = np.nan
+    return (True, 0.0, name) if np.isnan(number) else (False, number, name)
+
+
+def _carried(
+    checks: RowChecks, table: RawTable, positions: Positions, rows: IntArray
+) -> Mapping[str, Any]:
+    """Return the columns that nothing here reads, and the targets as text."""
+    dim = positions.values.shape[1]
+    read = {"time", "sensor", "report", "scan", *positions.columns, *_SIGMA_COLUMNS[:dim]}
+    carried: dict[str, Any] = {}
+    for name in checks.names:
+        if name == "target":
+            carried[name] = text_array(checks.text(name).gather(rows))
+        elif name not in read:
+            carried[name] = table.columns[name].gather(rows)
+    return carried

@@ -1,0 +1,176 @@
+"""A file or a table of another library becomes a table of raw columns."""
+
+import gzip
+import os
+import zlib
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+import polars as pl
+from narwhals.typing import IntoDataFrame
+
+from trackweave.arrays import IntArray
+from trackweave.domain.reports import BadRow
+from trackweave.errors import DataFormatError
+
+__all__ = ["ENDINGS", "OnBadRow", "RawTable", "TableSource", "file_ending", "load_table"]
+
+OnBadRow: TypeAlias = Literal["fail", "skip"]
+TableSource: TypeAlias = str | os.PathLike[str] | IntoDataFrame
+
+ENDINGS = (".csv", ".csv.gz", ".parquet")
+
+
+@dataclass(frozen=True, slots=True)
+class RawTable:
+    """Columns as they came: text from CSV, typed from Parquet and from other libraries.
+
+    Parameters
+    ----------
+    name
+        What messages call the source.
+    columns
+        The columns; null where a cell is empty.
+    row
+        Number of each row's data record, 1 for the first after the header.
+    skipped
+        Rows that have too few or too many cells to be placed in columns.
+    kind
+        Library that the table came from: "polars" (also for files), "pandas" or "pyarrow".
+    """
+
+    name: str
+    columns: pl.DataFrame
+    row: IntArray
+    skipped: tuple[BadRow, ...] = field(default=())
+    kind: str = "polars"
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+
+def load_table(source: TableSource, on_bad_row: OnBadRow = "fail") -> RawTable:
+    """Return the raw columns of a file or of a table of another library.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
+    on_bad_row
+        Whether a row with too few or too many cells is an error or is left out.
+
+    Returns
+    -------
+    The columns and the number of each row.
+
+    Raises
+    ------
+    DataFormatError
+        If the source cannot be read as a table, or has no rows.
+    """
+    if isinstance(source, str | os.PathLike):
+        table = _load_file(Path(source), on_bad_row)
+    else:
+        from trackweave.io.frames_in import from_native
+
+        table = from_native(source)
+    if len(table) == 0 and not table.skipped:
+        raise DataFormatError(f"{table.name}: no data rows; expected at least one")
+    return table
+
+
+def file_ending(path: Path) -> str:
+    """Return the ending that says how a file is written: .csv, .csv.gz or .parquet.
+
+    Parameters
+    ----------
+    path
+        The file's path; upper and lower case are the same.
+
+    Returns
+    -------
+    One of ``ENDINGS``.
+
+    Raises
+    ------
+    DataFormatError
+        If the ending is another one.
+    """
+    name = path.name.lower()
+    for ending in ENDINGS:
+        if name.endswith(ending):
+            return ending
+    raise DataFormatError(f"{path}: unknown file ending; expected {', '.join(ENDINGS)}")
+
+
+def _load_file(path: Path, on_bad_row: OnBadRow) -> RawTable:
+    name = str(path)
+    ending, data = _read_bytes(path)
+    if ending == ".parquet":
+        return _parse_parquet(data, name)
+    if ending == ".csv.gz":
+        data = _unzip(data, name)
+    elif data.startswith(b"\x1f\x8b"):
+        raise DataFormatError(f"{name}: gzip data; expected text, or a name that ends in .csv.gz")
+    from trackweave.io.csv_text import parse_csv
+
+    return parse_csv(data, name, on_bad_row)
+
+
+def _read_bytes(path: Path) -> tuple[str, bytes]:
+    """Return a file's ending and content."""
+    try:
+        _require_regular_file(path)
+        return file_ending(path), path.read_bytes()
+    except DataFormatError:
+        raise
+    except PermissionError as err:
+        raise DataFormatError(f"{path}: no permission to read the file") from err
+    except OSError as err:
+        raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
+    except ValueError as err:  # a NUL in the name
+        raise DataFormatError(f"{str(path)!r}: not a file name") from err
+
+
+def _require_regular_file(path: Path) -> None:
+    # Opening a pipe would wait for ever.
+    if path.is_dir():
+        raise DataFormatError(f"{path}: a directory; expected a file")
+    if not path.exists():
+        raise DataFormatError(f"{path}: no such file")
+    if not path.is_file():
+        raise DataFormatError(f"{path}: not a regular file; expected a file")
+
+
+def _unzip(data: bytes, name: str) -> bytes:
+    try:
+        return gzip.decompress(data)
+    except EOFError as err:
+        raise DataFormatError(f"{name}: gzip data end too early; expected a whole file") from err
+    except (OSError, zlib.error) as err:
+        raise DataFormatError(f"{name}: damaged or no gzip data; expected a whole file") from err
+
+
+def _parse_parquet(data: bytes, name: str) -> RawTable:
+    # Polars prints to standard error when it panics on a damaged file, so look first.
+    if len(data) < 12 or data[:4] != b"PAR1" or data[-4:] != b"PAR1":
+        raise DataFormatError(f"{name}: damaged or no Parquet data; expected a whole file")
+    try:
+        frame = pl.read_parquet(BytesIO(data), use_statistics=False)
+    except Exception as err:
+        raise DataFormatError(f"{name}: damaged Parquet data ({_first_line(err)})") from err
+    except BaseException as err:
+        # A panic of polars derives from BaseException only.
+        if type(err).__name__ != "PanicException":
+            raise
+        raise DataFormatError(f"{name}: damaged Parquet data") from err
+    if frame.width == 0:
+        raise DataFormatError(f"{name}: no columns; expected a table of reports")
+    return RawTable(name, frame, np.arange(1, frame.height + 1))
+
+
+def _first_line(err: Exception) -> str:
+    return (str(err).splitlines() or [type(err).__name__])[0][:120]
