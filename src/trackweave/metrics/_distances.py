@@ -1,0 +1,79 @@
+"""Distances between two sets of places, and the checks that the metrics share."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.distance import cdist
+
+from trackweave.arrays import FloatArray, float_array, require_finite
+from trackweave.errors import InvalidInputError
+
+__all__ = ["check_cutoff", "check_order", "distances", "places"]
+
+
+def distances(truth: FloatArray, tracks: FloatArray) -> FloatArray:
+    """Return the distance [m] of each true place from each track, shape (truth, tracks)."""
+    if not (len(truth) and len(tracks)):
+        return np.empty((len(truth), len(tracks)))
+    return np.asarray(cdist(truth, tracks), dtype=np.float64)
+
+
+def places(values: ArrayLike | Sequence[Sequence[float]], name: str) -> FloatArray:
+    """Return places as a checked array of shape (places, dim).
+
+    Parameters
+    ----------
+    values
+        One row per place [m]; an empty list is no places at all.
+    name
+        What the error message calls them.
+
+    Returns
+    -------
+    A float64 array.
+
+    Raises
+    ------
+    InvalidInputError
+        If the shape does not fit or a value is not finite.
+    """
+    if np.size(values) == 0:
+        return np.empty((0, 1))
+    array = float_array(values, name, (None, None))
+    require_finite(array, name)
+    return array
+
+
+def check_cutoff(cutoff: float) -> None:
+    """Refuse a cutoff that is no positive finite number.
+
+    Parameters
+    ----------
+    cutoff
+        The distance [m] from which a track counts as far away.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is not positive and finite.
+    """
+    if not (np.isfinite(cutoff) and cutoff > 0):
+        raise InvalidInputError(f"cutoff: {cutoff}; expected a finite number above 0")
+
+
+def check_order(order: float) -> None:
+    """Refuse an order below 1, which makes no metric.
+
+    Parameters
+    ----------
+    order
+        The exponent of a distance.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is not finite and at least 1.
+    """
+    if not (np.isfinite(order) and order >= 1):
+        raise InvalidInputError(f"order: {order}; expected a finite number of at least 1")

@@ -1,0 +1,100 @@
+"""How rightly reports were assigned to tracks."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.errors import InvalidInputError
+
+__all__ = ["AssignmentQuality", "assignment_quality"]
+
+NOBODY = -1
+
+
+@dataclass(frozen=True, slots=True)
+class AssignmentQuality:
+    """How rightly reports were assigned, under the best one-to-one naming of tracks.
+
+    Parameters
+    ----------
+    right_share
+        Share of reports that are right: those of a target on its own track, and false alarms on
+        none; None without reports.
+    idf1
+        Twice the reports of targets on their own tracks over the reports of targets plus the
+        assigned reports; None where there are neither.
+    purity
+        Share of the assigned reports that come from their track's most frequent target; None
+        where none is assigned.
+    n_reports
+        Number of reports.
+    """
+
+    right_share: float | None
+    idf1: float | None
+    purity: float | None
+    n_reports: int
+
+
+def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> AssignmentQuality:
+    """Return how rightly each report was given to a track.
+
+    Parameters
+    ----------
+    targets
+        The target behind each report: text or number; None, NaN, empty text or a negative number
+        for a false alarm.
+    tracks
+        The track that each report was given to, in the same order; likewise for none.
+
+    Returns
+    -------
+    The shares over all reports.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are not as many tracks as targets.
+    """
+    target, n_targets = _codes(targets)
+    track, n_tracks = _codes(tracks)
+    if target.size != track.size:
+        raise InvalidInputError(
+            f"tracks: {track.size} values; expected {target.size}, one for each report"
+        )
+    true, given = target != NOBODY, track != NOBODY
+    shared = np.zeros((n_targets, n_tracks))
+    np.add.at(shared, (target[true & given], track[true & given]), 1)
+    agreed = float(shared[linear_sum_assignment(shared, maximize=True)].sum())
+    n_right = agreed + np.count_nonzero(~true & ~given)
+    n_true, n_given = np.count_nonzero(true), np.count_nonzero(given)
+    return AssignmentQuality(
+        right_share=n_right / target.size if target.size else None,
+        idf1=2 * agreed / (n_true + n_given) if n_true + n_given else None,
+        purity=_most_frequent(shared) / n_given if n_given else None,
+        n_reports=target.size,
+    )
+
+
+def _most_frequent(shared: FloatArray) -> float:
+    return float(shared.max(axis=0, initial=0.0).sum())
+
+
+def _codes(labels: Iterable[Any]) -> tuple[IntArray, int]:
+    """Return a number from 0 for each different label, NOBODY for none."""
+    numbers: dict[Any, int] = {}
+    codes = [
+        NOBODY if _is_nobody(label) else numbers.setdefault(label, len(numbers))
+        for label in (labels.tolist() if isinstance(labels, np.ndarray) else labels)
+    ]
+    return np.array(codes, dtype=np.int64), len(numbers)
+
+
+def _is_nobody(label: Any) -> bool:
+    if label is None or isinstance(label, str):
+        return not label
+    return bool(label < 0 or label != label)  # NaN alone differs from itself

@@ -1,0 +1,194 @@
+"""Truth and tracks side by side at the truth's times."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.domain.truth import TruthTable
+from trackweave.errors import InvalidInputError
+from trackweave.metrics._distances import distances
+
+__all__ = ["Moment", "Moments", "Presence", "align"]
+
+# Times that were written to a file and read back may differ in the last digits.
+SAME_TIME_S = 1e-6
+PERIODS_OF_GAP = 1.5
+
+
+class Presence(NamedTuple):
+    """Who was where: rows grouped by time, those of time k in ``first[k]:first[k + 1]``."""
+
+    first: IntArray
+    identity: IntArray
+    position: FloatArray
+
+
+class Moment(NamedTuple):
+    """One time: who was there, and how far [m] each target was from each track."""
+
+    time: float
+    targets: IntArray
+    tracks: IntArray
+    distance: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """Truth and tracks at common times; identifiers are replaced by numbers from 0.
+
+    Parameters
+    ----------
+    time
+        The truth's times [s], ascending.
+    truth
+        Targets at each time.
+    tracks
+        Tracks at each time.
+    n_targets
+        Number of different targets.
+    n_tracks
+        Number of different tracks, also those that live at none of the times.
+    """
+
+    time: FloatArray
+    truth: Presence
+    tracks: Presence
+    n_targets: int
+    n_tracks: int
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __iter__(self) -> Iterator[Moment]:
+        for place, time in enumerate(self.time):
+            true = slice(self.truth.first[place], self.truth.first[place + 1])
+            tracked = slice(self.tracks.first[place], self.tracks.first[place + 1])
+            yield Moment(
+                float(time),
+                self.truth.identity[true],
+                self.tracks.identity[tracked],
+                distances(self.truth.position[true], self.tracks.position[tracked]),
+            )
+
+
+class _Points(NamedTuple):
+    """Rows of one side, sorted by identity, then time."""
+
+    time: FloatArray
+    identity: IntArray
+    position: FloatArray
+    n_identities: int
+
+
+def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | None) -> Moments:
+    """Return truth and tracks at the truth's times.
+
+    A track's position between two of its rows is interpolated linearly. Before its first and
+    after its last row it is not there, nor in a gap that is too long.
+
+    Parameters
+    ----------
+    truth
+        Where targets were. Only its times count.
+    tracks
+        Rows of tracks in any order. Of a ``TrackTable`` only confirmed and coasting rows count;
+        other tables with identifiers of any kind come as a ``TruthTable``, all of whose rows do.
+    max_gap
+        Longest time between two rows of a track that is bridged [s]; None for 1.5 times the
+        tracks' own period, which is the interval between rows that half of all tracked time
+        lies in or below.
+
+    Returns
+    -------
+    Both sides at each time.
+
+    Raises
+    ------
+    InvalidInputError
+        If the dimensions differ, or the gap is negative or not a number.
+    """
+    points = _points(tracks)
+    if len(truth) and points.time.size and truth.dim != points.position.shape[1]:
+        raise InvalidInputError(
+            f"tracks: {points.position.shape[1]} dimensions; expected {truth.dim}, as truth has"
+        )
+    bridged = _usual_gap(points) if max_gap is None else max_gap
+    if not bridged >= 0:
+        raise InvalidInputError(f"max_gap: {max_gap}; expected at least 0 seconds")
+    times = np.unique(truth.time)
+    targets, codes = np.unique(truth.target.astype(str), return_inverse=True)
+    true = _grouped(
+        np.searchsorted(times, truth.time), codes.reshape(-1), truth.position, times.size
+    )
+    tracked = _interpolated(points, times, bridged)
+    return Moments(times, true, tracked, targets.size, points.n_identities)
+
+
+def _points(tracks: TrackTable | TruthTable) -> _Points:
+    """Return the rows that count, one per identity and time (the last where there are several)."""
+    time: FloatArray
+    names: np.ndarray[Any, Any]
+    if isinstance(tracks, TrackTable):
+        counts = np.flatnonzero(tracks.status >= CONFIRMED)
+        time, names = tracks.time[counts], tracks.track[counts]
+        position = tracks.mean[counts, : tracks.dim]
+    else:
+        time, names, position = tracks.time, tracks.target.astype(str), tracks.position
+    unique, codes = np.unique(names, return_inverse=True)
+    codes = codes.reshape(-1)
+    order = np.lexsort((time, codes))
+    time, codes, position = time[order], codes[order], position[order]
+    last = np.append(
+        (np.diff(time) != 0) | (np.diff(codes) != 0), np.ones(min(1, time.size), bool)
+    )
+    return _Points(time[last], codes[last], position[last], unique.size)
+
+
+def _usual_gap(points: _Points) -> float:
+    """Return the longest gap that is bridged: a little more than the usual interval."""
+    # The median is weighted by time: three radars that take turns within a tenth of a second and
+    # then rest for four seconds have a period of four seconds, not of a tenth.
+    gaps = np.diff(points.time)[np.diff(points.identity) == 0]
+    if gaps.size == 0:
+        return 0.0
+    gaps = np.sort(gaps)
+    covered = np.cumsum(gaps)
+    usual = gaps[np.searchsorted(covered, covered[-1] / 2)]
+    return PERIODS_OF_GAP * float(usual)
+
+
+def _interpolated(points: _Points, times: FloatArray, max_gap: float) -> Presence:
+    dim = points.position.shape[1]
+    when, who = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    where = [np.empty((0, dim))]
+    bounds = np.searchsorted(points.identity, np.arange(points.n_identities + 1))
+    for number in range(points.n_identities):
+        rows = slice(bounds[number], bounds[number + 1])
+        own, position = points.time[rows], points.position[rows]
+        begin = np.searchsorted(times, own[0] - SAME_TIME_S, side="left")
+        end = np.searchsorted(times, own[-1] + SAME_TIME_S, side="right")
+        inside = np.arange(begin, end)
+        after = np.minimum(np.searchsorted(own, times[inside]), own.size - 1)
+        before = np.maximum(after - 1, 0)
+        gap = own[after] - own[before]
+        lapse = np.clip(times[inside] - own[before], 0.0, gap)
+        share = np.divide(lapse, gap, out=np.zeros_like(gap), where=gap > 0)
+        at_row = np.minimum(
+            np.abs(times[inside] - own[before]), np.abs(times[inside] - own[after])
+        )
+        known = (gap <= max_gap + SAME_TIME_S) | (at_row <= SAME_TIME_S)
+        step = share[known, None] * (position[after[known]] - position[before[known]])
+        when.append(inside[known])
+        who.append(np.full(int(known.sum()), number))
+        where.append(position[before[known]] + step)
+    return _grouped(np.concatenate(when), np.concatenate(who), np.concatenate(where), times.size)
+
+
+def _grouped(moment: IntArray, identity: IntArray, position: FloatArray, n_times: int) -> Presence:
+    order = np.lexsort((identity, moment))
+    first = np.searchsorted(moment[order], np.arange(n_times + 1))
+    return Presence(first, identity[order], position[order])
