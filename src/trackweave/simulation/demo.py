@@ -36,7 +36,7 @@ def demo_scenario() -> Scenario:
         area=Area((0.0, 0.0), (2000.0, 1400.0)),
         duration=119.0,
         sensors=radars,
-        crossings=(Crossing((1000.0, 700.0), time=60.0, speed=11.0, count=3, angle_deg=50.0),),
+        crossings=(Crossing((1000.0, 700.0), time=60.0, speed=11.0, count=3, angle_deg=35.0),),
         parallels=(Parallel((1750.0, 1180.0), (-9.0, 0.5), spacing=70.0),),
         targets=(
             Target(
