@@ -32,6 +32,7 @@ TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
 MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200
 NINETY_FIVE_PER_CENT = 2.4477468306808166  # root of the chi-square quantile, two degrees
 DOTS_PER_INCH = 150
+LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +126,7 @@ def _track_lines(tracks: TrackTable) -> Iterator[_Line]:
     shown = np.flatnonzero(tracks.status >= CONFIRMED)
     order = shown[np.lexsort((tracks.time[shown], tracks.track[shown]))]
     names, first = np.unique(tracks.track[order], return_index=True)
-    for name, rows in zip(names, np.split(order, first[1:]), strict=True):
+    for name, rows in zip(names, np.split(order, first)[1:], strict=True):
         yield _Line(str(name), tracks.mean[rows], tracks.covariance[rows])
 
 
@@ -309,7 +310,7 @@ def _draw_frame(scene: Scene, canvas: Canvas, n_tracks: int) -> None:
         if n_tracks <= MOST_DECORATED:
             handles += _legend_of_marks()
     if handles:
-        canvas.figure.legend(
+        legend = canvas.figure.legend(
             handles=handles,
             loc="upper center",
             bbox_to_anchor=(0.5, LEGEND_TOP_IN / canvas.figure.get_figheight()),
@@ -317,6 +318,8 @@ def _draw_frame(scene: Scene, canvas: Canvas, n_tracks: int) -> None:
             frameon=False,
             fontsize=9,
         )
+        for mark in legend.get_lines():
+            mark.set_markersize(max(mark.get_markersize(), LEAST_LEGEND_MARK))
 
 
 def _legend_of_marks() -> list[Line2D]:
@@ -342,4 +345,9 @@ def _title(scene: Scene, n_tracks: int) -> str:
         return scene.title
     span = float(np.ptp(scene.reports.time)) if len(scene.reports) else 0.0
     view = " (seen from above)" if scene.reports.dim == 3 else ""
-    return f"{n_tracks} tracks from {len(scene.reports)} reports in {span:,.0f} s{view}"
+    tracks, reports = _counted(n_tracks, "track"), _counted(len(scene.reports), "report")
+    return f"{tracks} from {reports} in {span:,.0f} s{view}"
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count:,} {thing}{'' if count == 1 else 's'}"
