@@ -97,7 +97,7 @@ class RowChecks:
         """Return a raw column."""
         return self._table.columns[name]
 
-    def has(self, name: str) -> bool:
+    def filled(self, name: str) -> bool:
         """Return whether the table has the column and any cell of it is filled."""
         return name in self.names and not empty_cells(self.column(name)).all()
 
@@ -224,7 +224,7 @@ class RowChecks:
             raise DataFormatError(self._bad_row(int(bad[0])).message(self.name))
         skipped = (*self._table.skipped, *(self._bad_row(int(place)) for place in bad))
         in_order = tuple(sorted(skipped, key=lambda bad_row: bad_row.row))
-        if bad.size == len(self):
+        if bad.size == len(self) and in_order:
             first = in_order[0].message(self.name)
             raise DataFormatError(f"{first} (and none of the other rows is usable)")
         return in_order

@@ -41,7 +41,10 @@ class Positions:
 
 
 def read_positions(checks: RowChecks, frame: LocalFrame | None = None) -> Positions:
-    """Return the positions of a table; ``x,y`` are taken where ``lat,lon`` are there too.
+    """Return the positions of a table.
+
+    Where it has both ``x,y`` and ``lat,lon``, ``lat,lon`` are taken when a plane for them is given
+    and ``x,y`` otherwise.
 
     The third dimension is there when ``z`` has any filled cell (then all must be filled), or
     when ``alt_m`` is filled in every good row.
@@ -63,11 +66,12 @@ def read_positions(checks: RowChecks, frame: LocalFrame | None = None) -> Positi
         If the table has no such columns.
     """
     names = set(checks.names)
-    if {"x", "y"} <= names:
-        columns = ("x", "y", "z") if checks.has("z") else ("x", "y")
+    geodetic = {"lat", "lon"} <= names
+    if {"x", "y"} <= names and not (geodetic and frame):
+        columns = ("x", "y", "z") if checks.filled("z") else ("x", "y")
         values = np.stack([checks.numbers(name, DISTANCE) for name in columns], axis=-1)
         return Positions(values, columns, None)
-    if {"lat", "lon"} <= names:
+    if geodetic:
         return _geodetic(checks, frame)
     later = [name for name in _LATER if name in names]
     if later:
@@ -118,7 +122,7 @@ def _geodetic(checks: RowChecks, frame: LocalFrame | None) -> Positions:
     latitude = checks.numbers("lat", _LATITUDE)
     longitude = checks.numbers("lon", _LONGITUDE)
     altitude = np.zeros(len(checks))
-    if checks.has("alt_m"):
+    if checks.filled("alt_m"):
         altitude = checks.numbers("alt_m", DISTANCE, optional=True)
         solid = not np.isnan(altitude[checks.good]).any()
     else:

@@ -34,7 +34,9 @@ def read_reports(
     Columns: ``time`` (seconds, or ISO 8601); ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m];
     optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] (an empty cell
     leaves it to the sensor), ``report`` (an identifier, else the row's number), ``scan`` (a whole
-    number) and ``target``. All other columns are carried along.
+    number) and ``target``. All other columns are carried along. Where a table has both ``x,y``
+    and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin`` is given and ``x,y`` when
+    not.
 
     Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
     Tracking is in three dimensions only where every report has an altitude. The altitude itself

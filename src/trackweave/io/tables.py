@@ -52,7 +52,9 @@ class RawTable:
         return len(self.row)
 
 
-def load_table(source: TableSource, on_bad_row: OnBadRow = "fail") -> RawTable:
+def load_table(
+    source: TableSource, on_bad_row: OnBadRow = "fail", *, may_be_empty: bool = False
+) -> RawTable:
     """Return the raw columns of a file or of a table of another library.
 
     Parameters
@@ -61,6 +63,8 @@ def load_table(source: TableSource, on_bad_row: OnBadRow = "fail") -> RawTable:
         A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
     on_bad_row
         Whether a row with too few or too many cells is an error or is left out.
+    may_be_empty
+        Whether a table without rows is one.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def load_table(source: TableSource, on_bad_row: OnBadRow = "fail") -> RawTable:
     Raises
     ------
     DataFormatError
-        If the source cannot be read as a table, or has no rows.
+        If the source cannot be read as a table, or has no rows where it must have some.
     """
     if isinstance(source, str | os.PathLike):
         table = _load_file(Path(source), on_bad_row)
@@ -77,7 +81,7 @@ def load_table(source: TableSource, on_bad_row: OnBadRow = "fail") -> RawTable:
         from trackweave.io.frames_in import from_native
 
         table = from_native(source)
-    if len(table) == 0 and not table.skipped:
+    if len(table) == 0 and not table.skipped and not may_be_empty:
         raise DataFormatError(f"{table.name}: no data rows; expected at least one")
     return table
 

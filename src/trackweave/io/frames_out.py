@@ -1,0 +1,206 @@
+"""Results become data frames with the columns that files have."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import STATUSES, TrackTable
+from trackweave.domain.truth import TruthTable
+from trackweave.io.priors import covariance_names, state_names
+from trackweave.io.times import datetime_column
+
+__all__ = ["assignments_frame", "reports_frame", "tracks_frame", "truth_frame"]
+
+
+def tracks_frame(
+    tracks: TrackTable, frame: LocalFrame | None = None, *, iso_time: bool = False
+) -> pl.DataFrame:
+    """Return tracks or a history as a data frame.
+
+    Parameters
+    ----------
+    tracks
+        The rows, whose order is kept.
+    frame
+        When given, columns ``lat,lon[,alt_m]`` tell where on the Earth each position is.
+    iso_time
+        Whether times are written as dates.
+
+    Returns
+    -------
+    ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…,score,hits,last_update``.
+    """
+    dim, n = tracks.dim, 2 * tracks.dim
+    names = state_names(dim)
+    status = pl.Series("status", list(STATUSES)).gather(tracks.status)
+    upper = np.triu_indices(n)
+    covariance = tracks.covariance[:, upper[0], upper[1]]
+    return pl.DataFrame(
+        [
+            _time_column("time", tracks.time, iso_time=iso_time),
+            pl.Series("track", tracks.track, dtype=pl.Int64),
+            status,
+            *_number_columns(names[:dim], tracks.mean[:, :dim]),
+            *_geodetic_columns(tracks.mean[:, :dim], frame),
+            *_number_columns(names[dim:], tracks.mean[:, dim:]),
+            *_number_columns(covariance_names(dim), covariance),
+            pl.Series("score", tracks.score, dtype=pl.Float64),
+            pl.Series("hits", tracks.hits, dtype=pl.Int64),
+            _time_column("last_update", tracks.last_update, iso_time=iso_time),
+        ]
+    )
+
+
+def assignments_frame(
+    reports: ReportTable,
+    track: Mapping[int, int] | IntArray,
+    probability: FloatArray | None = None,
+) -> pl.DataFrame:
+    """Return which report belongs to which track as a data frame.
+
+    Carried columns follow in their order; one whose name is already taken by a column here gets
+    the prefix ``reports_``.
+
+    Parameters
+    ----------
+    reports
+        All reports.
+    track
+        The track of each row of the reports, by row number (absent = false alarm) or as an array
+        (negative = false alarm).
+    probability
+        Probability of each row's assignment, NaN where there is none; None where the method
+        gives none.
+
+    Returns
+    -------
+    ``report,time,sensor,track,probability`` and the carried columns; null = none.
+    """
+    numbers = np.full(len(reports), -1, dtype=np.int64)
+    if isinstance(track, Mapping):
+        numbers[np.fromiter(track.keys(), np.int64, len(track))] = np.fromiter(
+            track.values(), np.int64, len(track)
+        )
+    else:
+        numbers[:] = track
+    chances = np.full(len(reports), np.nan) if probability is None else probability
+    columns = [
+        _text_column("report", reports.report),
+        _time_column("time", reports.time, iso_time=reports.iso_time),
+        _sensor_column(reports),
+        pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
+        pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
+    ]
+    return pl.DataFrame([*columns, *_carried_columns(reports, columns)])
+
+
+def reports_frame(reports: ReportTable) -> pl.DataFrame:
+    """Return reports as a data frame that ``read_reports`` reads back.
+
+    Parameters
+    ----------
+    reports
+        The reports, whose order is kept.
+
+    Returns
+    -------
+    ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]``, then ``sigma_x,…`` and ``scan`` where
+    there are any, and the carried columns.
+    """
+    dim = reports.dim
+    position = _geodetic_columns(reports.measurement, reports.frame)
+    columns = [
+        _text_column("report", reports.report),
+        _time_column("time", reports.time, iso_time=reports.iso_time),
+        _sensor_column(reports),
+        *(position or _number_columns(state_names(dim)[:dim], reports.measurement)),
+    ]
+    if not np.isnan(reports.sigma).all():
+        names = tuple(f"sigma_{axis}" for axis in state_names(dim)[:dim])
+        columns += _number_columns(names, reports.sigma)
+    if reports.scan is not None:
+        columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
+    return pl.DataFrame([*columns, *_carried_columns(reports, columns)])
+
+
+def truth_frame(
+    truth: TruthTable, frame: LocalFrame | None = None, *, iso_time: bool = False
+) -> pl.DataFrame:
+    """Return true positions as a data frame.
+
+    Parameters
+    ----------
+    truth
+        The rows, whose order is kept.
+    frame
+        When given, columns ``lat,lon[,alt_m]`` tell where on the Earth each position is.
+    iso_time
+        Whether times are written as dates.
+
+    Returns
+    -------
+    ``time,target,x,y[,z][,lat,lon[,alt_m]][,vx,vy[,vz]]``.
+    """
+    dim = truth.dim
+    names = state_names(dim)
+    velocity = [] if truth.velocity is None else _number_columns(names[dim:], truth.velocity)
+    return pl.DataFrame(
+        [
+            _time_column("time", truth.time, iso_time=iso_time),
+            _text_column("target", truth.target),
+            *_number_columns(names[:dim], truth.position),
+            *_geodetic_columns(truth.position, frame),
+            *velocity,
+        ]
+    )
+
+
+def _time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
+    if iso_time:
+        return datetime_column(name, seconds)
+    return pl.Series(name, seconds, dtype=pl.Float64)
+
+
+def _number_columns(names: tuple[str, ...], values: FloatArray) -> list[pl.Series]:
+    return [
+        pl.Series(name, np.ascontiguousarray(values[:, place]), nan_to_null=True)
+        for place, name in enumerate(names)
+    ]
+
+
+def _geodetic_columns(position: FloatArray, frame: LocalFrame | None) -> list[pl.Series]:
+    if frame is None:
+        return []
+    latitude, longitude, altitude = frame.to_geodetic(position)
+    columns = [pl.Series("lat", latitude), pl.Series("lon", longitude)]
+    return [*columns, pl.Series("alt_m", altitude)] if position.shape[1] == 3 else columns
+
+
+def _text_column(name: str, texts: np.ndarray[Any, Any]) -> pl.Series:
+    return pl.Series(name, np.asarray(texts).astype(object), dtype=pl.String)
+
+
+def _sensor_column(reports: ReportTable) -> pl.Series:
+    return pl.Series("sensor", list(reports.sensors), dtype=pl.String).gather(reports.sensor)
+
+
+def _carried_columns(reports: ReportTable, taken: list[pl.Series]) -> list[pl.Series]:
+    names = {column.name for column in taken} | set(reports.carried)
+    columns = []
+    for name, values in reports.carried.items():
+        free = name
+        if name in {column.name for column in taken}:
+            while free in names:
+                free = f"reports_{free}"
+            names.add(free)
+        if isinstance(values, pl.Series):
+            columns.append(values.rename(free))
+        else:
+            column = _text_column(free, np.asarray(values))
+            columns.append(column.set(column == "", None))
+    return columns

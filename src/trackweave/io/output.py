@@ -1,0 +1,186 @@
+"""Files appear whole or not at all.
+
+A set of files is written to a staging directory first, each flushed to the disk, and then moved
+into place by renaming, which takes no space. A new directory appears by one rename. In a
+directory that exists, the old files of ours are moved aside, the new ones in, the record of the
+run last; whatever goes wrong before that, everything is moved back. A staging directory that was
+left by a killed process or a power cut is found by the next run, which undoes an unfinished
+change and removes it.
+"""
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from trackweave.errors import OutputError
+from trackweave.io.run_json import encode_json
+from trackweave.io.staging import Staging, is_staging, recover, remove_abandoned
+
+__all__ = ["RECORD", "OutputDirectory"]
+
+RECORD = "run.json"
+
+
+class OutputDirectory:
+    """A directory for the files of one run: new, empty, or that of an earlier run of ours.
+
+    A directory is ours when its run.json is an object with the key ``trackweave``; only the files
+    that it lists under ``files`` are ever replaced or removed. A missing parent is created. A
+    symbolic link to a directory is followed; a dangling one is refused.
+
+    Parameters
+    ----------
+    path
+        Where the files go.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+
+    def check(self) -> None:
+        """Refuse a place where ``write`` would fail, before any work is done.
+
+        Raises
+        ------
+        OutputError
+            If the path is a file, a directory that is not empty and not ours, or not writable.
+        """
+        with _translated(self.path):
+            target = self._target()
+            if target.is_dir():
+                self._recover_in(target)
+                self._old_files(target)
+            place = target
+            while not place.exists():
+                place = place.parent
+            if not place.is_dir():
+                raise OutputError(f"{self.path}: {place} is a file; expected a directory")
+            if not os.access(place, os.W_OK | os.X_OK):
+                raise OutputError(f"{self.path}: no permission to write in {place}")
+
+    def write(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
+        """Write all files and run.json, or nothing.
+
+        Parameters
+        ----------
+        files
+            Each file's name, without folders, and content.
+        record
+            Content of run.json; it must have the key ``trackweave``, the version. The names of
+            all files are added to it as ``files``.
+
+        Raises
+        ------
+        OutputError
+            If the place is refused as by ``check``, or the environment fails, such as by a full
+            disk; then nothing has changed.
+        """
+        contents = _contents(files, record)
+        with _translated(self.path):
+            target = self._target()
+            if target.is_dir():
+                self._recover_in(target)
+                self._replace(target, contents)
+            else:
+                self._create(target, contents)
+
+    def _target(self) -> Path:
+        if self.path.is_symlink() and not self.path.exists():
+            raise OutputError(f"{self.path}: a symbolic link to nowhere; expected a directory")
+        if self.path.exists() and not self.path.is_dir():
+            raise OutputError(f"{self.path}: a file; expected a new or empty directory")
+        return self.path.resolve()
+
+    def _recover_in(self, target: Path) -> None:
+        if not recover(target, RECORD):
+            raise OutputError(f"{self.path}: another run is writing there; expected to be alone")
+
+    def _old_files(self, target: Path) -> list[str]:
+        """Return the names of an earlier run's files, none of an empty directory."""
+        present = {entry.name for entry in target.iterdir() if not is_staging(entry)}
+        if not present:
+            return []
+        record = _read_record(target / RECORD)
+        if record is None:
+            raise OutputError(
+                f"{self.path}: not empty and not a run of trackweave; expected a new or empty "
+                "directory, or an earlier run's"
+            )
+        listed = record.get("files")
+        names = listed if isinstance(listed, list) else []
+        ours = {name for name in names if isinstance(name, str) and _is_plain(name)} | {RECORD}
+        return sorted(name for name in ours & present if (target / name).is_file())
+
+    def _replace(self, target: Path, contents: Mapping[str, bytes]) -> None:
+        old = self._old_files(target)
+        for name in contents:
+            if name not in old and (target / name).exists():
+                raise OutputError(
+                    f"{self.path}: has a {name} that is not of the earlier run; "
+                    "expected only our own files under our names"
+                )
+        # Inside the target: it may be the only place on its disk where we may write.
+        staging = Staging(target)
+        try:
+            staging.fill(contents)
+            staging.swap(target, old, last=RECORD)
+        except BaseException:
+            staging.undo(target, RECORD)
+            raise
+        staging.remove()
+
+    def _create(self, target: Path, contents: Mapping[str, bytes]) -> None:
+        missing = [parent for parent in target.parents if not parent.exists()]
+        staging: Staging | None = None
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            remove_abandoned(target.parent)
+            staging = Staging(target.parent)
+            staging.fill(contents)
+            staging.become(target)
+        except BaseException:
+            if staging is not None:
+                staging.remove()
+            for parent in missing:
+                with contextlib.suppress(OSError):
+                    parent.rmdir()
+            raise
+
+
+def _contents(files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
+    if "trackweave" not in record:
+        raise ValueError("record: no key trackweave; expected the version under it")
+    for name in files:
+        if not _is_plain(name) or name == RECORD:
+            raise ValueError(f"{name!r}: expected the name of a file, without folders")
+    names = sorted([*files, RECORD])
+    return {**files, RECORD: encode_json({**record, "files": names})}
+
+
+def _is_plain(name: str) -> bool:
+    return name not in {"", ".", ".."} and Path(name).name == name and not name.startswith(".")
+
+
+def _read_record(path: Path) -> dict[str, Any] | None:
+    try:
+        record = json.loads(path.read_bytes())
+    except (FileNotFoundError, IsADirectoryError, ValueError, RecursionError):
+        return None
+    return record if isinstance(record, dict) and "trackweave" in record else None
+
+
+@contextlib.contextmanager
+def _translated(path: Path) -> Iterator[None]:
+    """Turn what the system complains of into an OutputError that names the file and the reason."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as err:
+        place = err.filename if isinstance(err.filename, str) else str(path)
+        raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
+    except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
+        raise OutputError(f"{str(path)!r}: not a place for files ({err})") from err

@@ -1,0 +1,218 @@
+"""A hidden directory in which files wait until they are whole, and from which moves are undone.
+
+Layout: ``lock`` (held while its process lives), ``new`` (files not yet in place), ``old`` (files
+moved aside) and, once files are about to be moved, ``journal.json`` (their names). A change is
+complete when the file named as the last has left ``new``; as long as it is there, everything that
+was moved can be moved back, by anybody and as often as one likes.
+"""
+
+import contextlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows: every staging directory then counts as left behind
+    _HAS_LOCKS = False
+else:
+    _HAS_LOCKS = True
+
+__all__ = ["Staging", "is_staging", "recover", "remove_abandoned"]
+
+_PREFIX = ".trackweave-staging-"
+_JOURNAL = "journal.json"
+
+
+class Staging:
+    """A staging directory of this process.
+
+    Parameters
+    ----------
+    folder
+        The directory in which it is made; new files end up on the same disk.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
+        self._lock: int | None = None
+        try:
+            self._lock = _take_lock(self.path)
+        except BaseException:
+            self.remove()
+            raise
+
+    def fill(self, contents: Mapping[str, bytes]) -> None:
+        """Write the files, each flushed to the disk."""
+        new = self.path / "new"
+        new.mkdir()
+        for name, content in contents.items():
+            _write(new / name, content)
+        _flush_directory(new)
+
+    def become(self, target: Path) -> None:
+        """Let the new files appear as a directory that did not exist."""
+        (self.path / "new").rename(target)
+        _flush_directory(target.parent)
+
+    def swap(self, target: Path, old: Iterable[str], last: str) -> None:
+        """Move old files out of a directory and the new ones in.
+
+        Parameters
+        ----------
+        target
+            The directory.
+        old
+            Names of the files to move out.
+        last
+            The new file that is moved last.
+        """
+        new, aside = self.path / "new", self.path / "old"
+        names = {"old": list(old), "new": sorted(entry.name for entry in new.iterdir())}
+        aside.mkdir()
+        _write(self.path / _JOURNAL, json.dumps(names).encode())
+        _flush_directory(self.path)
+        for name in names["old"]:
+            (target / name).rename(aside / name)
+        _flush_directory(aside)
+        for name in sorted(names["new"], key=lambda name: name == last):
+            if name == last:
+                _flush_directory(target)
+            (new / name).rename(target / name)
+        _flush_directory(target)
+
+    def undo(self, target: Path, last: str) -> None:
+        """Move everything back, unless the change is complete, and remove the staging directory.
+
+        Where that fails too, the staging directory stays for the next run to do so.
+
+        Parameters
+        ----------
+        target
+            The directory that was to change.
+        last
+            The new file that is moved last.
+        """
+        with contextlib.suppress(OSError):
+            _move_back(self.path, target, last)
+            self.remove()
+
+    def remove(self) -> None:
+        """Remove the staging directory with all that it holds."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def recover(target: Path, last: str) -> bool:
+    """Undo what killed processes left unfinished in a directory, and remove their staging.
+
+    Parameters
+    ----------
+    target
+        The directory.
+    last
+        The new file that is moved last.
+
+    Returns
+    -------
+    False if a living process is at work there.
+    """
+    return all(_settle(left, target, last) for left in _stagings(target))
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove staging of killed processes for directories that never appeared.
+
+    Parameters
+    ----------
+    folder
+        Where such a directory would have appeared.
+    """
+    for left in _stagings(folder):
+        # One with a journal belongs to a change of the folder itself, which is not ours to undo.
+        if not (left / _JOURNAL).exists():
+            with contextlib.suppress(OSError):
+                _settle(left, folder, last="")
+
+
+def is_staging(entry: Path) -> bool:
+    """Return whether a directory's entry is a staging directory."""
+    return entry.name.startswith(_PREFIX) and entry.is_dir() and not entry.is_symlink()
+
+
+def _stagings(folder: Path) -> list[Path]:
+    return [entry for entry in sorted(folder.iterdir()) if is_staging(entry)]
+
+
+def _settle(left: Path, target: Path, last: str) -> bool:
+    try:
+        lock = _take_lock(left)
+    except BlockingIOError:
+        return False
+    try:
+        _move_back(left, target, last)
+        shutil.rmtree(left)
+    finally:
+        if lock is not None:
+            os.close(lock)
+    return True
+
+
+def _move_back(staging: Path, target: Path, last: str) -> None:
+    new, aside = staging / "new", staging / "old"
+    try:
+        names = json.loads((staging / _JOURNAL).read_bytes())
+    except (FileNotFoundError, ValueError):
+        return  # a journal is whole before anything moves
+    if not (new / last).exists():
+        return
+    for name in names["new"]:
+        in_place = not (new / name).exists() and (target / name).exists()
+        if in_place and (name not in names["old"] or (aside / name).exists()):
+            (target / name).rename(new / name)
+    for name in names["old"]:
+        if (aside / name).exists():
+            (aside / name).rename(target / name)
+    _flush_directory(target)
+
+
+def _take_lock(staging: Path) -> int | None:
+    """Return a descriptor that holds a staging directory's lock, None where locks are unknown."""
+    if not _HAS_LOCKS:
+        return None
+    descriptor = os.open(staging / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise
+    except OSError:  # a file system without locks
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def _write(path: Path, content: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        view = memoryview(content)
+        while view:
+            view = view[os.write(descriptor, view) :]
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _flush_directory(path: Path) -> None:
+    if os.name != "posix":
+        return
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,229 @@
+"""What ``evaluate`` compares: true positions, tracks and assignments."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.tracks import CONFIRMED, STATUSES
+from trackweave.domain.truth import TruthTable
+from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.io.checks import Range, RowChecks
+from trackweave.io.columns import BoolArray, text_array
+from trackweave.io.positions import read_positions
+from trackweave.io.tables import RawTable, TableSource, load_table
+
+__all__ = [
+    "AssignmentTable",
+    "plane_of",
+    "read_assignments",
+    "read_status",
+    "read_tracks",
+    "read_truth",
+]
+
+_SPEED = Range(-1e9, 1e9)
+_STATUS = "tentative, confirmed or coasting"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AssignmentTable:
+    """Which report belongs to which track.
+
+    Parameters
+    ----------
+    report
+        Identifier of each report as text, shape (reports,).
+    track
+        Identifier of its track as text, empty for a false alarm.
+    target
+        The target behind each report as text, empty for a false alarm; None where the table does
+        not know targets.
+    """
+
+    report: np.ndarray[Any, Any]
+    track: np.ndarray[Any, Any]
+    target: np.ndarray[Any, Any] | None
+
+    def __len__(self) -> int:
+        return len(self.report)
+
+
+def plane_of(source: TableSource) -> LocalFrame | None:
+    """Return the plane on which to compare a truth in latitudes and longitudes with tracks.
+
+    Parameters
+    ----------
+    source
+        The truth: a path, or a table of another library.
+
+    Returns
+    -------
+    The plane about the truth's median position; None where the truth has ``x,y``.
+
+    Raises
+    ------
+    DataFormatError
+        If the table cannot be read or has no positions.
+    """
+    return read_positions(RowChecks(load_table(source))).frame
+
+
+def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
+    """Read true positions: ``time,target,x,y[,z][,vx,vy[,vz]]``, or ``lat,lon[,alt_m]``.
+
+    ISO 8601 times become seconds from 1970 UTC. Other columns are passed over, and so are
+    velocities unless every row has them.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
+    frame
+        The plane for latitudes and longitudes, such as that of ``plane_of``.
+
+    Returns
+    -------
+    The truth, sorted by time, then target.
+
+    Raises
+    ------
+    DataFormatError
+        If the table is not one of true positions, or has a bad row.
+    """
+    table = load_table(source)
+    checks = RowChecks(table)
+    truth = _paths(checks, "target", frame)
+    checks.finish("fail")
+    return _as_truth(table, truth)
+
+
+def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
+    """Read what tracks claim: positions of confirmed and coasting tracks, ready for ``evaluate``.
+
+    Tentative rows are left out; where there is no column ``status`` every row counts. Track
+    identifiers may be numbers or text.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
+        have no rows.
+    frame
+        When given, positions are the table's ``lat,lon[,alt_m]`` laid on this plane.
+
+    Returns
+    -------
+    Positions, with the tracks' identifiers in the place of targets.
+
+    Raises
+    ------
+    DataFormatError
+        If the table is not one of tracks, or has a bad row.
+    """
+    table = load_table(source, may_be_empty=True)
+    checks = RowChecks(table)
+    if frame is not None:
+        checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
+    tracks = _paths(checks, "track", frame)
+    claimed = np.ones(len(checks), dtype=bool)
+    if "status" in checks.names:
+        claimed = read_status(checks) >= CONFIRMED
+    checks.finish("fail")
+    return _as_truth(table, tracks, claimed)
+
+
+def read_assignments(source: TableSource) -> AssignmentTable:
+    """Read which report belongs to which track: ``report,track`` and, where known, ``target``.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
+        have no rows.
+
+    Returns
+    -------
+    One row per report, in the order of the table.
+
+    Raises
+    ------
+    DataFormatError
+        If a column is missing, or a report has no identifier or appears twice.
+    """
+    checks = RowChecks(load_table(source, may_be_empty=True))
+    checks.require("report", "identifiers of reports")
+    checks.require("track", "identifiers of tracks, empty for a false alarm")
+    report = checks.text("report", "an identifier")
+    again = ~report.is_first_distinct().to_numpy()
+    checks.refuse("report", again, "an identifier that no row before has")
+    track = text_array(checks.text("track"))
+    target = text_array(checks.text("target")) if "target" in checks.names else None
+    checks.finish("fail")
+    return AssignmentTable(text_array(report), track, target)
+
+
+def read_status(checks: RowChecks) -> np.ndarray[Any, Any]:
+    """Return the codes of a table's column ``status``, -1 in bad rows.
+
+    Parameters
+    ----------
+    checks
+        The table; bad cells are complained of there.
+
+    Returns
+    -------
+    TENTATIVE, CONFIRMED or COASTING, shape (rows,).
+    """
+    words = text_array(checks.text("status"))
+    codes = np.full(len(words), -1, dtype=np.int64)
+    for code, word in enumerate(STATUSES):
+        codes[words == word] = code
+    checks.refuse("status", codes < 0, _STATUS)
+    return codes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Paths:
+    """Columns of positions with a name each, in the table's order."""
+
+    name_column: str
+    time: FloatArray
+    name: np.ndarray[Any, Any]
+    position: FloatArray
+    velocity: FloatArray | None
+
+
+def _paths(checks: RowChecks, name_column: str, frame: LocalFrame | None) -> _Paths:
+    checks.require("time", "seconds or ISO 8601 times")
+    checks.require(name_column, f"identifiers of {name_column}s")
+    time, _ = checks.times("time")
+    name = text_array(checks.text(name_column, "an identifier"))
+    position = read_positions(checks, frame).values
+    velocity_columns = ("vx", "vy", "vz")[: position.shape[1]]
+    velocity = None
+    if all(checks.filled(column) for column in velocity_columns):
+        velocity = np.stack([checks.numbers(column, _SPEED) for column in velocity_columns], -1)
+    return _Paths(name_column, time, name, position, velocity)
+
+
+def _as_truth(table: RawTable, paths: _Paths, rows: BoolArray | None = None) -> TruthTable:
+    chosen = np.ones(len(paths.time), dtype=bool) if rows is None else rows
+    velocity = None if paths.velocity is None else paths.velocity[chosen]
+    try:
+        return TruthTable.from_columns(
+            paths.time[chosen], paths.name[chosen], paths.position[chosen], velocity
+        )
+    except InvalidInputError as err:
+        # Only now does it show that somebody is at two places at one time.
+        names = paths.name.astype(str)
+        order = np.lexsort((names, paths.time, ~chosen))[: int(chosen.sum())]
+        same = (np.diff(paths.time[order]) == 0) & (names[order][1:] == names[order][:-1])
+        row = int(table.row[order[np.flatnonzero(same)[0] + 1]]) if same.any() else 0
+        what = f"{paths.name_column} {paths.name[order[np.flatnonzero(same)[0]]]}"
+        raise DataFormatError(
+            f"{table.name}, row {row}, column {paths.name_column}: {what} a second time at one "
+            "time; expected one row per time"
+        ) from err
