@@ -1,0 +1,211 @@
+"""Tracks that are beyond doubt, and what can be measured on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaln
+from scipy.stats import chi2
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.frames import Frames
+from trackweave.estimation.motion import segments
+
+__all__ = ["Chains", "ball_volume", "chains_of", "detection_share"]
+
+SEGMENT = 6
+STRIDE = 3
+MAX_CHAINS = 300
+MIN_SEGMENTS = 10
+# A segment counts when chance would make fewer than this many as straight for each report.
+FALSE_SEGMENTS_PER_REPORT = 0.0005
+# A predicted place is followed up to this many standard deviations, for so many misses.
+GATE = 3.5
+MAX_MISSES = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chains:
+    """Positions of objects over successive scans, one row per chain.
+
+    Parameters
+    ----------
+    time
+        Times of the scans [s], shape (chains, scans); NaN after the chain's last.
+    position
+        Reports [m], shape (chains, scans, dim); NaN where there was none.
+    speed
+        Speed of each chain's first segment [m/s], shape (chains,).
+    residual
+        Mean squared residual of each chain's first segment from a straight line, per axis [m²].
+    """
+
+    time: FloatArray
+    position: FloatArray
+    speed: FloatArray
+    residual: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Segment:
+    """A piece of a track through successive scans of a block."""
+
+    frames: Frames
+    start: int
+    points: FloatArray
+    residual: float
+
+
+def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
+    """Return the volume of a ball [m² or m³]."""
+    unit = np.exp(dim / 2 * np.log(np.pi) - gammaln(dim / 2 + 1))
+    return np.asarray(unit * np.asarray(radius) ** dim)
+
+
+def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:
+    """Return tracks that chance would hardly make.
+
+    Parameters
+    ----------
+    blocks
+        A sensor's scans.
+    speed
+        Greatest speed of an object [m/s].
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³].
+
+    Returns
+    -------
+    The chains, or None where none stands out.
+    """
+    found = []
+    for frames in blocks:
+        length = min(SEGMENT, len(frames))
+        for start in range(0, len(frames) - length + 1, STRIDE):
+            found += _sure_segments(frames, start, start + np.arange(length), speed, density)
+    if not found:
+        return None
+    found = found[:: -(-len(found) // MAX_CHAINS)]
+    return _extend(found)
+
+
+def detection_share(
+    blocks: list[Frames], speed: float, density: float
+) -> tuple[float, float] | None:
+    """Return how often an object is reported, by leaving one scan out.
+
+    Tracks that are sure from three scans before and three after say where their object was
+    between; what lies there above what chance puts there is the detections.
+
+    Parameters
+    ----------
+    blocks
+        A sensor's scans.
+    speed
+        Greatest speed of an object [m/s].
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³].
+
+    Returns
+    -------
+    A share, which noise may take beyond 1, and its standard error, wider in a crowd, where pieces
+    take wrong reports; None where there are too few tracks to tell.
+    """
+    around = np.array([-3, -2, -1, 1, 2, 3])
+    found = [
+        (segment, middle)
+        for frames in blocks
+        for middle in range(3, len(frames) - 3)
+        for segment in _sure_segments(frames, middle - 3, middle + around, speed, density)
+    ]
+    if len(found) < MIN_SEGMENTS:
+        return None
+    # A piece that took a wrong report is bent: half of the pieces are enough.
+    limit = float(np.median([segment.residual for segment, _ in found]))
+    sigma = np.sqrt(limit)
+    excess = []
+    for segment, middle in found:
+        if segment.residual > limit:
+            continue
+        time = segment.frames.time[middle + around]
+        place, spread = _continue(time, segment.points, segment.frames.time[middle], sigma)
+        excess.append(_excess(segment.frames.position[middle], place, 3.0 * spread))
+    inside = float(chi2.cdf(9.0, found[0][0].points.shape[1]))
+    share = np.array(excess) / inside
+    crowd = density * float(ball_volume(3.0 * sigma, found[0][0].points.shape[1]))
+    return float(share.mean()), float(np.hypot(share.std() / np.sqrt(share.size), crowd / 2))
+
+
+def _sure_segments(
+    frames: Frames, start: int, chosen: IntArray, speed: float, density: float
+) -> list[_Segment]:
+    """Return the segments through the chosen scans that chance would hardly make."""
+    if chosen.size < 3:
+        return []
+    part = Frames(frames.time[chosen], [frames.position[k] for k in chosen])
+    dim = part.position[0].shape[1]
+    pieces, rss = segments(part, 0, chosen.size, speed)
+    freedom = chosen.size - 2
+    n_starts = max(1.0, density * float(ball_volume(speed * (part.time[1] - part.time[0]), dim)))
+    chance = n_starts * (density * ball_volume(np.sqrt(rss / freedom), dim)) ** freedom
+    sure = np.flatnonzero(chance < FALSE_SEGMENTS_PER_REPORT)
+    return [
+        _Segment(
+            frames,
+            start,
+            np.array([part.position[k][index] for k, index in enumerate(pieces[piece])]),
+            float(rss[piece]) / (freedom * dim),
+        )
+        for piece in sure
+    ]
+
+
+def _extend(found: list[_Segment]) -> Chains:
+    """Follow each segment while what it continues with is beyond doubt."""
+    length = max(len(segment.frames) - segment.start for segment in found)
+    dim = found[0].points.shape[1]
+    sigma = float(np.sqrt(np.median([segment.residual for segment in found])))
+    times = np.full((len(found), length), np.nan)
+    positions = np.full((len(found), length, dim), np.nan)
+    for time, position, segment in zip(times, positions, found, strict=True):
+        after = segment.frames.time[segment.start :]
+        n = segment.points.shape[0]
+        time[:n], position[:n] = after[:n], segment.points
+        misses = 0
+        for step in range(n, after.size):
+            known = np.flatnonzero(np.isfinite(position[:, 0]))[-SEGMENT:]
+            place, spread = _continue(time[known], position[known], after[step], sigma)
+            reports = segment.frames.position[segment.start + step]
+            distance = np.linalg.norm(reports - place, axis=1)
+            near = np.flatnonzero(distance <= GATE * spread)
+            misses = 0 if near.size else misses + 1
+            if near.size > 1 or misses > MAX_MISSES:
+                break
+            time[step] = after[step]
+            if near.size:
+                position[step] = reports[near[0]]
+    speed = [_speed(s.frames.time[s.start : s.start + len(s.points)], s.points) for s in found]
+    return Chains(times, positions, np.array(speed), np.array([s.residual for s in found]))
+
+
+def _speed(time: FloatArray, points: FloatArray) -> float:
+    centred = time - time.mean()
+    return float(np.linalg.norm(centred @ points / np.dot(centred, centred)))
+
+
+def _continue(
+    time: FloatArray, points: FloatArray, ahead: float, sigma: float
+) -> tuple[FloatArray, float]:
+    """Return where a straight line leads, and the standard deviation of a report there."""
+    centred = time - time.mean()
+    spread = float(np.dot(centred, centred))
+    lever = ahead - time.mean()
+    place = points.mean(axis=0) + lever * (centred @ points) / spread
+    return place, float(sigma * np.sqrt(1 + 1 / time.size + lever**2 / spread))
+
+
+def _excess(reports: FloatArray, place: FloatArray, radius: float) -> float:
+    """Return how many reports lie in a ball above what the shell around it leads to expect."""
+    distance = np.linalg.norm(reports - place, axis=1)
+    inner = int(np.count_nonzero(distance <= radius))
+    outer = int(np.count_nonzero(distance <= 2 * radius)) - inner
+    return inner - outer / (2.0**place.size - 1)

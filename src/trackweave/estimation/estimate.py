@@ -1,0 +1,244 @@
+"""What a configuration leaves out, estimated from the reports."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.chains import Chains, chains_of, detection_share
+from trackweave.estimation.frames import frames_of
+from trackweave.estimation.motion import reach
+from trackweave.estimation.noise import noise_of_chains
+
+__all__ = ["Estimates", "SensorEstimate", "estimate"]
+
+# Before the data speak: a usual radar, trusted to ± 0.1.
+USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
+DETECTION_RANGE = (0.5, 0.98)
+# Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
+USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
+SURE_LENGTH = 8
+
+
+@dataclass(frozen=True, slots=True)
+class SensorEstimate:
+    """What one sensor's reports tell of it.
+
+    Parameters
+    ----------
+    scan_period
+        Time from scan to scan [s]; None where it does not scan.
+    sigma
+        Standard deviation of a report along an axis [m].
+    detection_probability
+        Chance that a scan reports an object.
+    clutter_density
+        False alarms per m² (m³) and scan.
+    covered
+        Area [m²] or volume [m³] from which its reports come.
+    n_objects
+        Objects present at a time, on average.
+    """
+
+    scan_period: float | None
+    sigma: float
+    detection_probability: float
+    clutter_density: float
+    covered: float
+    n_objects: float
+
+
+@dataclass(frozen=True, slots=True)
+class Estimates:
+    """What the reports tell.
+
+    Parameters
+    ----------
+    sensors
+        Estimates by name of the sensor.
+    process_noise
+        Power spectral density of the acceleration along an axis [m²/s³].
+    max_speed
+        Greatest speed of an object [m/s].
+    new_target_density
+        Objects newly present per m² (m³) and scan.
+    """
+
+    sensors: Mapping[str, SensorEstimate]
+    process_noise: float
+    max_speed: float
+    new_target_density: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Findings:
+    """One sensor's estimate, and what its tracks tell of the objects."""
+
+    sensor: SensorEstimate
+    process_noise: float | None
+    max_speed: float | None
+    n_chains: int
+    n_scans: int
+
+
+def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> Estimates:
+    """Return estimates of everything that a tracker needs to know and can learn from reports.
+
+    Sensors are looked at one by one: how far apart successors lie, which reports line up over
+    six scans beyond chance, and on these how noisy, how often seen and how fast. It is a start
+    for data of which nothing else is known, and no replacement for a data sheet.
+
+    Parameters
+    ----------
+    reports
+        At least one report.
+    sigma
+        Standard deviations that are known, by name of the sensor [m].
+
+    Returns
+    -------
+    Finite, positive values, however odd the reports are.
+    """
+    known = dict(sigma or {})
+    findings = {
+        name: _look_at(reports, index, known.get(name) or _reported_sigma(reports, index))
+        for index, name in enumerate(reports.sensors)
+        if np.any(reports.sensor == index)
+    }
+    sensors = {name: found.sensor for name, found in findings.items()}
+    with_speed = [found for found in findings.values() if found.max_speed is not None]
+    speeds = [found.max_speed for found in with_speed if found.max_speed is not None]
+    noises = [found.process_noise for found in findings.values() if found.process_noise]
+    fallback = next(iter(findings.values())).sensor
+    period = fallback.scan_period or 1.0
+    births = [
+        found.sensor.n_objects / found.sensor.covered / min(max(found.n_scans, 10), 50)
+        for found in findings.values()
+    ]
+    return Estimates(
+        sensors=sensors,
+        process_noise=_bounded(
+            np.median(noises) if noises else 1e-2 * fallback.sigma**2 / period**3
+        ),
+        max_speed=_bounded(max(speeds) if speeds else 10 * fallback.sigma / period),
+        new_target_density=_bounded(np.median(births), 1e-30),
+    )
+
+
+def _bounded(value: float, least: float = 1e-9) -> float:
+    """Return a value that a configuration takes: the data's scale may be anything."""
+    return float(np.clip(value, least, 1e8))
+
+
+def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
+    """Return what one sensor's reports tell."""
+    rows = reports.sensor == index
+    position = reports.measurement[rows]
+    blocks, period = frames_of(reports, index)
+    n_scans = sum(len(block) for block in blocks)
+    per_scan = sum(p.shape[0] for block in blocks for p in block.position) / max(n_scans, 1)
+    typical = sigma or _spacing(position) * 0.01
+    covered = _covered(position, typical)
+    share = blocks[0].share if blocks else 1.0
+    density = per_scan / (covered * share)
+    stands_out = reach(blocks)
+    chains, seen = None, None
+    if stands_out is not None:
+        chains = chains_of(blocks, stands_out[0], density)
+        seen = detection_share(blocks, stands_out[0], density)
+    process = None
+    if chains is not None:
+        sigma, process = _noise(chains, density, (sigma, typical), period)
+    detection = _detection(seen)
+    n_objects = min(stands_out[1] / detection**2 if stands_out else 1.0, per_scan / detection)
+    n_objects = max(n_objects, 0.1)
+    floor = max(0.005 * per_scan, 0.5 / max(n_scans, 1))
+    clutter = max(per_scan - n_objects * detection, floor) / (covered * share)
+    found = SensorEstimate(
+        scan_period=period,
+        sigma=_bounded(sigma or typical, 1e-6),
+        detection_probability=detection,
+        clutter_density=float(np.clip(clutter, 1e-30, 1e10)),
+        covered=covered,
+        n_objects=n_objects / share,
+    )
+    return _Findings(
+        found,
+        process,
+        _max_speed(chains, stands_out),
+        0 if chains is None else chains.speed.size,
+        n_scans,
+    )
+
+
+def _noise(
+    chains: Chains, density: float, sigmas: tuple[float | None, float], period: float | None
+) -> tuple[float, float]:
+    """Return sigma and process noise from sure tracks, kept to what such tracks can tell."""
+    sigma, typical = sigmas
+    # Reports without any noise still get some, or no filter could work with them.
+    start = max(float(np.sqrt(np.median(chains.residual))), 0.01 * typical, 1e-6)
+    known = sigma is not None
+    sigma, process = noise_of_chains(
+        chains.time, chains.position, sigma or start, density, fixed=known
+    )
+    unit = sigma**2 / (period or float(np.nanmedian(np.diff(chains.time, axis=1)))) ** 3
+    lengths = np.isfinite(chains.position[:, :, 0]).sum(axis=1)
+    if np.median(lengths) < SURE_LENGTH:
+        process = USUAL_PROCESS * unit
+    return sigma, max(process, LEAST_PROCESS * unit)
+
+
+def _detection(seen: tuple[float, float] | None) -> float:
+    """Return the probability of detection, drawn to the usual one as far as the data are few."""
+    if seen is None:
+        return USUAL_DETECTION
+    share, error = seen
+    weight = USUAL_SPREAD**2 / (USUAL_SPREAD**2 + error**2 + 0.03**2)
+    return float(np.clip(weight * share + (1 - weight) * USUAL_DETECTION, *DETECTION_RANGE))
+
+
+def _max_speed(chains: Chains | None, stands_out: tuple[float, float] | None) -> float | None:
+    """Return a speed that hardly any object exceeds."""
+    if chains is not None:
+        # The fastest tenth holds most of the segments that are none.
+        return float(1.25 * np.quantile(chains.speed, 0.9)) or None
+    return None if stands_out is None else stands_out[0]
+
+
+def _reported_sigma(reports: ReportTable, index: int) -> float | None:
+    """Return the usual noise that a sensor's reports carry themselves."""
+    carried = reports.sigma[reports.sensor == index]
+    carried = carried[np.isfinite(carried)]
+    return float(np.median(carried)) if carried.size else None
+
+
+def _spacing(position: FloatArray) -> float:
+    """Return the usual distance from a report to its nearest neighbour elsewhere [m]."""
+    places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
+    if places.shape[0] < 2:
+        return 100.0
+    distance, _ = cKDTree(places).query(places, k=2)
+    return max(float(np.median(distance[:, 1])), 1e-4)
+
+
+def _covered(position: FloatArray, sigma: float) -> float:
+    """Return the area or volume of the reports' hull, never zero."""
+    dim = position.shape[1]
+    # Reports in one place or on a line still come from a surrounding as wide as their noise.
+    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
+    box = float(np.prod(sides))
+    try:
+        hull = (
+            float(ConvexHull(np.unique(position, axis=0)).volume)
+            if position.shape[0] > 10
+            else box
+        )
+    except (QhullError, ValueError):
+        hull = box
+    # The outermost of n reports lie about 1/n of a side within the edges.
+    margin = (1 + 2 / position.shape[0]) ** dim
+    return float(np.clip(max(hull, 0.1 * box) * margin, 1e-9, 1e24))

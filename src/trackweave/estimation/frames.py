@@ -1,0 +1,130 @@
+"""A sensor's scans, thinned to what an estimate needs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+
+__all__ = ["Frames", "frames_of", "scan_period"]
+
+# Enough to estimate from in about a second; more reports change no estimate visibly.
+MAX_SCANS_PER_BLOCK = 60
+MAX_REPORTS = 24_000
+MAX_REPORTS_PER_SCAN = 1_000
+N_BLOCKS = 3
+# Scans further apart than this many periods are not followed through.
+LONGEST_GAP = 3.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frames:
+    """Successive scans of one sensor without long gaps between them.
+
+    Parameters
+    ----------
+    time
+        Time of each scan [s], ascending.
+    position
+        Reports of each scan [m], each of shape (reports, dim); none is empty.
+    share
+        Share of the sensor's covered space that was kept, up to 1.
+    """
+
+    time: FloatArray
+    position: list[FloatArray]
+    share: float = 1.0
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+def scan_period(time: FloatArray) -> float | None:
+    """Return the time from scan to scan, robust against missing scans.
+
+    Parameters
+    ----------
+    time
+        Times of the scans [s], ascending, no two equal.
+
+    Returns
+    -------
+    The median gap [s]; None for fewer than two scans and where gaps have no common size, as with
+    a sensor that reports whenever it likes.
+    """
+    gaps = np.diff(time)
+    gaps = gaps[gaps > 0]
+    if gaps.size == 0:
+        return None
+    period = float(np.median(gaps))
+    if gaps.size < 4:
+        return period
+    # Missing scans make whole multiples; anything else says that there is no period.
+    multiple = gaps / period
+    regular = np.abs(multiple - np.round(multiple)) < 0.2 * np.maximum(np.round(multiple), 1)
+    regular &= multiple > 0.5
+    return period if np.mean(regular) > 0.75 else None
+
+
+def frames_of(reports: ReportTable, sensor: int) -> tuple[list[Frames], float | None]:
+    """Return a sensor's scans in up to three blocks, and its scan period.
+
+    Parameters
+    ----------
+    reports
+        All reports.
+    sensor
+        Index of the sensor.
+
+    Returns
+    -------
+    Blocks of scans without long gaps, the longest first, and the scan period [s] or None.
+    """
+    rows = np.flatnonzero(reports.sensor == sensor)
+    number = reports.time[rows] if reports.scan is None else reports.scan[rows]
+    order = np.argsort(number, kind="stable")
+    rows, number = rows[order], number[order]
+    starts = np.flatnonzero(np.r_[True, np.diff(number) != 0])
+    ends = np.r_[starts[1:], rows.size]
+    time = np.array([reports.time[rows[a:b]].max() for a, b in zip(starts, ends, strict=True)])
+    by_time = np.argsort(time, kind="stable")
+    time, starts, ends = time[by_time], starts[by_time], ends[by_time]
+    period = scan_period(time)
+    gap = LONGEST_GAP * (period or (float(np.median(np.diff(time))) if time.size > 1 else 1.0))
+    cuts = np.flatnonzero((np.diff(time) > gap) | (np.diff(time) <= 0)) + 1
+    blocks = sorted(np.split(np.arange(time.size), cuts), key=len, reverse=True)
+    blocks = _thin(blocks, ends - starts)
+    keep, share = _window(reports.measurement[rows], rows.size / time.size)
+    frames = []
+    for block in blocks:
+        scans = [rows[starts[k] : ends[k]][keep[starts[k] : ends[k]]] for k in block]
+        full = [k for k, scan in enumerate(scans) if scan.size]
+        position = [np.ascontiguousarray(reports.measurement[scans[k]]) for k in full]
+        frames.append(Frames(time[block][full], position, share))
+    return frames, period
+
+
+def _thin(blocks: list[np.ndarray], size: np.ndarray) -> list[np.ndarray]:
+    """Cut long blocks into a few short ones, spread over the time, within the budget."""
+    if len(blocks) == 1 and blocks[0].size > N_BLOCKS * MAX_SCANS_PER_BLOCK:
+        blocks = np.array_split(blocks[0], N_BLOCKS)
+    budget = MAX_REPORTS // min(N_BLOCKS, len(blocks))
+    thinned = []
+    for block in blocks[:N_BLOCKS]:
+        counts = np.cumsum(np.minimum(size[block], MAX_REPORTS_PER_SCAN))
+        n_scans = max(int(np.searchsorted(counts, budget)), 10)
+        thinned.append(block[: min(n_scans, MAX_SCANS_PER_BLOCK)])
+    return thinned
+
+
+def _window(position: FloatArray, per_scan: float) -> tuple[np.ndarray, float]:
+    """Return which reports lie in a middle part that holds few enough per scan, and its share."""
+    keep = np.ones(position.shape[0], dtype=bool)
+    if per_scan <= MAX_REPORTS_PER_SCAN:
+        return keep, 1.0
+    centre = np.median(position, axis=0)
+    distance = np.abs(position - centre).max(axis=1)
+    share = MAX_REPORTS_PER_SCAN / per_scan
+    keep = distance <= np.quantile(distance, share)
+    return keep, share

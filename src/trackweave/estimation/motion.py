@@ -1,0 +1,165 @@
+"""How far objects come from scan to scan, and segments of tracks that stand out."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.frames import Frames
+
+__all__ = ["reach", "segments"]
+
+N_SHELLS = 48
+NEAREST = 5
+
+
+def reach(blocks: list[Frames]) -> tuple[float, float] | None:
+    """Return the speed within which successors stand out from unrelated reports.
+
+    Pairs of successive scans' reports are counted by distance; the radius is where a dense disc
+    of pairs against a thin rest explains the counts best (Poisson likelihood of one step).
+
+    Parameters
+    ----------
+    blocks
+        A sensor's scans.
+
+    Returns
+    -------
+    A speed [m/s], and how many successors a scan's reports have on average above what chance
+    brings; None where no two scans follow one another or nothing stands out.
+    """
+    times = [t for frames in blocks for t in np.diff(frames.time)]
+    if not times:
+        return None
+    everything = np.concatenate([p for frames in blocks for p in frames.position])
+    extent = float(np.linalg.norm(np.ptp(everything, axis=0)))
+    interval = float(np.median(times))
+    if extent <= 0:
+        return None
+    radii = extent * 2.0 ** (-np.arange(N_SHELLS)[::-1] / 3)
+    counts = np.zeros(N_SHELLS)
+    for frames in blocks:
+        trees = [cKDTree(position) for position in frames.position]
+        for before, after, gap in zip(trees, trees[1:], np.diff(frames.time), strict=False):
+            counts += before.count_neighbors(after, radii * (gap / interval))
+    chance = _chance_counts(everything, radii)
+    step = _likeliest_step(counts, chance)
+    if step is None:
+        return None
+    # The step cuts into the slope of the disc; a little further out it is all there.
+    wide = min(step + 2, N_SHELLS - 1)
+    beyond = max(chance[-1] - chance[wide], 1e-300)
+    expected = (counts[-1] - counts[wide]) * chance[wide] / beyond
+    return float(radii[wide] / interval), float((counts[wide] - expected) / len(times))
+
+
+def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
+    """Return how many unrelated pairs would lie within each radius, up to a factor.
+
+    Reports whose coordinates are exchanged among them fill the same space, edges included, but
+    know nothing of one another.
+
+    Returns
+    -------
+    Counts in arbitrary units, one per radius, positive.
+    """
+    some = position[:: max(position.shape[0] // 3000, 1)]
+    mixed = np.stack(
+        [np.sort(axis)[_scatter(axis.size, k)] for k, axis in enumerate(some.T)], axis=1
+    )
+    counts = cKDTree(some).count_neighbors(cKDTree(mixed), radii).astype(float)
+    # Few pairs are near: below a thousand, the volume tells better.
+    enough = min(int(np.searchsorted(counts, min(1000.0, counts[-1] / 4))), radii.size - 1)
+    near = radii[:enough] / radii[enough]
+    counts[:enough] = counts[enough] * near ** position.shape[1]
+    return np.asarray(np.maximum(counts, 1e-300))
+
+
+def _scatter(size: int, axis: int) -> IntArray:
+    """Return a fixed shuffle of 0 … size − 1, another one for each axis."""
+    golden = np.array([0.6180339887498949, 0.7548776662466927, 0.8191725133961645])[axis]
+    return np.argsort((np.arange(size) * golden) % 1.0, kind="stable")
+
+
+def _likeliest_step(counts: FloatArray, chance: FloatArray) -> int | None:
+    """Return the radius inside which pairs are denser than chance, None where none stands out."""
+    inside, outside = counts[:-1], counts[-1] - counts[:-1]
+    chance_inside, chance_outside = chance[:-1], np.maximum(chance[-1] - chance[:-1], 1e-300)
+    dense, thin = inside / chance_inside, outside / chance_outside
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(inside > 0, inside * np.log(dense), 0.0)
+        gain += np.where(outside > 0, outside * np.log(thin), 0.0)
+    gain[(inside == 0) | (dense <= thin)] = -np.inf
+    return int(np.argmax(gain)) if np.any(np.isfinite(gain)) else None
+
+
+def segments(frames: Frames, start: int, length: int, speed: float) -> tuple[IntArray, FloatArray]:
+    """Return straight pieces of tracks through successive scans, best first.
+
+    Each pair of reports that an object could have made is followed by nearest neighbours of its
+    straight continuation; of pieces that share a report, the straightest stays.
+
+    Parameters
+    ----------
+    frames
+        Scans without long gaps.
+    start
+        First scan of the pieces.
+    length
+        How many scans a piece goes through, at least 3.
+    speed
+        Greatest speed of an object [m/s].
+
+    Returns
+    -------
+    Index of each piece's report in each scan, shape (pieces, length), and the sum of squared
+    residuals of each from a straight line [m²].
+    """
+    trees = [cKDTree(position) for position in frames.position[start : start + length]]
+    time = frames.time[start : start + length] - frames.time[start]
+    first, second = frames.position[start], frames.position[start + 1]
+    near = min(NEAREST, second.shape[0])
+    distance, other = trees[1].query(first, k=near, distance_upper_bound=speed * time[1])
+    distance, other = distance.reshape(-1, near), other.reshape(-1, near)
+    origin, choice = np.nonzero(np.isfinite(distance))
+    chosen = [origin, other[origin, choice]]
+    points = [first[chosen[0]], second[chosen[1]]]
+    for step in range(2, length):
+        predicted = _extrapolate(np.stack(points), time[: step + 1])
+        _, index = trees[step].query(predicted)
+        chosen.append(np.asarray(index))
+        points.append(frames.position[start + step][index])
+    index = np.stack(chosen, axis=1).astype(np.int64)
+    rss = _residual(np.stack(points), time)
+    return _disjoint(index, rss)
+
+
+def _extrapolate(points: FloatArray, time: FloatArray) -> FloatArray:
+    """Continue straight lines, fitted to points at all times but the last, to the last."""
+    known, ahead = time[:-1], time[-1]
+    centred = known - known.mean()
+    slope = np.tensordot(centred, points, axes=1) / np.dot(centred, centred)
+    return np.asarray(points.mean(axis=0) + slope * (ahead - known.mean()))
+
+
+def _residual(points: FloatArray, time: FloatArray) -> FloatArray:
+    """Return the sum of squared residuals from straight lines."""
+    centred = time - time.mean()
+    slope = np.tensordot(centred, points, axes=1) / np.dot(centred, centred)
+    fitted = points.mean(axis=0) + slope * centred[:, None, None]
+    return np.asarray(np.sum((points - fitted) ** 2, axis=(0, 2)))
+
+
+def _disjoint(index: IntArray, rss: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Keep of pieces that share a report the one of least residual."""
+    order = np.argsort(rss, kind="stable")
+    used: list[set[int]] = [set() for _ in range(index.shape[1])]
+    kept = []
+    for piece in order:
+        row = index[piece].tolist()
+        if any(report in taken for report, taken in zip(row, used, strict=True)):
+            continue
+        for report, taken in zip(row, used, strict=True):
+            taken.add(report)
+        kept.append(piece)
+    return index[kept], rss[kept]

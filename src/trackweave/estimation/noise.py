@@ -1,0 +1,102 @@
+"""Measurement noise and process noise by maximum likelihood on sure tracks."""
+
+import math
+
+import numpy as np
+from scipy.optimize import minimize
+
+from trackweave.arrays import FloatArray
+
+__all__ = ["noise_of_chains"]
+
+# Share of a chain's reports that may come from elsewhere.
+WRONG = 0.05
+# How far the search may go from where it starts, as logarithms of factors.
+FURTHEST = 12.0
+
+
+def noise_of_chains(
+    time: FloatArray, position: FloatArray, sigma: float, density: float, *, fixed: bool = False
+) -> tuple[float, float]:
+    """Return the noise under which a Kalman filter finds chains of reports least surprising.
+
+    Parameters
+    ----------
+    time
+        Times [s], shape (chains, scans); NaN where a chain has none.
+    position
+        Reports [m], shape (chains, scans, dim); NaN where there was none.
+    sigma
+        Standard deviation of a report along an axis [m], to start from. Must be positive.
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
+    fixed
+        Whether sigma is known and only the process noise is sought.
+
+    Returns
+    -------
+    Standard deviation of a report along an axis [m] and power spectral density of the
+    acceleration along an axis [m²/s³].
+    """
+    chains = [
+        (t[rows], p[rows])
+        for t, p in zip(time, position, strict=True)
+        if (rows := np.flatnonzero(np.isfinite(p[:, 0]))).size >= 4
+    ]
+    length = max((t.size for t, _ in chains), default=0)
+    if length == 0:
+        return sigma, 0.0
+    times = np.full((len(chains), length), np.nan)
+    places = np.full((len(chains), length, position.shape[2]), np.nan)
+    for row, (t, p) in enumerate(chains):
+        times[row, : t.size], places[row, : t.size] = t, p
+    step = np.diff(times, axis=1)
+    unit = sigma**2 / float(np.nanmedian(step)) ** 3
+
+    def surprise(logs: FloatArray) -> float:
+        if np.max(np.abs(logs)) > FURTHEST:
+            return math.inf
+        variance = sigma**2 if fixed else float(np.exp(logs[-1])) * sigma**2
+        return _surprise(step, places, (variance, float(np.exp(logs[0])) * unit, density))
+
+    starts = [np.array([level] if fixed else [level, 0.0]) for level in (-6.0, -2.0, 2.0)]
+    best = min(starts, key=surprise)
+    found = minimize(surprise, best, method="Nelder-Mead", options={"maxiter": 80, "fatol": 1e-3})
+    scale = 1.0 if fixed else float(np.exp(found.x[-1] / 2))
+    return sigma * scale, float(np.exp(found.x[0])) * unit
+
+
+def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
+    """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
+    variance, process, density = noise
+    first, second = places[:, 0], places[:, 1]
+    dt = step[:, 0]
+    position, velocity = second.copy(), (second - first) / dt[:, None]
+    # Two reports determine position and velocity exactly, with this covariance.
+    pp = np.full(dt.size, variance)
+    pv = variance / dt
+    vv = 2 * variance / dt**2 + process * dt / 3
+    total = 0.0
+    for k in range(2, places.shape[1]):
+        dt = step[:, k - 1]
+        alive = np.isfinite(dt)
+        if not alive.any():
+            break
+        dt = np.where(alive, dt, 1.0)
+        ahead = position + velocity * dt[:, None]
+        pp = pp + 2 * dt * pv + dt**2 * vv + process * dt**3 / 3
+        pv = pv + dt * vv + process * dt**2 / 2
+        vv = vv + process * dt
+        innovation = np.where(alive[:, None], places[:, k] - ahead, 0.0)
+        spread = pp + variance
+        squares = np.sum(innovation**2, axis=1) / spread
+        dim = places.shape[2]
+        own = np.log1p(-WRONG) - 0.5 * squares - 0.5 * dim * np.log(2 * np.pi * spread)
+        total -= float(np.logaddexp(own, np.log(WRONG * density))[alive].sum())
+        # A report from elsewhere must not pull the filter along.
+        trust = np.exp(own - np.logaddexp(own, np.log(WRONG * density)))
+        gain_p, gain_v = trust * pp / spread, trust * pv / spread
+        position = ahead + gain_p[:, None] * innovation
+        velocity = velocity + gain_v[:, None] * innovation
+        pp, pv, vv = pp * (1 - gain_p), pv * (1 - gain_p), vv - gain_v * pv
+    return total

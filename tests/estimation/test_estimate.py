@@ -1,0 +1,163 @@
+"""Estimates are near the truth where it is known, and finite where nothing makes sense."""
+
+import csv
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation import Estimates, estimate
+from trackweave.estimation.frames import scan_period
+
+
+def table(time, position, sensor=None, names=("A",), sigma=np.nan) -> ReportTable:
+    time, position = np.asarray(time, float), np.asarray(position, float)
+    sensor = np.zeros(time.size, np.int64) if sensor is None else np.asarray(sensor, np.int64)
+    order = np.lexsort((sensor, time))
+    return ReportTable(
+        time=time[order],
+        sensor=sensor[order],
+        sensors=tuple(names),
+        measurement=position[order],
+        sigma=np.full(position.shape, sigma),
+        report=np.arange(time.size).astype(str).astype(object),
+    )
+
+
+def scene(n_targets=15, n_scans=40, sigma=10.0, detection=0.9, clutter=15.0, period=2.0, dim=2):
+    """Straight movers in a cube of 2 km, with misses and false alarms."""
+    rng = np.random.default_rng(3)
+    start = rng.uniform(0, 2000, (n_targets, dim))
+    velocity = rng.normal(0, 6, (n_targets, dim))
+    times, places = [], []
+    for scan in range(n_scans):
+        seen = rng.random(n_targets) < detection
+        at = start[seen] + velocity[seen] * scan * period
+        noise = rng.uniform(0, 2000, (rng.poisson(clutter), dim))
+        both = np.concatenate([at + rng.normal(0, sigma, at.shape), noise])
+        times += [scan * period] * len(both)
+        places.append(both)
+    return table(times, np.concatenate(places))
+
+
+def numbers(estimates: Estimates) -> list[float]:
+    found = [estimates.process_noise, estimates.max_speed, estimates.new_target_density]
+    for sensor in estimates.sensors.values():
+        found += [value for value in astuple(sensor) if value is not None]
+    return found
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_finds_what_a_simulated_scene_was_made_with(dim: int) -> None:
+    found = estimate(scene(dim=dim))
+    sensor = found.sensors["A"]
+    assert sensor.scan_period == 2.0
+    assert 8 < sensor.sigma < 12.5
+    assert 0.8 < sensor.detection_probability < 0.98
+    # Objects leave the cube, and their reports widen what seems covered.
+    assert 0.6 < sensor.clutter_density * 2000**dim / 15 < 1.3
+    assert 8 < found.max_speed < 60
+    assert found.process_noise < 1.0
+
+
+def test_takes_a_known_sigma_as_it_is() -> None:
+    assert estimate(scene(), {"A": 7.5}).sensors["A"].sigma == 7.5
+
+
+def test_takes_the_noise_that_reports_carry() -> None:
+    reports = scene()
+    reports.sigma[:] = 4.0
+    assert estimate(reports).sensors["A"].sigma == 4.0
+
+
+def test_sensors_are_estimated_apart() -> None:
+    one = scene()
+    n = len(one)
+    both = table(
+        np.concatenate([one.time, one.time * 2]),
+        np.concatenate([one.measurement, one.measurement]),
+        np.repeat([0, 1], n),
+        ("A", "B"),
+    )
+    found = estimate(both).sensors
+    assert (found["A"].scan_period, found["B"].scan_period) == (2.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("gaps", "period"),
+    [
+        ([4.0] * 10, 4.0),
+        ([4.0, 8.0, 4.0, 4.0, 12.0, 4.0, 4.0], 4.0),
+        ([0.1, 7.0, 2.3, 0.9, 31.0, 5.2], None),
+        ([], None),
+    ],
+)
+def test_scan_period_is_the_common_gap(gaps: list[float], period: float | None) -> None:
+    assert scan_period(np.cumsum([0.0, *gaps])) == period
+
+
+YEAR = 365 * 86400.0
+ODD = {
+    "one report": ([0.0], [[5.0, 5.0]]),
+    "two reports at once": ([0.0, 0.0], [[5.0, 5.0], [6.0, 5.0]]),
+    "all in one place": (np.arange(30.0), np.zeros((30, 2))),
+    "all in one place and time": (np.zeros(30), np.ones((30, 2))),
+    "one scan": (np.zeros(50), np.random.default_rng(1).uniform(0, 9, (50, 2))),
+    "on a line": (np.arange(40.0), np.outer(np.arange(40.0), [3.0, 4.0])),
+    "a gap of years": (
+        np.r_[np.arange(20.0), 3 * YEAR + np.arange(20.0)],
+        np.outer(np.arange(40.0), [3.0, 4.0]),
+    ),
+    "years between reports": (np.arange(10) * YEAR, np.random.default_rng(2).normal(size=(10, 2))),
+    "huge coordinates": (np.arange(20.0), np.random.default_rng(2).normal(size=(20, 3)) * 1e8),
+    "tiny coordinates": (np.arange(20.0), np.random.default_rng(2).normal(size=(20, 3)) * 1e-9),
+    "irregular times": (
+        np.cumsum(np.random.default_rng(4).exponential(1, 200)),
+        np.random.default_rng(5).uniform(0, 1e4, (200, 2)),
+    ),
+    "duplicates": (np.repeat(np.arange(10.0), 6), np.repeat(np.arange(20.0), 6).reshape(60, 2)),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_reports_give_finite_positive_values(name: str) -> None:
+    found = numbers(estimate(table(*ODD[name])))
+    assert np.all(np.isfinite(found))
+    assert min(found) > 0
+
+
+coordinate = st.one_of(st.just(0.0), st.floats(-1e9, 1e9), st.integers(-3, 3).map(float))
+
+
+@given(
+    st.lists(
+        st.tuples(st.one_of(st.integers(0, 5), st.floats(-1e9, 1e9)), coordinate, coordinate),
+        min_size=1,
+        max_size=40,
+    )
+)
+def test_any_reports_give_finite_positive_values(rows: list[tuple[float, float, float]]) -> None:
+    columns = np.array(rows, float)
+    found = numbers(estimate(table(columns[:, 0], columns[:, 1:])))
+    assert np.all(np.isfinite(found))
+    assert min(found) > 0
+
+
+@pytest.mark.parametrize("name", ["T5_S1_r1", "T20_S1_r1", "T50_S1_r1", "T100_S1_r1"])
+def test_is_near_the_truth_of_the_benchmark_scenes(shared: Path, name: str) -> None:
+    with (shared / "bench" / "data" / name / "detections.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    found = estimate(
+        table([row["time"] for row in rows], [[float(row["x"]), float(row["y"])] for row in rows])
+    )
+    sensor = found.sensors["A"]
+    n_targets = int(name[1:].split("_")[0])
+    assert sensor.scan_period == 1.0
+    assert 8 < sensor.sigma < 12.5
+    assert 0.8 < sensor.detection_probability <= 0.98
+    assert 0.75 < sensor.clutter_density * 1.44e6 / n_targets < 1.25
+    assert 15 < found.max_speed < 45
