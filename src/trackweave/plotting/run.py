@@ -320,6 +320,8 @@ def _draw_frame(scene: Scene, canvas: Canvas, n_tracks: int) -> None:
         )
         for mark in legend.get_lines():
             mark.set_markersize(max(mark.get_markersize(), LEAST_LEGEND_MARK))
+            if mark.get_marker() == "x":
+                mark.set_markeredgewidth(max(mark.get_markeredgewidth(), 0.8))
 
 
 def _legend_of_marks() -> list[Line2D]:
