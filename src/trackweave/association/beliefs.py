@@ -1,0 +1,83 @@
+"""How probable each sequence of a tree is, all tracks and reports considered together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._beliefs import (
+    Edges,
+    average_states,
+    find_edges,
+    log_weights,
+    propagate,
+)
+from trackweave.association.tree import AssociationTree
+
+__all__ = ["Beliefs", "believe"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beliefs:
+    """Probabilities over a tree's sequences, and the mean state of each family.
+
+    Parameters
+    ----------
+    probability
+        Of each sequence, shape (nodes,).
+    edge
+        For each node the edge of its family and last report, shape (nodes,); -1 without report.
+    edge_probability
+        That the edge's report belongs to the edge's family, shape (edges,).
+    existence
+        That the family's object lives, shape (families,).
+    mean, covariance
+        Its position [m] and velocity [m/s], averaged over the sequences in which it lives, shapes
+        (families, 2 dim) and (families, 2 dim, 2 dim); NaN where it cannot live.
+    """
+
+    probability: FloatArray
+    edge: IntArray
+    edge_probability: FloatArray
+    existence: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+
+
+def believe(
+    tree: AssociationTree, time: float, n_reports: int, max_iterations: int = 15
+) -> Beliefs:
+    """Return the beliefs at a time, and leave the reports' prices in the tree for its growth.
+
+    Parameters
+    ----------
+    tree
+        The sequences.
+    time
+        Time of the mean states [s].
+    n_reports
+        Number of the window's slots.
+    max_iterations
+        Of the propagation; it mostly converges in fewer.
+
+    Returns
+    -------
+    The beliefs. With loops in the graph they are approximate.
+    """
+    nodes, n, n_families = tree.nodes, tree.n_nodes, tree.n_families
+    edges: Edges = find_edges(nodes, n, n_reports, n_families)
+    weight, alive = np.empty(n), np.empty(n)
+    log_weights(nodes, n, tree.rule.end_cost, weight, alive)
+    probability, edge_probability = np.empty(n), np.empty(edges.report.shape[0])
+    propagate(
+        nodes, n, tree.track < 0, edges, n_reports, weight, max_iterations,
+        probability, edge_probability,
+    )  # fmt: skip
+    size = 2 * tree.dim
+    existence = np.empty(n_families)
+    mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
+    average_states(
+        nodes, n, n_families, probability * alive, time, tree.rule.process_noise,
+        existence, mean, covariance,
+    )  # fmt: skip
+    return Beliefs(probability, edges.of_node, edge_probability, existence, mean, covariance)

@@ -1,0 +1,328 @@
+"""The association tree: every sequence of reports worth scoring, each computed once."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._growth import (
+    Candidates,
+    Misses,
+    Nodes,
+    ScanInput,
+    WindowRule,
+    accumulate_prices,
+    append_children,
+    append_roots,
+    keep_ancestors,
+    keep_below,
+    propose,
+    rank_bounds,
+)
+from trackweave.association.problem import AssignmentProblem
+from trackweave.errors import InvalidInputError
+
+__all__ = ["AssociationTree", "Beginning", "GrowthLimits"]
+
+
+@dataclass(frozen=True, slots=True)
+class GrowthLimits:
+    """What bounds the growth of an association tree.
+
+    Sequences are ranked by their cost plus what their reports are worth to others.
+
+    Parameters
+    ----------
+    margin
+        A track's sequence grows on while its rank is within this of the track's best [nats].
+    keep
+        Greatest number of sequences on which a track grows.
+    new_margin, new_keep
+        The same for an object that begins in the window.
+    new_ceiling
+        How far above the price of its first report such a sequence's rank may lie [nats].
+    max_nodes
+        Greatest number of sequences in all; the worst ranked give way.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is not positive.
+    """
+
+    margin: float = 10.0
+    keep: int = 150
+    new_margin: float = 6.0
+    new_keep: int = 8
+    new_ceiling: float = 4.5
+    max_nodes: int = 500_000
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            if not getattr(self, name) > 0:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected more than 0")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beginning:
+    """States with which tracks enter a tree, one row per track.
+
+    Parameters
+    ----------
+    track
+        Identifiers.
+    time
+        Time of each state [s].
+    mean, covariance
+        Position [m] and velocity [m/s], and their covariance.
+    hits, chances
+        Reports taken so far, and chances to be seen from the first report on.
+    tail, misses
+        Cost [nats] and number of the chances missed since ``time``.
+    """
+
+    track: IntArray
+    time: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    hits: IntArray
+    chances: FloatArray
+    tail: FloatArray
+    misses: FloatArray
+
+
+class AssociationTree:
+    """Sequences over the scans of a window, grown scan by scan.
+
+    A *family* is the sequences with one beginning: a track from before the window or the first
+    report of a new object. The tree owns its arrays; they grow by doubling.
+    """
+
+    def __init__(self, dim: int, rule: WindowRule, limits: GrowthLimits) -> None:
+        self.dim = dim
+        self.rule = rule
+        self.limits = limits
+        self.n_nodes = 0
+        self.nodes = _allocate(256, dim)
+        self.track = np.empty(0, dtype=np.int64)
+        """Identifier of each family's track; -1 for families that begin in the window."""
+        self.start_cost = np.empty(0)
+        """What each family's first report cost if it began in the window, at least 0 [nats]."""
+        self.n_pruned = 0
+        """Sequences left out so far, over which a bound on the tree says nothing."""
+
+    @property
+    def n_families(self) -> int:
+        """Number of families."""
+        return self.track.shape[0]
+
+    def add_tracks(self, beginning: Beginning) -> None:
+        """Begin a family with each given track."""
+        count = beginning.track.shape[0]
+        self._reserve(count)
+        span = slice(self.n_nodes, self.n_nodes + count)
+        nodes = self.nodes
+        nodes.parent[span] = -1
+        nodes.report[span] = -1
+        nodes.family[span] = np.arange(self.n_families, self.n_families + count)
+        nodes.cost[span] = 0.0
+        nodes.counted[span] = 0.0
+        nodes.price[span] = 0.0
+        for name in ("time", "mean", "covariance", "hits", "chances", "tail", "misses"):
+            getattr(nodes, name)[span] = getattr(beginning, name)
+        self.n_nodes += count
+        self.track = np.concatenate([self.track, beginning.track])
+        self.start_cost = np.concatenate([self.start_cost, np.zeros(count)])
+
+    def grow(self, scan: ScanInput, log_density: FloatArray) -> None:
+        """Extend every sequence by the scan's reports, begin new objects, prune.
+
+        Parameters
+        ----------
+        scan
+            The scan; its reports are sorted along the first axis.
+        log_density
+            Log of the expected density of objects not yet seen at each report's place [m⁻²].
+        """
+        candidates, missed = self._propose(scan)
+        n_old, n_new = self.n_nodes, scan.position.shape[0]
+        nodes = self.nodes
+        priced = np.empty(n_old)
+        accumulate_prices(nodes, n_old, priced)
+        family = np.concatenate([nodes.family[:n_old], nodes.family[candidates.node]])
+        alive = nodes.cost[:n_old] + missed.tail + priced
+        ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
+        grown = candidates.cost + priced[candidates.node]
+        bound = self._bounds(family, np.concatenate([ended, grown]))
+        chosen = np.flatnonzero(grown <= bound[family[n_old:]])
+        room = max(0, self.limits.max_nodes - n_old - n_new)
+        if chosen.shape[0] > room:
+            excess = grown[chosen] - bound[family[n_old:][chosen]]
+            chosen = np.sort(chosen[np.argsort(excess, kind="stable")[:room]])
+        self.n_pruned += grown.shape[0] - chosen.shape[0]
+        within = ended <= bound[family[:n_old]]
+        nodes.tail[:n_old] = np.where(alive <= bound[family[:n_old]], missed.tail, np.inf)
+        nodes.misses[:n_old] = missed.misses
+        nodes.counted[:n_old] = missed.counted
+        self._reserve(chosen.shape[0] + n_new)
+        append_children(self.nodes, n_old, candidates, chosen, scan, self.rule)
+        self.n_nodes += chosen.shape[0]
+        self._append_roots(scan, log_density)
+        keep = np.ones(self.n_nodes, dtype=np.bool_)
+        keep[:n_old] = within | (self.nodes.parent[:n_old] < 0)
+        keep_ancestors(self.nodes.parent, self.n_nodes, keep)
+        self._compact(keep)
+
+    def totals(self) -> FloatArray:
+        """Return what each sequence costs if the object has no further report [nats]."""
+        n = self.n_nodes
+        return self.nodes.cost[:n] + np.minimum(self.nodes.tail[:n], self.rule.end_cost)
+
+    def problem(self, instant: IntArray) -> AssignmentProblem:
+        """Return the tree as an assignment problem.
+
+        Items are the window's reports by slot, then the tracks from before the window, which
+        must be covered, in the order of their families.
+
+        Parameters
+        ----------
+        instant
+            Rank in time of each slot; equal where reports are of one instant.
+
+        Returns
+        -------
+        The problem; its nodes are the tree's.
+        """
+        n, n_reports = self.n_nodes, instant.shape[0]
+        is_track = self.track >= 0
+        n_tracks = int(is_track.sum())
+        own_item = np.full(self.n_families, -1, dtype=np.int64)
+        own_item[is_track] = n_reports + np.arange(n_tracks)
+        report = self.nodes.report[:n]
+        must_cover = np.zeros(n_reports + n_tracks, dtype=np.bool_)
+        must_cover[n_reports:] = True
+        return AssignmentProblem(
+            parent=self.nodes.parent[:n].copy(),
+            item=np.where(report >= 0, report, own_item[self.nodes.family[:n]]),
+            cost=self.nodes.cost[:n].copy(),
+            total=self.totals(),
+            must_cover=must_cover,
+            instant=np.concatenate([instant, np.full(n_tracks, -1, dtype=np.int64)]),
+        )
+
+    def path(self, node: int) -> list[int]:
+        """Return the nodes from the sequence's beginning to ``node``."""
+        nodes = [node]
+        while self.nodes.parent[nodes[-1]] >= 0:
+            nodes.append(int(self.nodes.parent[nodes[-1]]))
+        return nodes[::-1]
+
+    def fix(self, root: IntArray, track: IntArray, n_fixed: int) -> None:
+        """Make the assignments of the oldest ``n_fixed`` slots final and forget those slots.
+
+        Parameters
+        ----------
+        root
+            For each family the node that is its last fixed one, -1 where it has none. A family
+            without one goes on only if it begins after the fixed slots.
+        track
+            Identifier for each family that has a root.
+        n_fixed
+            How many slots, the oldest, are fixed.
+        """
+        nodes, n = self.nodes, self.n_nodes
+        keep = keep_below(nodes, n, root, n_fixed)
+        roots = root[root >= 0]
+        base = np.zeros(self.n_families)
+        base[nodes.family[roots]] = nodes.cost[roots]
+        nodes.cost[:n] -= base[nodes.family[:n]]
+        nodes.parent[roots] = -1
+        nodes.report[roots] = -1
+        nodes.price[roots] = 0.0
+        self.track = np.where(root >= 0, track, self.track)
+        # A family that can neither grow nor choose between sequences is over.
+        n_kept = np.bincount(nodes.family[:n][keep], minlength=self.n_families)
+        can_grow = np.zeros(self.n_families, dtype=np.bool_)
+        can_grow[nodes.family[:n][keep & np.isfinite(nodes.tail[:n])]] = True
+        goes_on = can_grow | (n_kept > 1)
+        keep &= goes_on[nodes.family[:n]]
+        self._compact(keep)
+        n = self.n_nodes
+        present = np.zeros(self.n_families, dtype=np.bool_)
+        present[nodes.family[:n]] = True
+        number = np.cumsum(present) - 1
+        nodes.family[:n] = number[nodes.family[:n]]
+        self.track, self.start_cost = self.track[present], self.start_cost[present]
+        report = nodes.report[:n]
+        report[report >= 0] -= n_fixed
+
+    def _bounds(self, family: IntArray, rank: FloatArray) -> FloatArray:
+        """Return the worst rank that each family keeps."""
+        limits, is_new = self.limits, self.track < 0
+        return rank_bounds(
+            family,
+            rank,
+            np.where(is_new, limits.new_margin, limits.margin),
+            np.where(is_new, limits.new_keep, limits.keep),
+            np.where(is_new, self.start_cost + limits.new_ceiling, np.inf),
+        )
+
+    def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
+        n = self.n_nodes
+        missed = Misses(np.empty(n), np.empty(n), np.empty(n))
+        room = 2 * n + 64
+        while True:
+            candidates = Candidates(
+                np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
+            )
+            count = propose(self.nodes, n, scan, self.rule, candidates, missed)
+            if count <= room:
+                return Candidates(*(column[:count] for column in candidates)), missed
+            room = count
+
+    def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
+        count = scan.position.shape[0]
+        first = self.n_nodes
+        append_roots(self.nodes, first, scan, self.rule, self.n_families, log_density)
+        self.n_nodes += count
+        self.track = np.concatenate([self.track, np.full(count, -1, dtype=np.int64)])
+        start = np.maximum(self.nodes.cost[first : self.n_nodes], 0.0)
+        self.start_cost = np.concatenate([self.start_cost, start])
+
+    def _reserve(self, count: int) -> None:
+        capacity = self.nodes.parent.shape[0]
+        if self.n_nodes + count <= capacity:
+            return
+        larger = _allocate(max(2 * capacity, self.n_nodes + count), self.dim)
+        for old, new in zip(self.nodes, larger, strict=True):
+            new[: self.n_nodes] = old[: self.n_nodes]
+        self.nodes = larger
+
+    def _compact(self, keep: NDArray[np.bool_]) -> None:
+        """Drop the nodes that are not kept; order stays."""
+        rows = np.flatnonzero(keep)
+        if rows.shape[0] == self.n_nodes:
+            return
+        number = np.cumsum(keep) - 1
+        for column in self.nodes:
+            column[: rows.shape[0]] = column[rows]
+        parent = self.nodes.parent[: rows.shape[0]]
+        parent[parent >= 0] = number[parent[parent >= 0]]
+        self.n_nodes = rows.shape[0]
+
+
+def _allocate(capacity: int, dim: int) -> Nodes:
+    def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
+        return np.empty((capacity, *shape), dtype=dtype)
+
+    whole = {name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits")}
+    real = ("cost", "tail", "misses", "counted", "chances", "price", "time")
+    size = 2 * dim
+    return Nodes(
+        **whole,
+        **{name: column() for name in real},
+        mean=column(size),
+        covariance=column(size, size),
+    )

@@ -1,0 +1,1 @@
+"""Kalman filtering and smoothing."""

@@ -1,0 +1,267 @@
+"""Prices of items by Lagrangian relaxation, and enumeration of what the bound leaves open.
+
+Every item may be covered once; the dual charges a price for it instead. For prices π ≥ 0,
+L(π) = Σ_family min(0, min_node total + Σ π) − Σ π is a lower bound of the optimum (no 0 where
+the family must be covered). Nothing here checks or raises.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._clusters import Partition
+from trackweave.jit import jit
+from trackweave.solvers._kernels import (
+    Component,
+    improve,
+    is_free,
+    part_of,
+    repair,
+    set_owner,
+)
+
+
+class DualBudget(NamedTuple):
+    """How long to raise the bound and to enumerate what it leaves open, per component."""
+
+    iterations: int
+    visits: int
+    tolerance: float
+
+
+@jit
+def price_nodes(
+    component: Component, price: FloatArray, priced: FloatArray, reduced: FloatArray
+) -> None:
+    """Write the prices along each sequence to ``priced`` and its reduced cost to ``reduced``."""
+    for node in range(component.parent.shape[0]):
+        above = component.parent[node]
+        total = price[component.item[node]]
+        if above >= 0:
+            total += priced[above]
+        priced[node] = total
+        reduced[node] = component.total[node] + total
+
+
+@jit
+def choose(component: Component, reduced: FloatArray, choice: IntArray, best: FloatArray) -> None:
+    """Write each family's node of least reduced cost, -1 where taking none is better."""
+    n_families = choice.shape[0]
+    for family in range(n_families):
+        choice[family] = -1
+        best[family] = math.inf if component.must[family] else 0.0
+    for node in range(component.parent.shape[0]):
+        family = component.family[node]
+        if reduced[node] < best[family]:
+            best[family] = reduced[node]
+            choice[family] = node
+
+
+@jit
+def ascend(
+    component: Component,
+    price: FloatArray,
+    selection: IntArray,
+    max_iterations: int,
+    tolerance: float,
+) -> tuple[float, float]:
+    """Raise the bound by subgradient steps; write the best prices and the best selection.
+
+    The step is Polyak's, with the best known cost as the target; its factor is halved when the
+    bound has not risen for a while. Returns the cost of the selection and the bound.
+    """
+    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
+    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
+    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
+    trial = np.empty(n_families, dtype=np.int64)
+    owner = np.empty(component.n_items, dtype=np.int64)
+    count = np.empty(component.n_items)
+    current = price.copy()
+    upper, lower = math.inf, -math.inf
+    factor, stalled = 1.0, 0
+    for iteration in range(max_iterations):
+        price_nodes(component, current, priced, reduced)
+        choose(component, reduced, choice, best)
+        bound = 0.0
+        for family in range(n_families):
+            bound += best[family]
+        count[:] = -1.0
+        for item in range(component.n_items):
+            bound -= current[item]
+        for family in range(n_families):
+            node = choice[family]
+            while node >= 0:
+                count[component.item[node]] += 1.0
+                node = component.parent[node]
+        improved = bound > lower + 1e-9
+        if improved:
+            lower = bound
+            price[:] = current
+            stalled = 0
+        else:
+            stalled += 1
+        if iteration % 4 == 0 or improved:
+            cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
+            if cost < upper:
+                cost = improve(component, trial, owner, 3)
+            if cost < upper:
+                upper = cost
+                selection[:] = trial
+        if upper - lower <= tolerance:
+            break
+        norm = 0.0
+        for item in range(component.n_items):
+            if count[item] > 0.0 or current[item] > 0.0:
+                norm += count[item] * count[item]
+        if norm == 0.0:
+            break
+        if stalled >= 5:
+            factor *= 0.5
+            stalled = 0
+            current[:] = price
+            if factor < 1e-3:
+                break
+            continue
+        step = factor * (upper - bound) / norm if upper < math.inf else 1.0
+        for item in range(component.n_items):
+            if count[item] > 0.0 or current[item] > 0.0:
+                current[item] = max(0.0, current[item] + step * count[item])
+    return upper, lower
+
+
+@jit
+def enumerate_open(
+    component: Component,
+    price: FloatArray,
+    selection: IntArray,
+    upper: float,
+    max_visits: int,
+) -> tuple[float, bool, int]:
+    """Search depth first all selections that the prices do not exclude.
+
+    A selection costs at least L(π) + Σ_family (reduced cost − the family's least) + Σ π over
+    uncovered items, so a family need only try the nodes whose excess is below what is left of
+    the gap. Writes a better selection if there is one. Returns its cost, whether the search was
+    complete (the cost is then optimal), and how many nodes it visited.
+    """
+    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
+    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
+    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
+    price_nodes(component, price, priced, reduced)
+    choose(component, reduced, choice, best)
+    lower = best.sum() - price.sum()
+    gap = upper - lower
+    # Open nodes of each family in order of excess; -1 stands for taking none.
+    start = np.zeros(n_families + 1, dtype=np.int64)
+    option, excess = np.empty(n_nodes + n_families, dtype=np.int64), np.empty(n_nodes + n_families)
+    fill = 0
+    for family in range(n_families):
+        first = fill
+        if not component.must[family] and -best[family] < gap:
+            option[fill], excess[fill] = -1, -best[family]
+            fill += 1
+        for entry in range(component.start[family], component.start[family + 1]):
+            node = component.members[entry]
+            if reduced[node] - best[family] < gap:
+                option[fill], excess[fill] = node, reduced[node] - best[family]
+                fill += 1
+        order = np.argsort(excess[first:fill])
+        option[first:fill] = option[first:fill][order]
+        excess[first:fill] = excess[first:fill][order]
+        start[family + 1] = fill
+    return _depth_first(component, selection, upper, lower, start, option, excess, max_visits)
+
+
+@jit
+def _depth_first(
+    component: Component,
+    selection: IntArray,
+    upper: float,
+    lower: float,
+    start: IntArray,
+    option: IntArray,
+    excess: FloatArray,
+    max_visits: int,
+) -> tuple[float, bool, int]:
+    """Walk the options of ``enumerate_open``; families with fewest options first."""
+    n_families = component.must.shape[0]
+    order = np.argsort(start[1:] - start[:-1])
+    owner = np.full(component.n_items, -1, dtype=np.int64)
+    current = np.full(n_families, -1, dtype=np.int64)
+    pointer = start[order].copy()
+    spent = np.zeros(n_families + 1)
+    cost = np.zeros(n_families + 1)
+    depth, visits = 0, 0
+    while depth >= 0:
+        if depth == n_families:
+            if cost[depth] < upper - 1e-12:
+                upper = cost[depth]
+                selection[:] = current
+            depth -= 1
+            continue
+        family = order[depth]
+        if current[family] >= 0:
+            set_owner(component, current[family], -1, owner)
+            current[family] = -1
+        if pointer[depth] >= start[family + 1]:
+            pointer[depth] = start[family]
+            depth -= 1
+            continue
+        entry = pointer[depth]
+        pointer[depth] += 1
+        visits += 1
+        if visits > max_visits:
+            return upper, False, visits
+        if lower + spent[depth] + excess[entry] >= upper - 1e-12:
+            # Options are in order of excess, so the rest of this family is closed too.
+            pointer[depth] = start[family]
+            depth -= 1
+            continue
+        node = option[entry]
+        if node >= 0:
+            if not is_free(component, node, family, owner):
+                continue
+            set_owner(component, node, family, owner)
+            current[family] = node
+        spent[depth + 1] = spent[depth] + excess[entry]
+        cost[depth + 1] = cost[depth] + (component.total[node] if node >= 0 else 0.0)
+        depth += 1
+    return upper, True, visits
+
+
+@jit
+def solve_components(
+    parts: Partition,
+    first: int,
+    last: int,
+    price: FloatArray,
+    taken: IntArray,
+    cost: FloatArray,
+    lower: FloatArray,
+    budget: DualBudget,
+) -> int:
+    """Bound and answer the components first … last − 1.
+
+    ``price`` is per item of the partition, ``taken`` per family (a node number within the
+    component, or -1), ``cost`` and ``lower`` per component. Returns how many bounds it computed.
+    """
+    visits = 0
+    for index in range(first, last):
+        component = part_of(parts, index)
+        f0, f1 = parts.family_start[index], parts.family_start[index + 1]
+        own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
+        selection = taken[f0:f1]
+        upper, bound = ascend(
+            component, own_price, selection, budget.iterations, budget.tolerance
+        )
+        if upper - bound > budget.tolerance and budget.visits > 0:
+            upper, complete, tried = enumerate_open(
+                component, own_price, selection, upper, budget.visits
+            )
+            visits += tried
+            if complete:
+                bound = upper
+        cost[index], lower[index] = upper, min(bound, upper)
+    return visits
