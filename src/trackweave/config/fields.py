@@ -1,0 +1,80 @@
+"""Kinds of values that keys take, each with its range and the words that describe it."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+__all__ = [
+    "NOT_YET",
+    "Coordinate",
+    "Count",
+    "Expected",
+    "Pair",
+    "Positive",
+    "Probability",
+    "Section",
+    "one_of",
+]
+
+NOT_YET = "not supported yet"
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What an error message says was expected of a key.
+
+    Parameters
+    ----------
+    text
+        Goes after "expected".
+    """
+
+    text: str
+
+
+class Section(BaseModel):
+    """A table of the configuration: strict types, no unknown keys, no infinities."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+    )
+
+
+Positive = Annotated[float, Field(gt=0, le=1e15), Expected("a number > 0")]
+Probability = Annotated[float, Field(gt=0, lt=1), Expected("a number between 0 and 1")]
+Count = Annotated[int, Field(ge=1, le=1000), Expected("a whole number from 1 to 1000")]
+Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+# TOML has arrays, which strict validation would not take for tuples.
+Pair = Annotated[
+    list[Coordinate],
+    Field(min_length=2, max_length=2),
+    Expected("two numbers in brackets, such as [0.0, 0.0]"),
+]
+
+
+def one_of(now: tuple[str, ...], later: tuple[str, ...] = ()) -> AfterValidator:
+    """Return the check of a key that takes one of a few words.
+
+    Parameters
+    ----------
+    now
+        Words that this version takes.
+    later
+        Words that the file format knows and this version refuses by saying so.
+
+    Returns
+    -------
+    What pydantic calls with the value.
+    """
+
+    def check(value: str) -> str:
+        if value not in now:
+            raise ValueError(NOT_YET if value in later else "unknown")
+        return value
+
+    return AfterValidator(check)

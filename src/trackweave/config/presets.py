@@ -1,0 +1,39 @@
+"""Presets by name: what each says where the configuration file is silent."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+from trackweave.config.messages import suggest
+from trackweave.errors import InvalidInputError
+
+__all__ = ["PRESETS", "preset_values"]
+
+# The module of each preset; its CONFIGURATION is nested as a configuration file is.
+PRESETS: dict[str, str] = {}
+
+
+def preset_values(name: str | None) -> Mapping[str, Any]:
+    """Return what a preset says.
+
+    Parameters
+    ----------
+    name
+        Its name, None for none.
+
+    Returns
+    -------
+    Values nested as in a configuration file.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is no such preset.
+    """
+    if name is None:
+        return {}
+    if name not in PRESETS:
+        choice = suggest(name, sorted(PRESETS)) if PRESETS else "there are none yet"
+        raise InvalidInputError(f'preset: "{name}" is not known; {choice}')
+    values: Mapping[str, Any] = import_module(PRESETS[name]).CONFIGURATION
+    return values

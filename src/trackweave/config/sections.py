@@ -1,0 +1,291 @@
+"""The tables of ``tracker.toml``, key by key.
+
+A key that is left out is None here and is filled later, from the data or by a default.
+"""
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
+
+from trackweave.config.fields import (
+    Coordinate,
+    Count,
+    Expected,
+    Pair,
+    Positive,
+    Probability,
+    Section,
+    one_of,
+)
+
+__all__ = [
+    "Configuration",
+    "FieldOfViewSection",
+    "FrameSection",
+    "LifecycleSection",
+    "MotionSection",
+    "OutputSection",
+    "SearchSection",
+    "SensorSection",
+    "SigmaTable",
+    "WindowSection",
+]
+
+# The file format also knows what a later version will take.
+MotionModel = Annotated[
+    str,
+    one_of(
+        ("constant-velocity",),
+        ("constant-acceleration", "coordinated-turn", "random-walk", "imm"),
+    ),
+    Field(json_schema_extra={"enum": ["constant-velocity"]}),
+    Expected('"constant-velocity"'),
+]
+Measurement = Annotated[
+    str,
+    one_of(
+        ("position",),
+        (
+            "bearing",
+            "range-azimuth",
+            "range-azimuth-elevation",
+            "range-azimuth-elevation-rate",
+            "range-azimuth-rate",
+        ),
+    ),
+    Field(json_schema_extra={"enum": ["position"]}),
+    Expected('"position"'),
+]
+
+
+class MotionSection(Section):
+    """How objects move."""
+
+    model: MotionModel | None = None
+    """How velocity changes: it wanders, driven by white acceleration."""
+
+    process_noise: (
+        Annotated[float, Field(ge=0, le=1e12), Expected("a number ≥ 0 in m²/s³")] | None
+    ) = None
+    """Power spectral density of the acceleration along each axis [m²/s³]."""
+
+    max_speed: Annotated[float, Field(gt=0, le=3e8), Expected("a number > 0 in m/s")] | None = None
+    """How fast an object can be [m/s]; also the spread of a new track's velocity."""
+
+
+class SigmaTable(Section):
+    """Standard deviation by column."""
+
+    x: Positive
+    """East [m]."""
+
+    y: Positive
+    """North [m]."""
+
+    z: Positive | None = None
+    """Up [m]; needed for reports in three dimensions."""
+
+
+class FieldOfViewSection(Section):
+    """Where a sensor sees: a ring sector around its position, a polygon, or what both share."""
+
+    min_range_m: (
+        Annotated[float, Field(ge=0, le=1e9), Expected("a number ≥ 0 in metres")] | None
+    ) = None
+    """Nearest range [m]."""
+
+    max_range_m: (
+        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in metres")] | None
+    ) = None
+    """Farthest range [m]."""
+
+    azimuth_deg: (
+        Annotated[
+            list[Annotated[float, Field(ge=-360, le=720)]],
+            Field(min_length=2, max_length=2),
+            Expected("two numbers from -360 to 720, such as [0, 360]"),
+        ]
+        | None
+    ) = None
+    """Where the sector starts and ends [degrees clockwise from north]."""
+
+    polygon: (
+        Annotated[
+            list[Pair],
+            Field(min_length=3),
+            Expected("at least three corners, such as [[0, 0], [9, 0], [0, 9]]"),
+        ]
+        | None
+    ) = None
+    """Corners of a polygon [m], in order."""
+
+    @model_validator(mode="after")
+    def _ranges_in_order(self) -> "FieldOfViewSection":
+        if self.max_range_m is not None and (self.min_range_m or 0.0) >= self.max_range_m:
+            raise ValueError("min_range_m below max_range_m")
+        return self
+
+
+class SensorSection(Section):
+    """What a sensor measures, how well and how often."""
+
+    measurement: Measurement | None = None
+    """What its reports hold; read off the columns where left out."""
+
+    sigma: (
+        Annotated[
+            Positive | SigmaTable,
+            Expected("a number > 0 in metres, or one for each column: {x = 10.0, y = 12.0}"),
+        ]
+        | None
+    ) = None
+    """Standard deviation of a report along each axis [m]; a report's own columns come first."""
+
+    detection_probability: (
+        Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None
+    ) = None
+    """Chance that a scan reports an object that it covers."""
+
+    clutter_density: Annotated[Positive, Expected("a number > 0 per m² (m³) and scan")] | None = (
+        None
+    )
+    """False alarms per m² (m³) of covered space and scan."""
+
+    clutter_per_scan: (
+        Annotated[Positive, Expected("a number > 0 of false alarms per scan")] | None
+    ) = None
+    """False alarms per scan, uniform over the covered area; instead of ``clutter_density``."""
+
+    scan_period: (
+        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None
+    ) = None
+    """Time from scan to scan [s]."""
+
+    position: (
+        Annotated[
+            list[Coordinate],
+            Field(min_length=2, max_length=3),
+            Expected("two or three numbers in metres, such as [0.0, 0.0]"),
+        ]
+        | None
+    ) = None
+    """Where the sensor stands, x, y[, z] [m]."""
+
+    field_of_view: FieldOfViewSection | None = None
+    """Where it sees; left out = everywhere."""
+
+    @model_validator(mode="after")
+    def _one_kind_of_clutter(self) -> "SensorSection":
+        if self.clutter_density is not None and self.clutter_per_scan is not None:
+            raise ValueError("clutter_density or clutter_per_scan, not both")
+        return self
+
+
+class WindowSection(Section):
+    """The scans that are still open to change."""
+
+    depth: Annotated[Count, Field(le=50), Expected("a whole number from 1 to 50")] | None = None
+    """Scans of the slowest periodic sensor; the others' scans of that time are inside too."""
+
+    max_scans: Annotated[Count, Field(le=200), Expected("a whole number from 1 to 200")] | None = (
+        None
+    )
+    """Most scans over all sensors; older ones are fixed."""
+
+
+class SearchSection(Section):
+    """How the best hypothesis of a window is found; further keys are the method's own."""
+
+    # The method's options are checked against the solver itself, which takes a second to import.
+    model_config = ConfigDict(extra="allow")
+
+    method: Annotated[str, Expected("the name of a solver")] | None = None
+    """Name of a solver."""
+
+    deadline_ms: Annotated[Positive, Expected("a number > 0 of milliseconds")] | None = None
+    """Wall clock per scan [ms]; left out = none. With one, runs are not repeatable."""
+
+
+def _confirmation(value: str) -> str:
+    hits, slash, opportunities = value.partition("/")
+    if not (slash and hits.isdecimal() and opportunities.isdecimal()):
+        raise ValueError("form")
+    if not 1 <= int(hits) <= int(opportunities) <= 100:
+        raise ValueError("range")
+    return value
+
+
+class LifecycleSection(Section):
+    """When tracks begin, are believed, and end."""
+
+    confirm: (
+        Annotated[
+            str,
+            AfterValidator(_confirmation),
+            Expected('text of the form "3/4": detections out of at most 100 opportunities'),
+        ]
+        | None
+    ) = None
+    """Detections out of opportunities that confirm a track."""
+
+    delete_after_misses: Count | None = None
+    """Misses in succession that end a track."""
+
+    new_target_density: (
+        Annotated[Positive, Expected("a number > 0 per m² (m³) and scan")] | None
+    ) = None
+    """Objects newly present per m² (m³) of tracking space and scan."""
+
+    survival: (
+        Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None
+    ) = None
+    """Chance that an object is still there one scan period later."""
+
+
+class OutputSection(Section):
+    """What is written."""
+
+    period: Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None = (
+        None
+    )
+    """Least time between rows of a track [s]; left out = every scan."""
+
+
+class FrameSection(Section):
+    """The plane on which latitudes and longitudes are laid."""
+
+    origin: (
+        Annotated[
+            list[float],
+            Field(min_length=2, max_length=2),
+            AfterValidator(lambda value: _on_earth(value)),
+            Expected("[latitude, longitude] in degrees, from -90 to 90 and -180 to 360"),
+        ]
+        | None
+    ) = None
+    """Latitude and longitude of the origin [degrees]; left out = the middle of the reports."""
+
+
+def _on_earth(value: list[float]) -> list[float]:
+    if not (-90 <= value[0] <= 90 and -180 <= value[1] <= 360):
+        raise ValueError("range")
+    return value
+
+
+class Configuration(Section):
+    """Everything that ``tracker.toml`` can say; keys left out are estimated or take defaults."""
+
+    seed: Annotated[int, Field(ge=0, lt=2**63), Expected("a whole number ≥ 0")] | None = None
+    """Seed of the random numbers; ``--seed`` comes first."""
+
+    motion: MotionSection = MotionSection()
+    sensors: Annotated[dict[str, SensorSection], Expected("tables such as [sensors.default]")] = {}  # noqa: RUF012 pydantic copies defaults
+    window: WindowSection = WindowSection()
+    search: SearchSection = SearchSection()
+    lifecycle: LifecycleSection = LifecycleSection()
+    output: OutputSection = OutputSection()
+    frame: FrameSection = FrameSection()
+
+    def as_file(self) -> dict[str, Any]:
+        """Return the keys that were given, nested as in the file."""
+        return self.model_dump(exclude_unset=True)

@@ -1,0 +1,169 @@
+"""A configuration is checked key by key, and refused in one clear line."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackweave.config import Configuration, load_configuration
+from trackweave.errors import InvalidInputError
+
+FULL = """
+seed = 1
+[motion]
+model = "constant-velocity"
+process_noise = 0.05
+max_speed = 30.0
+[sensors.default]
+measurement = "position"
+sigma = 10.0
+detection_probability = 0.9
+clutter_density = 6.9e-5
+scan_period = 1
+position = [0.0, 0.0]
+[sensors.3]
+sigma = {x = 10.0, y = 12.0}
+clutter_per_scan = 100
+field_of_view = {min_range_m = 0, max_range_m = 90000, azimuth_deg = [0, 360]}
+[sensors.north]
+field_of_view = {polygon = [[0, 0], [9, 0], [0, 9]]}
+[window]
+depth = 5
+max_scans = 15
+[search]
+deadline_ms = 200
+[lifecycle]
+confirm = "3/4"
+delete_after_misses = 5
+new_target_density = 1e-6
+survival = 0.999
+[output]
+period = 4.0
+[frame]
+origin = [47.1, 8.5]
+"""
+
+
+def message(text: str, tmp_path: Path) -> str:
+    file = tmp_path / "tracker.toml"
+    file.write_text(text)
+    with pytest.raises(InvalidInputError) as caught:
+        load_configuration(file)
+    return str(caught.value)
+
+
+def test_takes_every_key_of_the_format(tmp_path: Path) -> None:
+    file = tmp_path / "tracker.toml"
+    file.write_text(FULL)
+    assert load_configuration(file).as_file() == tomllib.loads(FULL)
+
+
+def test_keys_left_out_are_none() -> None:
+    configuration = load_configuration({"motion": {"max_speed": 3.0}})
+    assert configuration.motion.process_noise is None
+    assert configuration.as_file() == {"motion": {"max_speed": 3.0}}
+
+
+def test_nothing_given_is_an_empty_configuration() -> None:
+    assert load_configuration(None).as_file() == {}
+
+
+def test_a_configuration_is_taken_as_it_is() -> None:
+    configuration = Configuration()
+    assert load_configuration(configuration) is configuration
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[sensors.default]\nsigma = -3", "sensors.default.sigma: -3; expected a number > 0"),
+        ("[sensors.A]\nsigma = {x = -1.0, y = 2.0}", "sensors.A.sigma.x: -1.0; expected a number"),
+        ("[sensors.A]\nsigma = nan", "sensors.A.sigma: nan; expected a number > 0"),
+        ("[sensors.A]\nsigma = true", "sensors.A.sigma: true; expected a number > 0"),
+        ('[sensors.A]\nsigma = "10"', 'sensors.A.sigma: "10"; expected a number > 0'),
+        ("[sensors.A]\nsgima = 2.0", "sensors.A.sgima: unknown key; did you mean sigma?"),
+        ("zap = 1", "zap: unknown key; expected one of frame, lifecycle, motion"),
+        ("sensors = [1]", "sensors: [1]; expected tables such as [sensors.default]"),
+        ("sensors.A = 3", "sensors.A: 3; expected a table of keys"),
+        ("motion = 3", "motion: 3; expected a table of keys"),
+        ("seed = 1.5", "seed: 1.5; expected a whole number ≥ 0"),
+        ("seed = -1", "seed: -1; expected a whole number ≥ 0"),
+        ('[motion]\nmodel = "imm"', '"imm" is not supported yet; expected "constant-velocity"'),
+        ('[motion]\nmodel = "zap"', 'motion.model: "zap"; expected "constant-velocity"'),
+        ('[sensors.A]\nmeasurement = "bearing"', '"bearing" is not supported yet'),
+        ("[sensors.A]\nposition = [1, 2, 'x']", 'sensors.A.position: [1, 2, "x"]; expected two'),
+        ('[lifecycle]\nconfirm = "4/3"', 'lifecycle.confirm: "4/3"; expected text of the form'),
+        ('[lifecycle]\nconfirm = "all"', 'lifecycle.confirm: "all"; expected text of the form'),
+        ("[lifecycle]\nsurvival = 1.0", "lifecycle.survival: 1.0; expected a number between"),
+        ("[window]\ndepth = 0", "window.depth: 0; expected a whole number from 1 to 50"),
+        ("[frame]\norigin = [91.0, 0.0]", "frame.origin: [91.0, 0.0]; expected [latitude"),
+        (
+            "[sensors.A]\nclutter_density = 1.0\nclutter_per_scan = 2.0",
+            "expected clutter_density or clutter_per_scan, not both",
+        ),
+        (
+            "[sensors.A]\nfield_of_view = {min_range_m = 9, max_range_m = 8}",
+            "expected min_range_m below max_range_m",
+        ),
+    ],
+)
+def test_refuses_a_wrong_value_by_name(text: str, expected: str, tmp_path: Path) -> None:
+    said = message(text, tmp_path)
+    assert said.startswith("tracker.toml, ")
+    assert expected in said
+    assert "\n" not in said
+
+
+def test_says_how_many_more_keys_are_wrong(tmp_path: Path) -> None:
+    said = message("seed = -1\n[window]\ndepth = 0\nmax_scans = 0", tmp_path)
+    assert said == "tracker.toml, seed: -1; expected a whole number ≥ 0 (and 2 more)"
+
+
+def test_names_the_place_of_a_syntax_error(tmp_path: Path) -> None:
+    assert message("[motion\n", tmp_path).startswith("tracker.toml, line 1, column 8: ")
+
+
+def test_refuses_a_file_that_is_not_text(tmp_path: Path) -> None:
+    file = tmp_path / "tracker.toml"
+    file.write_bytes(b"seed = 1 # \xff")
+    with pytest.raises(InvalidInputError, match="byte 11: not UTF-8"):
+        load_configuration(file)
+
+
+@pytest.mark.parametrize(("name", "said"), [("none.toml", "no such file"), (".", "directory")])
+def test_refuses_what_cannot_be_read(name: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match=f"(?i){said}"):
+        load_configuration(tmp_path / name)
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+    ),
+    max_leaves=5,
+)
+sections = st.sampled_from(["motion", "sensors", "window", "lifecycle", "output", "frame", "seed"])
+keys = st.sampled_from(
+    ["sigma", "default", "depth", "model", "confirm", "origin", "position", "x"]
+)
+
+
+@given(
+    st.dictionaries(
+        sections | st.text(max_size=5),
+        values
+        | st.dictionaries(keys, values | st.dictionaries(keys, values, max_size=3), max_size=3),
+        max_size=4,
+    )
+)
+def test_any_mapping_is_taken_or_refused_in_one_line(mapping: dict[str, object]) -> None:
+    try:
+        taken = load_configuration(mapping)
+    except InvalidInputError as err:
+        assert str(err).startswith("configuration")
+        assert "; " in str(err)
+    else:
+        assert isinstance(taken, Configuration)

@@ -1,0 +1,74 @@
+"""Solvers are named in the configuration, with their own options."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import pytest
+
+from trackweave.config import load_configuration, search
+from trackweave.errors import InvalidInputError
+
+
+@dataclass(frozen=True, slots=True)
+class Climber:
+    """A solver as a file sees it."""
+
+    steps: int = 10
+    ratio: float = 0.5
+    start: Literal["low", "high"] = "low"
+    limit: float | None = None
+    parts: tuple[object, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.steps < 1:
+            raise InvalidInputError(f"steps: {self.steps}; expected at least 1")
+
+
+@pytest.fixture
+def climbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "_solver_class", lambda method: Climber)
+    search.options_model.cache_clear()
+    yield
+    search.options_model.cache_clear()
+
+
+def made(section: dict[str, object]) -> object:
+    return search.make_solver(load_configuration({"search": section}).search)
+
+
+def test_no_method_leaves_the_choice_to_the_tracker() -> None:
+    assert made({}) is None
+    assert made({"deadline_ms": 5.0}) is None
+
+
+@pytest.mark.usefixtures("climbers")
+def test_options_reach_the_solver() -> None:
+    assert made({"method": "greedy", "steps": 3, "limit": 2.0}) == Climber(steps=3, limit=2.0)
+
+
+@pytest.mark.usefixtures("climbers")
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ({"method": "gready"}, 'search.method: "gready" is not known; did you mean greedy?'),
+        ({"method": "greedy", "stesp": 1}, "search.stesp: unknown key; did you mean steps?"),
+        ({"method": "greedy", "parts": []}, "search.parts: unknown key"),
+        ({"method": "greedy", "steps": 1.5}, "search.steps: 1.5; expected a whole number"),
+        (
+            {"method": "greedy", "start": "mid"},
+            'search.start: "mid"; expected one of "low", "high"',
+        ),
+        ({"method": "greedy", "steps": 0}, "search.steps: 0; expected at least 1"),
+        ({"deadline_ms": 0}, "search.deadline_ms: 0; expected a number > 0 of milliseconds"),
+    ],
+)
+def test_refuses_what_a_solver_does_not_take(section: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        load_configuration({"search": section})
+    assert str(caught.value).startswith("configuration, ")
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("method", search.METHODS)
+def test_every_named_method_exists_and_needs_no_options(method: str) -> None:
+    assert made({"method": method}) is not None
