@@ -26,7 +26,7 @@ __all__ = ["Scene", "picture_of_run", "plot_run"]
 
 # Okabe and Ito's colours, told apart by colour-blind people; dark and light ones take turns so
 # that neighbours differ in grey too, and each round has another kind of line.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#E69F00", "#56B4E9")
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#333333", "#D55E00", "#56B4E9")
 LINES: tuple[tuple[float, ...], ...] = ((), (7, 1.6), (9, 1.6, 1.6, 1.6), (3, 1.2))
 TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
 MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200

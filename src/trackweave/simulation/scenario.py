@@ -13,6 +13,7 @@ __all__ = ["Area", "RandomTargets", "Scenario", "SimulatedSensor"]
 MOST_SCANS = 1_000_000
 MOST_RANDOM_TARGETS = 100_000
 MOST_FALSE_ALARMS = 1_000_000
+MOST_ROWS = 50_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +139,7 @@ class RandomTargets:
     stay_inside
         True: a target's place and heading are drawn so that its course stays in the area for
         as long as it lives. False: it goes anywhere, and disappears where it leaves the area.
+        Either holds for the straight course; process noise may carry it a little beyond.
 
     Raises
     ------
@@ -221,20 +223,7 @@ class Scenario:
         _check_dimensions(self)
         _check_names("sensors", [sensor.name for sensor in self.sensors])
         _check_names("targets", [target.name for target in self.explicit_targets()])
-        n_scans = sum(self.duration / sensor.scan_period for sensor in self.sensors)
-        if n_scans > MOST_SCANS:
-            raise InvalidInputError(
-                f"sensors: {n_scans:.3g} scans in {self.duration:g} s; "
-                f"expected at most {MOST_SCANS}"
-            )
-        if (
-            self.random is not None
-            and self.random.birth_rate * self.duration > MOST_RANDOM_TARGETS
-        ):
-            raise InvalidInputError(
-                f"random.birth_rate: {self.random.birth_rate:g}; expected at most "
-                f"{MOST_RANDOM_TARGETS} births in {self.duration:g} s"
-            )
+        _check_size(self)
 
     def explicit_targets(self) -> tuple[Target, ...]:
         """Return all targets but the random ones, each with a name.
@@ -286,6 +275,31 @@ def _check_dimensions(scenario: Scenario) -> None:
                     f"{kind}[{place}].start: {thing.start:g}; expected at most the duration "
                     f"{scenario.duration:g}"
                 )
+
+
+def _check_size(scenario: Scenario) -> None:
+    duration, wanted = scenario.duration, scenario.random
+    scans = [duration / sensor.scan_period for sensor in scenario.sensors]
+    if sum(scans) > MOST_SCANS:
+        raise InvalidInputError(
+            f"sensors: {sum(scans):.3g} scans in {duration:g} s; expected at most {MOST_SCANS}"
+        )
+    births = 0.0 if wanted is None else wanted.birth_rate * duration
+    if births > MOST_RANDOM_TARGETS:
+        raise InvalidInputError(
+            f"random.birth_rate: {births:.3g} births in {duration:g} s; "
+            f"expected at most {MOST_RANDOM_TARGETS}"
+        )
+    n_targets = len(scenario.explicit_targets()) + births + (wanted.count if wanted else 0)
+    clutter = sum(
+        many * sensor.clutter_per_scan
+        for many, sensor in zip(scans, scenario.sensors, strict=True)
+    )
+    if n_targets * sum(scans) + clutter > MOST_ROWS:
+        raise InvalidInputError(
+            f"duration: {duration:g} s with {n_targets:.3g} targets, {sum(scans):.3g} scans and "
+            f"{clutter:.3g} false alarms; expected at most {MOST_ROWS:.3g} reports"
+        )
 
 
 def _check_names(kind: str, names: list[str | None]) -> None:

@@ -140,13 +140,10 @@ def _random_target(
         speed, heading = rng.uniform(*wanted.speed), rng.uniform(0.0, 2 * math.pi)
         velocity = np.zeros(area.dim)
         velocity[:2] = speed * math.cos(heading), speed * math.sin(heading)
-        last = place + (end - start) * velocity
-        if not wanted.stay_inside:
-            end = min(end, start + _time_to_border(place, velocity, area))
-        elif np.any(last < low) or np.any(last > high):
-            continue
-        if end > start:
-            return Target(tuple(place.tolist()), tuple(velocity.tolist()), start, end, name=name)
+        inside = _time_to_border(place, velocity, area)
+        if inside > 0 and (inside >= end - start or not wanted.stay_inside):
+            last = min(end, start + inside)
+            return Target(tuple(place.tolist()), tuple(velocity.tolist()), start, last, name=name)
     raise InvalidInputError(
         f"random.speed: {wanted.speed!r}; expected speeds at which a target can stay in the area "
         f"for its {end - start:g} s, or stay_inside = false"
