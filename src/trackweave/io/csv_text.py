@@ -167,10 +167,10 @@ def _records(text: str, name: str) -> Iterator[list[str]]:
 def _text_frame(rows: list[list[str]], names: list[str]) -> pl.DataFrame:
     columns = zip(*rows, strict=True) if rows else [()] * len(names)
     frame = pl.DataFrame(
-        [
-            pl.Series(column, cells, dtype=pl.String)
+        {
+            column: pl.Series(cells, dtype=pl.String)
             for column, cells in zip(names, columns, strict=True)
-        ]
+        }
     )
     return frame.with_columns(pl.all().replace("", None))
 

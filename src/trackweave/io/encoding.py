@@ -1,6 +1,7 @@
 """Data frames become bytes: the same frame always the same bytes."""
 
 import gzip
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -38,10 +39,9 @@ def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
     ending = file_ending(Path(file_name))
     if ending == ".parquet":
         buffer = BytesIO()
-        columns = [_as_text(s) if s.dtype == pl.Object else s for s in frame.get_columns()]
-        pl.DataFrame(columns).write_parquet(buffer)
+        _each(frame, _storable).write_parquet(buffer)
         return buffer.getvalue()
-    text = pl.DataFrame([_printable(column) for column in frame.get_columns()]).write_csv()
+    text = _each(frame, _printable).write_csv()
     data = text.encode("utf-8")
     return gzip.compress(data, compresslevel=6, mtime=0) if ending == ".csv.gz" else data
 
@@ -84,6 +84,15 @@ def _to_pandas(frame: pl.DataFrame) -> Any:
         else:
             columns[column.name] = column.to_list()
     return pd.DataFrame(columns)
+
+
+def _each(frame: pl.DataFrame, change: Callable[[pl.Series], pl.Series]) -> pl.DataFrame:
+    # By name, because polars gives a name to a column without one when it comes in a list.
+    return pl.DataFrame({column.name: change(column) for column in frame.get_columns()})
+
+
+def _storable(column: pl.Series) -> pl.Series:
+    return _as_text(column) if column.dtype == pl.Object else column
 
 
 def _printable(column: pl.Series) -> pl.Series:

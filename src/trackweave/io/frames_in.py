@@ -68,25 +68,25 @@ def _columns(native: Any, names: list[str]) -> pl.DataFrame:
         return native
     if hasattr(native, "iloc"):
         return pl.DataFrame(
-            [_pandas_column(native.iloc[:, place], name) for place, name in enumerate(names)]
+            {name: _pandas_column(native.iloc[:, place]) for place, name in enumerate(names)}
         )
     frame = pl.from_arrow(native)
     assert isinstance(frame, pl.DataFrame)
     return frame
 
 
-def _pandas_column(column: Any, name: str) -> pl.Series:
+def _pandas_column(column: Any) -> pl.Series:
     """Return a pandas column without the help of pyarrow, which a user need not have."""
     if getattr(column.dtype, "tz", None) is not None:
         utc = column.dt.tz_convert("UTC").dt.tz_localize(None)
-        return pl.Series(name, utc.to_numpy()).dt.replace_time_zone("UTC")
+        return pl.Series(utc.to_numpy()).dt.replace_time_zone("UTC")
     if isinstance(column.dtype, np.dtype) and column.dtype.kind in "biufM":
-        return pl.Series(name, column.to_numpy(), nan_to_null=True)
+        return pl.Series(column.to_numpy(), nan_to_null=True)
     missing = column.isna().to_numpy()
     values = [
         None if gone else value for value, gone in zip(column.tolist(), missing, strict=True)
     ]
     try:
-        return pl.Series(name, values, strict=True)
+        return pl.Series(values, strict=True)
     except (TypeError, OverflowError, pl.exceptions.PolarsError):  # values of several types
-        return pl.Series(name, [None if value is None else str(value) for value in values])
+        return pl.Series([None if value is None else str(value) for value in values])

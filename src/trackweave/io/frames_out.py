@@ -96,7 +96,7 @@ def assignments_frame(
         pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
     ]
-    return pl.DataFrame([*columns, *_carried_columns(reports, columns)])
+    return _frame([*columns, *_carried_columns(reports, columns)])
 
 
 def reports_frame(reports: ReportTable) -> pl.DataFrame:
@@ -125,7 +125,7 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
         columns += _number_columns(names, reports.sigma)
     if reports.scan is not None:
         columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
-    return pl.DataFrame([*columns, *_carried_columns(reports, columns)])
+    return _frame([*columns, *_carried_columns(reports, columns)])
 
 
 def truth_frame(
@@ -158,6 +158,11 @@ def truth_frame(
             *velocity,
         ]
     )
+
+
+def _frame(columns: list[pl.Series]) -> pl.DataFrame:
+    # By name, because polars gives a name to a column without one when it comes in a list.
+    return pl.DataFrame({column.name: column for column in columns})
 
 
 def _time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED, STATUSES
 from trackweave.domain.truth import TruthTable
-from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.positions import read_positions
-from trackweave.io.tables import RawTable, TableSource, load_table
+from trackweave.io.tables import TableSource, load_table
 
 __all__ = [
     "AssignmentTable",
@@ -93,11 +93,8 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
     DataFormatError
         If the table is not one of true positions, or has a bad row.
     """
-    table = load_table(source)
-    checks = RowChecks(table)
-    truth = _paths(checks, "target", frame)
-    checks.finish("fail")
-    return _as_truth(table, truth)
+    checks = RowChecks(load_table(source))
+    return _as_truth(checks, _paths(checks, "target", frame))
 
 
 def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
@@ -123,16 +120,14 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     DataFormatError
         If the table is not one of tracks, or has a bad row.
     """
-    table = load_table(source, may_be_empty=True)
-    checks = RowChecks(table)
+    checks = RowChecks(load_table(source, may_be_empty=True))
     if frame is not None:
         checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
     tracks = _paths(checks, "track", frame)
     claimed = np.ones(len(checks), dtype=bool)
     if "status" in checks.names:
         claimed = read_status(checks) >= CONFIRMED
-    checks.finish("fail")
-    return _as_truth(table, tracks, claimed)
+    return _as_truth(checks, tracks, claimed)
 
 
 def read_assignments(source: TableSource) -> AssignmentTable:
@@ -209,21 +204,15 @@ def _paths(checks: RowChecks, name_column: str, frame: LocalFrame | None) -> _Pa
     return _Paths(name_column, time, name, position, velocity)
 
 
-def _as_truth(table: RawTable, paths: _Paths, rows: BoolArray | None = None) -> TruthTable:
-    chosen = np.ones(len(paths.time), dtype=bool) if rows is None else rows
-    velocity = None if paths.velocity is None else paths.velocity[chosen]
-    try:
-        return TruthTable.from_columns(
-            paths.time[chosen], paths.name[chosen], paths.position[chosen], velocity
-        )
-    except InvalidInputError as err:
-        # Only now does it show that somebody is at two places at one time.
-        names = paths.name.astype(str)
-        order = np.lexsort((names, paths.time, ~chosen))[: int(chosen.sum())]
-        same = (np.diff(paths.time[order]) == 0) & (names[order][1:] == names[order][:-1])
-        row = int(table.row[order[np.flatnonzero(same)[0] + 1]]) if same.any() else 0
-        what = f"{paths.name_column} {paths.name[order[np.flatnonzero(same)[0]]]}"
-        raise DataFormatError(
-            f"{table.name}, row {row}, column {paths.name_column}: {what} a second time at one "
-            "time; expected one row per time"
-        ) from err
+def _as_truth(checks: RowChecks, paths: _Paths, claimed: BoolArray | None = None) -> TruthTable:
+    """Return the claimed rows; who is at two places at one time is refused here."""
+    rows = np.flatnonzero(checks.good if claimed is None else checks.good & claimed)
+    place = pl.DataFrame({"time": paths.time[rows], "name": pl.Series(paths.name[rows].tolist())})
+    again = np.zeros(len(checks), dtype=bool)
+    again[rows] = ~place.select(pl.struct(pl.all()).is_first_distinct()).to_series().to_numpy()
+    checks.refuse(paths.name_column, again, f"one row of a {paths.name_column} at one time")
+    checks.finish("fail")
+    velocity = None if paths.velocity is None else paths.velocity[rows]
+    return TruthTable.from_columns(
+        paths.time[rows], paths.name[rows], paths.position[rows], velocity
+    )

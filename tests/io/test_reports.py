@@ -1,0 +1,228 @@
+"""Tables of reports."""
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.reports import BadRow
+from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.io.reports import read_reports
+
+
+@pytest.fixture
+def write(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def write(text: str) -> str:
+        (tmp_path / "reports.csv").write_text(text)
+        return "reports.csv"
+
+    return write
+
+
+def test_reads_the_least_that_a_table_must_have(write):
+    reports = read_reports(write("time,x,y\n0,1,2\n"))
+    assert reports.time.tolist() == [0.0]
+    assert reports.measurement.tolist() == [[1.0, 2.0]]
+    assert reports.sensors == ("default",)
+    assert np.isnan(reports.sigma).all()
+    assert reports.report.tolist() == ["1"]
+    assert (reports.scan, reports.frame, reports.iso_time) == (None, None, False)
+
+
+def test_reads_all_that_a_table_may_have(write):
+    reports = read_reports(
+        write(
+            "report,time,sensor,x,y,z,sigma_x,sigma_y,sigma_z,scan,target,identity,note\n"
+            "a,2024-05-01T00:00:00Z,north,1,2,3,.1,.2,.3,7,t1,4CA2,hello\n"
+            "b,2024-05-01T00:00:01Z,north,1,2,3,.1,,.3,8,,,\n"
+        )
+    )
+    assert reports.report.tolist() == ["a", "b"]
+    assert reports.iso_time
+    assert reports.dim == 3
+    np.testing.assert_array_equal(reports.sigma, [[0.1, 0.2, 0.3], [0.1, np.nan, 0.3]])
+    assert reports.scan.tolist() == [7, 8]
+    assert reports.carried["target"].tolist() == ["t1", ""]
+    assert reports.carried["identity"].to_list() == ["4CA2", None]
+    assert list(reports.carried) == ["target", "identity", "note"]
+
+
+def test_sorts_by_time_then_sensor_then_row(write):
+    reports = read_reports(
+        write("time,sensor,x,y\n1,2,0,0\n0,10,1,0\n0,2,2,0\n0,10,3,0\n1,1,4,0\n")
+    )
+    assert reports.sensors == ("1", "2", "10")
+    assert reports.measurement[:, 0].tolist() == [2, 1, 3, 4, 0]
+    assert reports.report.tolist() == ["3", "2", "4", "5", "1"]
+
+
+def test_row_order_does_not_matter(write):
+    rows = [f"{k // 3},{k % 3},{k},{k},r{k}" for k in range(12)]
+    header = "time,sensor,x,y,report\n"
+    forwards = read_reports(write(header + "\n".join(rows)))
+    backwards = read_reports(write(header + "\n".join(rows[::-1])))
+    assert forwards.report.tolist() == backwards.report.tolist()
+    np.testing.assert_array_equal(forwards.measurement, backwards.measurement)
+
+
+def test_equal_rows_are_two_reports(write):
+    assert len(read_reports(write("time,x,y\n0,1,2\n0,1,2\n"))) == 2
+
+
+def test_a_gap_of_years_is_no_fault(write):
+    assert len(read_reports(write("time,x,y\n0,1,2\n1e9,1,2\n"))) == 2
+
+
+def test_sigma_goes_with_latitudes_too(write):
+    reports = read_reports(write("time,lat,lon,sigma_x,sigma_y\n0,47,8,10,20\n"))
+    assert reports.sigma.tolist() == [[10.0, 20.0]]
+    assert reports.frame == LocalFrame(47.0, 8.0)
+
+
+def test_an_origin_that_is_given_is_taken(write):
+    reports = read_reports(write("time,lat,lon\n0,47,8\n"), frame_origin=(46.0, 8))
+    assert reports.frame == LocalFrame(46.0, 8.0)
+    assert reports.measurement[0, 1] == pytest.approx(111_100, rel=1e-3)
+
+
+def test_altitudes_that_are_not_everywhere_are_carried(write):
+    reports = read_reports(write("time,lat,lon,alt_m\n0,47,8,900\n1,47,8,\n"))
+    assert reports.dim == 2
+    assert reports.carried["alt_m"].to_list() == ["900", None]
+
+
+@pytest.mark.parametrize(
+    ("library", "kind"),
+    [(pl.DataFrame, "polars"), (pd.DataFrame, "pandas"), (pa.table, "pyarrow")],
+)
+def test_takes_tables_of_other_libraries(library, kind):
+    data = {"time": [1.0, 0.0], "sensor": [2, 1], "x": [1, 2], "y": [3.5, 4.5]}
+    reports = read_reports(library({**data, "target": [7.0, None]}))
+    assert reports.sensors == ("1", "2")
+    assert reports.measurement.tolist() == [[2.0, 4.5], [1.0, 3.5]]
+    assert reports.carried["target"].tolist() == ["", "7"]
+    assert reports.kind == kind
+
+
+def test_empty_noise_of_pandas_is_left_to_the_sensor():
+    table = pd.DataFrame({"time": [0.0, 1.0], "x": 1.0, "y": 2.0, "sigma_x": [3.0, np.nan]})
+    np.testing.assert_array_equal(read_reports(table).sigma[:, 0], [3.0, np.nan])
+
+
+def test_parquet_and_csv_give_the_same_reports(tmp_path):
+    table = pl.DataFrame({"time": [0.1, 1 / 3], "sensor": ["b", "a"], "x": [1e-7, 2.0], "y": 1.5})
+    table.write_csv(tmp_path / "r.csv")
+    table.write_parquet(tmp_path / "r.parquet")
+    one, other = read_reports(tmp_path / "r.csv"), read_reports(tmp_path / "r.parquet")
+    for name in ("time", "sensor", "measurement", "report"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert one.sensors == other.sensors
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", ": no header, the file is empty; expected columns' names"),
+        ("time,x,y\n", ": no data rows; expected at least one"),
+        ("x,y\n1,2\n", ", column time: missing; expected seconds or ISO 8601 times (the columns"),
+        ("Time,x,y\n0,1,2\n", ", column time: only Time; expected seconds or ISO 8601 times"),
+        ("time,x,y\nnan,1,2\n", ", row 1, column time: nan; expected a finite number of seconds"),
+        ("time,x,y\n0,1,2\n,1,2\n", ", row 2, column time: (empty); expected a finite number"),
+        ("time,x,y\n1e12,1,2\n", ", row 1, column time: 1e12; expected a number from -1e+11 to"),
+        ("time,x,y\nsoon,1,2\n", ", row 1, column time: soon; expected seconds or an ISO 8601"),
+        (
+            "time,x,y\n2024-05-01,1,2\n5,1,2\n",
+            ", row 2, column time: 5; expected an ISO 8601 time",
+        ),
+        ("time,sensor,x,y\n0,,1,2\n", ", row 1, column sensor: (empty); expected the name or"),
+        ("time,x,y\n0,inf,2\n", ", row 1, column x: inf; expected a number from -1e+09 to 1e+09"),
+        ("time,x,y\n0,1,two\n", ", row 1, column y: two; expected a finite number"),
+        (
+            "time,x,y,sigma_x\n" + "0,1,2,3\n" * 16 + "0,1,2,-3.0\n",
+            ", row 17, column sigma_x: -3.0; expected a positive number",
+        ),
+        ("time,x,y,sigma_y\n0,1,2,0\n", ", row 1, column sigma_y: 0; expected a positive number"),
+        ("time,x,y,sigma_y\n0,1,2,nan\n", ", row 1, column sigma_y: nan; expected a positive num"),
+        ("time,x,y,sigma_y\n0,1,2,inf\n", ", row 1, column sigma_y: inf; expected a positive num"),
+        ("time,x,y,sigma_y\n0,1,2,1e-9\n", ", row 1, column sigma_y: 1e-9; expected a positive"),
+        ("time,x,y,scan\n0,1,2,1.5\n", ", row 1, column scan: 1.5; expected a whole number"),
+        ("time,x,y,scan\n0,1,2,\n", ", row 1, column scan: (empty); expected a whole number"),
+        (
+            "time,x,y,report\n0,1,2,a\n0,1,2,b\n0,1,2,a\n",
+            ", row 3, column report: a; expected an identifier that no row before has",
+        ),
+        ("time,x,y,report\n0,1,2,\n", ", row 1, column report: (empty); expected an identifier"),
+    ],
+)
+def test_says_what_is_wrong_with_a_table(write, text, message):
+    with pytest.raises(DataFormatError) as caught:
+        read_reports(write(text))
+    assert str(caught.value).startswith(f"reports.csv{message}")
+
+
+def test_tells_of_the_first_bad_row_whatever_the_column(write):
+    with pytest.raises(DataFormatError, match=r"row 2, column y: b; "):
+        read_reports(write("time,x,y\n0,1,2\n0,1,b\n0,a,2\n"))
+
+
+def test_leaves_bad_rows_out_and_lists_them_when_told_to(write):
+    text = "time,x,y,sigma_x\n0,1,2,3\n0,1\n1,a,2,-1\n2,5,6,-3.0\n3,7,8,\n"
+    reports = read_reports(write(text), on_bad_row="skip")
+    assert reports.time.tolist() == [0.0, 3.0]
+    assert reports.report.tolist() == ["1", "5"]
+    assert reports.skipped == (
+        BadRow(2, None, "2 cells", "4 as in the header"),
+        BadRow(3, "x", "a", "a finite number"),
+        BadRow(4, "sigma_x", "-3.0", "a positive number"),
+    )
+    message = reports.skipped[2].message("reports.csv")
+    assert message == "reports.csv, row 4, column sigma_x: -3.0; expected a positive number"
+
+
+def test_an_identifier_of_a_bad_row_is_free(write):
+    text = "time,x,y,report\n0,a,2,r1\n0,1,2,r1\n0,1,2,r1\n"
+    reports = read_reports(write(text), on_bad_row="skip")
+    assert reports.report.tolist() == ["r1"]
+    assert [bad.row for bad in reports.skipped] == [1, 3]
+
+
+def test_altitude_and_origin_follow_from_the_good_rows_alone(write):
+    text = "time,lat,lon,alt_m\n0,47,8,500\nx,0,0,\n0,99,8,\n1,47,8,600\n2,0,0,100\n"
+    reports = read_reports(write(text), on_bad_row="skip")
+    assert reports.frame == LocalFrame(47.0, 8.0)
+    assert reports.measurement[:, 2].tolist() == [500.0, 600.0]
+    assert [bad.row for bad in reports.skipped] == [2, 3, 5]
+
+
+@pytest.mark.parametrize("rows", ["0,a,2\n1,1,b\n", "0,1\n1,2,3,4\n"])
+def test_refuses_a_table_of_which_no_row_is_usable(write, rows):
+    with pytest.raises(DataFormatError, match=r"row 1.*none of the other rows is usable"):
+        read_reports(write("time,x,y\n" + rows), on_bad_row="skip")
+
+
+def test_refuses_what_is_no_table():
+    with pytest.raises(InvalidInputError, match="int: not a table"):
+        read_reports(3)
+
+
+def test_reads_many_rows_to_the_last_digit(tmp_path):
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=(100_000, 2)) * 10.0 ** rng.integers(-5, 8, (100_000, 1))
+    columns = {"time": np.arange(len(values)) // 100, "x": values[:, 0], "y": values[:, 1]}
+    pl.DataFrame(columns).write_csv(tmp_path / "r.csv")
+    np.testing.assert_array_equal(read_reports(tmp_path / "r.csv").measurement, values)
+
+
+@pytest.mark.shared
+def test_reads_recorded_aircraft(shared):
+    path = shared / "data" / "opensky" / "OpenSky_Plane_States.csv"
+    if not path.exists():
+        pytest.skip("the recording is not beside the checkout")
+    reports = read_reports(path)
+    assert len(reports) == 6052
+    assert reports.frame is not None
+    assert "icao24" in reports.carried

@@ -1,0 +1,86 @@
+"""Times in seconds and as ISO 8601."""
+
+from datetime import date, datetime
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackweave.io.times import datetime_column, iso_text, read_times
+
+NOON = 1714564800.0  # 2024-05-01T12:00:00Z
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("2024-05-01T12:00:00Z", NOON),
+        ("2024-05-01T12:00:00z", NOON),
+        ("2024-05-01 12:00", NOON),
+        ("2024-05-01T14:00:00+02:00", NOON),
+        ("20240501T120000Z", NOON),
+        ("2024-05-01T12:00:00.25", NOON + 0.25),
+        ("2024-05-01T12:00:00.123456789Z", NOON + 0.123456),
+        ("2024-05-01", NOON - 43_200),
+        (" 2024-05-01T12:00:00Z ", NOON),
+    ],
+)
+def test_reads_iso_times_as_seconds_from_1970(text, seconds):
+    times = read_times(pl.Series([text]))
+    assert times.iso
+    assert times.numbers.values.tolist() == [seconds]
+
+
+def test_the_first_cell_decides_how_times_are_written():
+    iso = read_times(pl.Series([None, "2024-05-01", "17", "20240501"]))
+    assert iso.iso
+    assert iso.numbers.unreadable.tolist() == [False, False, True, True]
+    seconds = read_times(pl.Series(["17", "2024-05-01"]))
+    assert not seconds.iso
+    assert seconds.numbers.unreadable.tolist() == [False, True]
+
+
+@pytest.mark.parametrize("text", ["noon", "2024-13-01", "2024-05-01T12:00:60Z", "1:30"])
+def test_does_not_read_what_is_no_time(text):
+    times = read_times(pl.Series([text]))
+    assert times.numbers.unreadable.tolist() == [True]
+    assert times.expected == "seconds or an ISO 8601 time"
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+@pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
+def test_reads_types_of_dates(unit, zone):
+    column = pl.Series([datetime(2024, 5, 1, 12), None]).dt.cast_time_unit(unit)
+    if zone:
+        column = column.dt.replace_time_zone("UTC").dt.convert_time_zone(zone)
+    times = read_times(column)
+    assert times.iso
+    assert times.numbers.values[0] == NOON
+    assert times.numbers.missing.tolist() == [False, True]
+
+
+def test_reads_days():
+    assert read_times(pl.Series([date(1970, 1, 2)])).numbers.values.tolist() == [86_400.0]
+
+
+@given(st.lists(st.floats(-6e9, 6e9), min_size=1, max_size=5))
+def test_times_come_back_to_the_microsecond(seconds):
+    wanted = np.rint(np.array(seconds) * 1e6) / 1e6
+    text = iso_text(datetime_column("time", wanted))
+    again = read_times(text)
+    assert again.iso
+    np.testing.assert_allclose(again.numbers.values, wanted, rtol=0, atol=1.1e-6)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        ([NOON], "2024-05-01T12:00:00Z"),
+        ([NOON, NOON + 0.5], "2024-05-01T12:00:00.000Z"),
+        ([NOON, NOON + 1e-6], "2024-05-01T12:00:00.000000Z"),
+    ],
+)
+def test_writes_as_many_decimals_as_the_finest_time_needs(seconds, text):
+    assert iso_text(datetime_column("time", np.array(seconds)))[0] == text
