@@ -61,9 +61,12 @@ def _group(label: IntArray, n_labels: int) -> tuple[IntArray, IntArray]:
 
 @jit
 def partition(
-    parent: IntArray, item: IntArray, total: FloatArray, must_cover: np.ndarray
+    parent: IntArray, item: IntArray, total: FloatArray, must_cover: np.ndarray, whole: bool
 ) -> Partition:
-    """Return the components of a problem whose parents stand before their children."""
+    """Return the components of a problem whose parents stand before their children.
+
+    ``whole`` makes one component of everything.
+    """
     n_nodes, n_items = parent.shape[0], must_cover.shape[0]
     leader = np.arange(n_items)
     for node in range(n_nodes):
@@ -71,6 +74,8 @@ def partition(
             first, second = find(leader, item[node]), find(leader, item[parent[node]])
             if first != second:
                 leader[max(first, second)] = min(first, second)
+    if whole:
+        leader[:] = 0
     label = np.full(n_items, -1, dtype=np.int64)
     n_components = 0
     used = np.zeros(n_items, dtype=np.bool_)

@@ -233,3 +233,30 @@ def _eject(
     if old >= 0:
         set_owner(component, old, family, owner)
     return False
+
+
+@jit
+def cheapest_first(component: Component, selection: IntArray) -> tuple[float, float]:
+    """Write the greedy selection; return its cost and the bound without any exclusion."""
+    total = component.total
+    n_families = selection.shape[0]
+    least = np.zeros(n_families)
+    for family in range(n_families):
+        if component.must[family]:
+            least[family] = math.inf
+    for node in range(total.shape[0]):
+        family = component.family[node]
+        least[family] = min(least[family], total[node])
+    selection[:] = -1
+    owner = np.full(component.n_items, -1, dtype=np.int64)
+    for family in range(n_families):
+        if component.must[family]:
+            owner[component.item[component.members[component.start[family]]]] = family
+    for node in np.argsort(total, kind="mergesort"):
+        family = component.family[node]
+        wanted = total[node] < 0.0 or component.must[family]
+        if wanted and selection[family] < 0 and total[node] < math.inf:
+            if is_free(component, node, family, owner):
+                selection[family] = node
+                set_owner(component, node, family, owner)
+    return selection_cost(component, selection), least.sum()

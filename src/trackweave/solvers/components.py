@@ -1,0 +1,119 @@
+"""A problem taken apart into components, and an answer put together from theirs."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._clusters import Partition, partition
+from trackweave.association.problem import Answer, AssignmentProblem, Certificate, Status
+from trackweave.solvers._kernels import Component, part_of
+from trackweave.solvers.protocol import Hint
+
+__all__ = ["Components"]
+
+TOLERANCE = 1e-9
+"""A gap below this, per unit of cost, is rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Components:
+    """The components of a problem with the best known answer and bound of each.
+
+    Parameters
+    ----------
+    problem
+        The whole.
+    parts
+        Its nodes, families and items, component after component.
+    price
+        Of each item, in the order of ``parts.item_of``.
+    taken
+        For each family the node that it takes, numbered within its component; -1 for none.
+    cost, lower
+        Of each component: the cost of what is taken, and a lower bound.
+    """
+
+    problem: AssignmentProblem
+    parts: Partition
+    price: FloatArray
+    taken: IntArray
+    cost: FloatArray
+    lower: FloatArray
+
+    @classmethod
+    def of(
+        cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False
+    ) -> Self:
+        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
+        parts = partition(
+            problem.parent, problem.item, problem.total, problem.must_cover, whole
+        )
+        n_components = parts.node_start.shape[0] - 1
+        known = hint is not None and hint.prices is not None
+        prices = np.maximum(hint.prices, 0.0) if known else np.zeros(problem.n_items)  # type: ignore[union-attr]
+        return cls(
+            problem=problem,
+            parts=parts,
+            price=prices[parts.item_of],
+            taken=np.full(parts.must.shape[0], -1, dtype=np.int64),
+            cost=np.full(n_components, np.inf),
+            lower=np.full(n_components, -np.inf),
+        )
+
+    def __len__(self) -> int:
+        return self.cost.shape[0]
+
+    def component(self, index: int) -> Component:
+        """Return one component, as views."""
+        return part_of(self.parts, index)
+
+    def families(self, index: int) -> slice:
+        """Return where a component's families stand in ``taken``."""
+        return slice(int(self.parts.family_start[index]), int(self.parts.family_start[index + 1]))
+
+    def items(self, index: int) -> slice:
+        """Return where a component's items stand in ``price`` and ``parts.item_of``."""
+        return slice(int(self.parts.item_start[index]), int(self.parts.item_start[index + 1]))
+
+    def copy(self) -> Self:
+        """Return components whose answers and bounds can change apart from these."""
+        return replace(
+            self, taken=self.taken.copy(), cost=self.cost.copy(), lower=self.lower.copy()
+        )
+
+    def selection_of(self, nodes: IntArray) -> IntArray:
+        """Return the given nodes of the problem as a selection over all families."""
+        parts = self.parts
+        place = np.empty(self.problem.n_nodes, dtype=np.int64)
+        place[parts.node] = np.arange(parts.node.shape[0])
+        component = np.searchsorted(parts.node_start, place[nodes], side="right") - 1
+        family = parts.family[place[nodes]] + parts.family_start[component]
+        selection = np.full(parts.must.shape[0], -1, dtype=np.int64)
+        selection[family] = place[nodes] - parts.node_start[component]
+        return selection
+
+    def open(self) -> IntArray:
+        """Return the components whose answer is not proven best, those of widest gap first."""
+        gap = self.cost - self.lower
+        unknown = ~np.isfinite(gap)
+        is_open = unknown | (gap > TOLERANCE * np.maximum(1.0, np.abs(self.cost)))
+        candidates = np.flatnonzero(is_open)
+        return candidates[np.argsort(-gap[candidates], kind="stable")]
+
+    def answer(self, evaluations: int, stop_reason: str) -> Answer:
+        """Return the answer of the whole problem."""
+        parts = self.parts
+        n_families = np.diff(parts.family_start)
+        first_node = np.repeat(parts.node_start[:-1], n_families)
+        used = self.taken >= 0
+        nodes = np.sort(parts.node[self.taken[used] + first_node[used]])
+        cost = self.problem.base_cost + float(self.problem.total[nodes].sum())
+        slack = float(np.maximum(self.cost - self.lower, 0.0).sum())
+        proven = self.open().shape[0] == 0
+        prices = np.zeros(self.problem.n_items)
+        prices[parts.item_of] = self.price
+        status = Status.OPTIMAL if proven else Status.FEASIBLE
+        certificate = Certificate(cost, cost if proven else cost - slack, status)
+        return Answer(nodes, certificate, evaluations, stop_reason, prices)

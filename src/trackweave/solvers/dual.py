@@ -1,0 +1,89 @@
+"""Prices, a lower bound, and an answer by reduced cost."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
+from trackweave.solvers._dual import DualBudget, solve_components
+from trackweave.solvers.components import Components
+from trackweave.solvers.protocol import Hint, Stop
+
+__all__ = ["Dual"]
+
+
+@dataclass(frozen=True, slots=True)
+class Dual:
+    """Lagrangian relaxation: every item gets a price, and the prices a bound.
+
+    Subgradient ascent on the prices [1]_; at each rise of the bound an answer is made greedily
+    by reduced cost and improved locally. Where a small gap remains, the sequences that the
+    prices do not exclude are enumerated, which proves the answer when it completes.
+
+    Parameters
+    ----------
+    iterations
+        Greatest number of bounds per component, at least 1.
+    visits
+        Greatest number of steps of the enumeration per component; 0 for none.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of range.
+
+    References
+    ----------
+    .. [1] M. Held, P. Wolfe, H. Crowder, *Validation of subgradient optimization*, 1974, eq. 4.
+       doi:10.1007/BF01580223
+    """
+
+    iterations: int = 100
+    visits: int = 20_000
+
+    def __post_init__(self) -> None:
+        if self.iterations < 1 or self.visits < 0:
+            raise InvalidInputError(
+                f"Dual: {self.iterations} iterations, {self.visits} visits; expected ≥ 1 and ≥ 0"
+            )
+
+    def __call__(
+        self,
+        problem: AssignmentProblem,
+        *,
+        rng: np.random.Generator,
+        hint: Hint | None = None,
+        stop: Stop | None = None,
+    ) -> Answer:
+        """Return the answer by reduced cost; see ``Solver``."""
+        components = Components.of(problem, hint)
+        evaluations, stopped = self.bound(components, stop)
+        if stopped:
+            reason = "stopped"
+        else:
+            reason = "gap closed" if components.open().size == 0 else "bound stalled"
+        return components.answer(evaluations, reason)
+
+    def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
+        """Bound and answer every component; return the evaluations, and whether it was stopped.
+
+        After a stop the remaining components get one greedy answer and the bound at the prices
+        that they came with.
+        """
+        evaluations, first, stopped = 0, 0, False
+        starts = components.parts.node_start
+        while first < len(components):
+            # A slice of components worth a few milliseconds, so that a stop is seen in time.
+            last = int(np.searchsorted(starts, starts[first] + 2000, side="right")) - 1
+            last = min(max(last, first + 1), len(components))
+            stopped = stopped or (stop is not None and stop())
+            budget = DualBudget(1, 0, 1e-9) if stopped else DualBudget(
+                self.iterations, self.visits, 1e-9
+            )  # fmt: skip
+            evaluations += solve_components(
+                components.parts, first, last, components.price, components.taken,
+                components.cost, components.lower, budget,
+            )  # fmt: skip
+            first = last
+        return evaluations, stopped

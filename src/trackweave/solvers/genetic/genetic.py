@@ -1,0 +1,260 @@
+"""Genetic search over orders of reports, after US patent 6,055,523."""
+
+import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackweave.arrays import IntArray
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.solvers._kernels import Component, cheapest_first
+from trackweave.solvers.components import TOLERANCE, Components
+from trackweave.solvers.dual import Dual
+from trackweave.solvers.genetic._decoding import Lookup
+from trackweave.solvers.genetic.parameters import Parameters
+from trackweave.solvers.genetic.search import Search, make_lookup
+from trackweave.solvers.protocol import Hint, Stop
+
+__all__ = ["Genetic", "GeneticState"]
+
+CHUNK_WORK = 200_000
+"""Places tried between two looks at the clock: a few milliseconds."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GeneticState:
+    """Where a search stands: a value that can be kept, pickled and gone on from.
+
+    Parameters
+    ----------
+    components
+        The problem's components with the best known answer and bound of each.
+    queue
+        Components still to be searched; the first one is under way if ``search`` is there.
+    search
+        The search of the first component in the queue.
+    seeds
+        Selections known beforehand, over all families.
+    rng
+        The source of the next random numbers.
+    evaluations
+        Individuals decoded so far.
+    """
+
+    components: Components
+    queue: tuple[int, ...]
+    search: Search | None
+    seeds: tuple[IntArray, ...]
+    rng: np.random.Generator
+    evaluations: int
+    stop_reason: str
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is left to search."""
+        return not self.queue
+
+
+@dataclass(frozen=True, slots=True)
+class Genetic(Parameters):
+    """Genetic search over the orders in which reports choose their tracks [1]_.
+
+    An individual is a permutation of the reports. It is decoded by taking the reports in that
+    order and giving each to the track, or to the new track, where it costs least. Individuals
+    are selected, crossed and mutated; the best ever found is the answer. The '931 patent's
+    individuals, lists of associations between reports, are the second genotype.
+
+    Beyond the document, and each can be switched off: components are searched apart; Lagrangian
+    prices bound the cost, answer what is easy and seed the rest; the best individual is improved
+    locally; a new track that costs more than false alarms dissolves. The search ends when the
+    bound proves its best.
+
+    Parameters
+    ----------
+    population
+        Number of individuals, at least 2.
+    generations
+        Stop rule one: the greatest number of generations per component.
+    evaluations
+        How many individuals are decoded per component, to whole generations.
+    genotype
+        What an individual is.
+    selection
+        By linear rank, or the better of two.
+    crossover, mutation
+        Probability that a pair is crossed, and that a child is mutated.
+    elite
+        How many of the best go on unchanged; 0 for non-overlapping generations.
+    spread
+        Stop rule two: the mean cost less the best of a generation is at most this [nats].
+        Stop rule three, the arrival of the next scan, is the ``stop`` of a call.
+    seeded
+        Whether bounds and answers of the dual, a greedy order and the hint start the search.
+    improvement
+        Whether the best individual of a generation is improved locally.
+    decompose
+        Whether components are searched apart.
+    settle
+        Whether poor new tracks dissolve when all reports are placed.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of range.
+
+    References
+    ----------
+    .. [1] D. B. Hillis, *Method and apparatus for multi-sensor, multi-target tracking using a
+       genetic algorithm*, US patent 6,055,523, 2000.
+    """
+
+    def __call__(
+        self,
+        problem: AssignmentProblem,
+        *,
+        rng: np.random.Generator,
+        hint: Hint | None = None,
+        stop: Stop | None = None,
+    ) -> Answer:
+        """Return the best answer found; see ``Solver``."""
+        state = self.start(problem, rng=rng, hint=hint, stop=stop)
+        return self.answer(self.advance(state, stop=stop))
+
+    def start(
+        self,
+        problem: AssignmentProblem,
+        *,
+        rng: np.random.Generator,
+        hint: Hint | None = None,
+        stop: Stop | None = None,
+    ) -> GeneticState:
+        """Return the state before the first individual is decoded."""
+        components = Components.of(problem, hint, whole=not self.decompose)
+        seeds: list[IntArray] = []
+        evaluations = 0
+        if self.seeded:
+            # Enumeration is left out: where it would do, the search is as quick to be proven.
+            evaluations, _ = Dual().bound(components, stop)
+            seeds.append(components.taken.copy())
+            if hint is not None and hint.nodes is not None:
+                seeds.append(components.selection_of(hint.nodes))
+        else:
+            for index in range(len(components)):
+                scratch = components.taken[components.families(index)].copy()
+                components.lower[index] = cheapest_first(components.component(index), scratch)[1]
+        return GeneticState(
+            components=components,
+            queue=tuple(int(index) for index in components.open()),
+            search=None,
+            seeds=tuple(seeds),
+            rng=copy.deepcopy(rng),
+            evaluations=evaluations,
+            stop_reason="gap closed",
+        )
+
+    def advance(
+        self, state: GeneticState, *, evaluations: int | None = None, stop: Stop | None = None
+    ) -> GeneticState:
+        """Return the state after so many more evaluations, or when the search is over.
+
+        Parameters
+        ----------
+        state
+            Where the search stands; it is left as it is.
+        evaluations
+            How many individuals to decode at most; None for as many as the search takes.
+        stop
+            Asked every few milliseconds whether to stop.
+
+        Returns
+        -------
+        Where the search stands then. However often it is interrupted, it ends the same.
+        """
+        components = state.components.copy()
+        state = replace(state, components=components)
+        left = np.inf if evaluations is None else evaluations
+        while state.queue and left > 0:
+            if stop is not None and stop():
+                return replace(self._kept(state), stop_reason="stopped")
+            index = state.queue[0]
+            component, lookup = self._view(components, index)
+            search = state.search
+            rng = state.rng
+            if search is None:
+                rng, own = copy.deepcopy(rng), None
+                (own,) = rng.spawn(1)
+                seeds = [seed[components.families(index)] for seed in state.seeds]
+                known = (components.taken[components.families(index)], components.cost[index])
+                search = Search.begin(component, lookup, self, seeds, known, own)
+            chunk = min(left, max(1, CHUNK_WORK // max(1, component.parent.shape[0])))
+            before = search.position
+            generation = search.generation
+            search = search.advance(component, lookup, self, int(chunk))
+            done = self.population - before if search.generation > generation else (
+                search.position - before
+            )  # fmt: skip
+            left -= done
+            state = replace(
+                state, search=search, rng=rng, evaluations=state.evaluations + done
+            )
+            reason = self._stop_reason(search, float(components.lower[index]))
+            if reason:
+                state = replace(
+                    self._kept(state), queue=state.queue[1:], search=None, stop_reason=reason
+                )
+        return self._kept(state)
+
+    def answer(self, state: GeneticState) -> Answer:
+        """Return the best answer so far."""
+        components = self._with_fallback(state.components)
+        proven = components.open().size == 0
+        return components.answer(
+            state.evaluations, "gap closed" if proven else state.stop_reason
+        )
+
+    def _view(self, components: Components, index: int) -> tuple[Component, Lookup]:
+        component = components.component(index)
+        nodes = components.parts.node[
+            components.parts.node_start[index] : components.parts.node_start[index + 1]
+        ]
+        items = components.parts.item_of[components.items(index)]
+        problem = components.problem
+        return component, make_lookup(
+            component, problem.cost[nodes], problem.instant[items], self.settle
+        )
+
+    def _stop_reason(self, search: Search, lower: float) -> str:
+        """Return why the search of a component is over, "" while it is not.
+
+        Asked at the end of a generation only, so that interruptions change nothing.
+        """
+        if search.position or not search.generation:
+            return ""
+        if search.best - lower <= TOLERANCE * max(1.0, abs(search.best)):
+            return "gap closed"
+        if search.generation >= self.generations:
+            return "generations"
+        if search.generation * self.population >= self.evaluations:
+            return "evaluations"
+        return "converged" if search.spread() <= self.spread else ""
+
+    def _kept(self, state: GeneticState) -> GeneticState:
+        """Return the state with the running search's best taken into the components."""
+        if state.search is not None:
+            components, index = state.components, state.queue[0]
+            if state.search.best < components.cost[index]:
+                components.taken[components.families(index)] = state.search.selection
+                components.cost[index] = state.search.best
+        return state
+
+    @staticmethod
+    def _with_fallback(components: Components) -> Components:
+        """Return the components with a greedy answer where a stop came before any other."""
+        components = components.copy()
+        for index in np.flatnonzero(np.isinf(components.cost)):
+            families = components.families(int(index))
+            components.cost[index], lower = cheapest_first(
+                components.component(int(index)), components.taken[families]
+            )
+            components.lower[index] = max(components.lower[index], lower)
+        return components

@@ -1,0 +1,58 @@
+"""What a genetic search may be told."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from trackweave.errors import InvalidInputError
+from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
+
+__all__ = ["Parameters"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """Parameters of a genetic search; see ``Genetic``, whose defaults these are."""
+
+    population: int = 50
+    generations: int = 40
+    evaluations: int = 4_000
+    genotype: Literal["permutation", "association-list"] = "permutation"
+    selection: Literal["rank", "tournament"] = "tournament"
+    crossover: float = 0.8
+    mutation: float = 0.5
+    elite: int = 1
+    spread: float = 0.0
+    seeded: bool = True
+    improvement: bool = True
+    decompose: bool = True
+    settle: bool = True
+
+    def __post_init__(self) -> None:
+        wrong = [
+            (not self.population >= 2, "population", "a whole number ≥ 2"),
+            (not self.generations >= 1, "generations", "a whole number ≥ 1"),
+            (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+            (
+                self.genotype not in ("permutation", "association-list"),
+                "genotype",
+                "'permutation' or 'association-list'",
+            ),
+            (self.selection not in ("rank", "tournament"), "selection", "'rank' or 'tournament'"),
+            (not 0 <= self.crossover <= 1, "crossover", "a probability"),
+            (not 0 <= self.mutation <= 1, "mutation", "a probability"),
+            (not 0 <= self.elite < self.population, "elite", "less than the population"),
+            (not self.spread >= 0, "spread", "a number ≥ 0"),
+        ]
+        for is_wrong, name, expected in wrong:
+            if is_wrong:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+
+    @property
+    def is_permutation(self) -> bool:
+        """Whether individuals are permutations of the reports."""
+        return self.genotype == "permutation"
+
+    @property
+    def selection_code(self) -> int:
+        """The number that kernels know the selection by."""
+        return TOURNAMENT if self.selection == "tournament" else RANK

@@ -1,0 +1,201 @@
+"""The genetic search of one component, as a value."""
+
+import copy
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.solvers._kernels import Component, improve, set_owner
+from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
+from trackweave.solvers.genetic._operators import breed, random_population
+from trackweave.solvers.genetic.parameters import Parameters
+
+__all__ = ["Search", "make_lookup"]
+
+
+def make_lookup(
+    component: Component, cost: FloatArray, instant: IntArray, settle: bool
+) -> Lookup:
+    """Return what decoding reads of a component; see ``Lookup``."""
+    by_item = np.argsort(component.item, kind="stable")
+    item_start = np.searchsorted(component.item[by_item], np.arange(component.n_items + 1))
+    is_gene = np.ones(component.n_items, dtype=np.bool_)
+    roots = component.members[component.start[:-1]]
+    is_gene[component.item[roots[component.must]]] = False
+    genes = np.flatnonzero(is_gene)
+    genes = genes[np.argsort(instant[genes], kind="stable")]
+    return Lookup(by_item, item_start, cost, instant, genes, settle)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """Where a search stands; ``advance`` returns where it stands later and leaves this one be.
+
+    ``position`` individuals of ``offspring`` are evaluated; when all are, they become the
+    population.
+    """
+
+    population: IntArray
+    cost: FloatArray
+    offspring: IntArray
+    offspring_cost: FloatArray
+    order: IntArray
+    position: int
+    generation: int
+    selection: IntArray
+    best: float
+    rng: np.random.Generator
+
+    @classmethod
+    def begin(
+        cls,
+        component: Component,
+        lookup: Lookup,
+        parameters: Parameters,
+        seeds: list[IntArray],
+        known: tuple[IntArray, float],
+        rng: np.random.Generator,
+    ) -> Self:
+        """Return a search before its first evaluation.
+
+        ``seeds`` are selections from which individuals are made; ``known`` is the best selection
+        so far and its cost.
+        """
+        size, n_genes = parameters.population, lookup.gene_item.shape[0]
+        offspring = np.empty((size, n_genes), dtype=np.int64)
+        rows = [
+            genes_of(component, lookup, parameters.is_permutation, seed)
+            for seed in seeds[: size // 2]
+        ]
+        if parameters.seeded:
+            rows.append(in_time_order(component, lookup, parameters.is_permutation))
+        for row, genes in enumerate(rows):
+            offspring[row] = genes
+        random_population(
+            component, lookup, parameters.is_permutation, rng, len(rows), offspring
+        )
+        return cls(
+            population=offspring,
+            cost=np.full(size, np.inf),
+            offspring=offspring,
+            offspring_cost=np.full(size, np.inf),
+            order=np.arange(size),
+            position=0,
+            generation=0,
+            selection=known[0].copy(),
+            best=known[1],
+            rng=rng,
+        )
+
+    def advance(
+        self, component: Component, lookup: Lookup, parameters: Parameters, evaluations: int
+    ) -> Self:
+        """Return the search after up to so many more evaluations, at most to the generation's end."""
+        last = min(self.position + evaluations, self.order.shape[0])
+        offspring_cost, selection = self.offspring_cost.copy(), self.selection.copy()
+        best = evaluate(
+            component, lookup, parameters.is_permutation, self.offspring,
+            self.order[self.position : last], _fresh_trail(component, self.offspring.shape[1]),
+            offspring_cost, selection, self.best,
+        )  # fmt: skip
+        moved = replace(
+            self, offspring_cost=offspring_cost, selection=selection, best=best, position=last
+        )
+        return moved._next(component, lookup, parameters) if last == self.order.shape[0] else moved
+
+    def spread(self) -> float:
+        """Return the mean cost of the last whole generation less its best."""
+        return float(self.cost.mean() - self.cost.min())
+
+    def _next(self, component: Component, lookup: Lookup, parameters: Parameters) -> Self:
+        """Return the search at the beginning of the next generation."""
+        population, cost = self.offspring.copy(), self.offspring_cost.copy()
+        selection, best = self.selection.copy(), self.best
+        if parameters.improvement:
+            improved = _improved(component, selection)
+            if improved < best - 1e-12 or not np.any(cost <= best):
+                best = min(best, improved)
+                worst = int(np.argmax(cost))
+                population[worst] = genes_of(
+                    component, lookup, parameters.is_permutation, selection
+                )
+                cost[worst] = best
+        rng = copy.deepcopy(self.rng)
+        offspring, key = np.empty_like(population), np.empty(population.shape[0], dtype=np.int64)
+        breed(
+            component, lookup, parameters.is_permutation, population, cost,
+            np.array([parameters.crossover, parameters.mutation]), parameters.selection_code,
+            parameters.elite, rng, offspring, key,
+        )  # fmt: skip
+        return replace(
+            self,
+            population=population,
+            cost=cost,
+            offspring=offspring,
+            offspring_cost=np.full(cost.shape[0], np.inf),
+            order=np.argsort(key, kind="stable"),
+            position=0,
+            generation=self.generation + 1,
+            selection=selection,
+            best=best,
+            rng=rng,
+        )
+
+
+def _fresh_trail(component: Component, n_genes: int) -> Trail:
+    current = np.empty(component.must.shape[0], dtype=np.int64)
+    begin(component, current)
+    room = (np.empty(n_genes, dtype=np.int64) for _ in range(3))
+    return Trail(*room, current=current, length=np.zeros(1, dtype=np.int64))
+
+
+def _improved(component: Component, selection: IntArray) -> float:
+    """Improve a selection in place by eject, insert and repair; return its cost."""
+    owner = np.full(component.n_items, -1, dtype=np.int64)
+    roots = component.members[component.start[:-1]]
+    owner[component.item[roots[component.must]]] = np.flatnonzero(component.must)
+    for family in np.flatnonzero(selection >= 0):
+        set_owner(component, int(selection[family]), int(family), owner)
+    return improve(component, selection, owner, 10)
+
+
+def in_time_order(component: Component, lookup: Lookup, is_permutation: bool) -> IntArray:
+    """Return the individual that takes the reports as they came."""
+    if is_permutation:
+        return lookup.gene_item.copy()
+    return genes_of(
+        component, lookup, False, np.full(component.must.shape[0], -1, dtype=np.int64)
+    )
+
+
+def genes_of(
+    component: Component, lookup: Lookup, is_permutation: bool, selection: IntArray
+) -> IntArray:
+    """Return an individual made from a selection.
+
+    A permutation of the sequences, the best first, then of the items that none takes; or each
+    item's predecessor.
+    """
+    taken = selection[selection >= 0]
+    taken = taken[np.argsort(component.total[taken], kind="stable")]
+    ordered: list[int] = []
+    before = np.full(component.n_items, -1, dtype=np.int64)
+    for leaf in taken.tolist():
+        sequence = []
+        node = leaf
+        while node >= 0:
+            sequence.append(int(component.item[node]))
+            node = int(component.parent[node])
+        sequence.reverse()
+        before[sequence[1:]] = sequence[:-1]
+        ordered += sequence
+    if not is_permutation:
+        return before[lookup.gene_item]
+    is_gene = np.zeros(component.n_items, dtype=np.bool_)
+    is_gene[lookup.gene_item] = True
+    first = [item for item in ordered if is_gene[item]]
+    is_gene[first] = False
+    rest = [item for item in lookup.gene_item.tolist() if is_gene[item]]
+    return np.array(first + rest, dtype=np.int64)

@@ -1,0 +1,47 @@
+"""What a solver is, and what it may be told beforehand."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.problem import Answer, AssignmentProblem
+
+__all__ = ["Hint", "Solver", "Stop"]
+
+Stop: TypeAlias = Callable[[], bool]
+"""Tells, every few milliseconds, whether to stop with the best answer so far."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hint:
+    """What is known of a problem before it is solved.
+
+    Parameters
+    ----------
+    prices
+        What each item was worth in a similar problem [nats], shape (items,), at least 0; None
+        when unknown.
+    nodes
+        An answer to a similar problem: last nodes of disjoint sequences; None when unknown.
+    """
+
+    prices: FloatArray | None = None
+    nodes: IntArray | None = None
+
+
+class Solver(Protocol):
+    """Chooses disjoint sequences. Holds parameters only; can be called any number of times."""
+
+    def __call__(
+        self,
+        problem: AssignmentProblem,
+        *,
+        rng: np.random.Generator,
+        hint: Hint | None = None,
+        stop: Stop | None = None,
+    ) -> Answer:
+        """Return an answer and its certificate; ``problem`` is left as it is."""
+        ...
