@@ -1,0 +1,81 @@
+"""What a run leaves behind scan by scan."""
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+
+__all__ = ["Rows", "ScanLog"]
+
+
+@dataclass
+class Rows:
+    """Rows of tracks as they become known; of scans that end together, the last word.
+
+    Parameters
+    ----------
+    period
+        Least time between rows [s]; None for every scan.
+    """
+
+    period: float | None = None
+    _parts: list[TrackTable] = field(default_factory=list)
+    _waiting: TrackTable | None = None
+    _time: float = 0.0
+    _written: float | None = None
+
+    def add(self, tracks: TrackTable, time: float) -> None:
+        """Take the rows after a scan that ends at ``time``."""
+        if self._waiting is not None and time > self._time:
+            self._write()
+        self._waiting, self._time = tracks, time
+
+    def table(self, dim: int) -> TrackTable:
+        """Return all rows; ``dim`` serves a run without any."""
+        if self._waiting is not None:
+            self._write()
+        return TrackTable.concatenate(self._parts, dim)
+
+    def _write(self) -> None:
+        # Times are sums of periods, so that a row due may come a rounding error early.
+        wait = 0.0 if self.period is None else self.period * (1 - 1e-9)
+        if self._written is not None and self._time < self._written + wait:
+            return
+        if self._waiting is not None:
+            self._parts.append(self._waiting)
+        self._waiting, self._written = None, self._time
+
+
+@dataclass
+class ScanLog:
+    """What each scan cost and how sure its answer is."""
+
+    scans: list[dict[str, Any]] = field(default_factory=list)
+    amendments: list[dict[str, Any]] = field(default_factory=list)
+    timing: list[dict[str, float]] = field(default_factory=list)
+
+    def add(self, scan: Scan, hypothesis: Any, cpu: float, wall: float) -> None:
+        """Enter a scan, the hypothesis after it, and the time it took [s]."""
+        certificate = hypothesis.certificate
+        self.scans.append(
+            {
+                "time": scan.time,
+                "sensor": scan.sensor,
+                "reports": len(scan),
+                "tracks": len(hypothesis.tracks),
+                "evaluations": hypothesis.evaluations,
+                "cost": certificate.cost,
+                "lower_bound": certificate.lower_bound,
+                "gap": certificate.gap,
+                "status": certificate.status,
+                "stop_reason": hypothesis.stop_reason,
+                "amendments": len(hypothesis.amendments),
+            }
+        )
+        self.amendments += [
+            {"at": scan.time, **dataclasses.asdict(amendment)}
+            for amendment in hypothesis.amendments
+        ]
+        self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})

@@ -1,0 +1,254 @@
+"""Tracks after the fact: final assignments, smoothed over all their reports."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+
+__all__ = ["smoothed_history"]
+
+# Cells of a batch of tracks, so that memory stays bounded.
+MOST_CELLS = 100_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Path:
+    """One track's moments: scans between its first and last report, and the reports in them."""
+
+    track: int
+    time: FloatArray
+    report: IntArray
+    start_mean: FloatArray | None
+    start_covariance: FloatArray | None
+
+
+def smoothed_history(
+    reports: ReportTable,
+    assignment: Mapping[int, int],
+    tracks: TrackTable,
+    settings: Settings,
+    priors: TrackTable | None = None,
+) -> TrackTable:
+    """Return every track at every scan between its first and last report.
+
+    Each state is conditioned on all of the track's reports, later ones included
+    (Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", 1965).
+
+    Parameters
+    ----------
+    reports
+        All reports.
+    assignment
+        From row number to track, after all amendments.
+    tracks
+        The tracks as they were known scan by scan; their status and score are taken from it.
+    settings
+        Motion and sensors.
+    priors
+        States from which tracks set out, if any.
+
+    Returns
+    -------
+    Rows by time, then track.
+    """
+    paths = _paths(reports, assignment, tracks, priors)
+    sigma = _sigma(reports, settings)
+    parts = []
+    for batch in _batches(paths):
+        parts.append(_smooth(batch, reports, sigma, settings))
+    table = TrackTable.concatenate(parts, reports.dim)
+    table = _with_status(table, tracks)
+    return _rows(table, np.lexsort((table.track, table.time)))
+
+
+def _paths(
+    reports: ReportTable,
+    assignment: Mapping[int, int],
+    tracks: TrackTable,
+    priors: TrackTable | None,
+) -> list[_Path]:
+    moments = np.unique(np.concatenate([tracks.time, reports.time]))
+    rows_of: dict[int, list[int]] = {}
+    for row, track in assignment.items():
+        rows_of.setdefault(track, []).append(row)
+    begun = {} if priors is None else {int(track): k for k, track in enumerate(priors.track)}
+    paths = []
+    for track in sorted(rows_of):
+        rows = np.array(sorted(rows_of[track]), dtype=np.int64)
+        first, last = reports.time[rows[0]], reports.time[rows[-1]]
+        between = moments[(moments > first) & (moments < last)]
+        empty = np.setdiff1d(between, reports.time[rows])
+        time = np.concatenate([reports.time[rows], empty])
+        report = np.concatenate([rows, np.full(empty.size, -1, dtype=np.int64)])
+        prior = begun.get(track)
+        if prior is not None and priors is not None and priors.time[prior] <= first:
+            time = np.r_[priors.time[prior], time]
+            report = np.r_[-1, report]
+            start = priors.mean[prior], priors.covariance[prior]
+        else:
+            start = None, None
+        order = np.argsort(time, kind="stable")
+        paths.append(_Path(track, time[order], report[order], *start))
+    return paths
+
+
+def _batches(paths: list[_Path]) -> list[list[_Path]]:
+    """Put tracks of like length together."""
+    batches: list[list[_Path]] = []
+    for path in sorted(paths, key=lambda path: (-path.time.size, path.track)):
+        if not batches or (len(batches[-1]) + 1) * batches[-1][0].time.size > MOST_CELLS:
+            batches.append([])
+        batches[-1].append(path)
+    return batches
+
+
+def _sigma(reports: ReportTable, settings: Settings) -> FloatArray:
+    """Return each report's own noise, or its sensor's."""
+    by_name = {sensor.name: sensor.sigmas(reports.dim) for sensor in settings.sensors}
+    usual = np.stack([by_name[name] for name in reports.sensors])[reports.sensor]
+    return np.where(np.isnan(reports.sigma), usual, reports.sigma)
+
+
+def _smooth(
+    batch: list[_Path], reports: ReportTable, sigma: FloatArray, settings: Settings
+) -> TrackTable:
+    """Filter forwards and smooth backwards, all tracks of a batch at once."""
+    dim, n = reports.dim, 2 * reports.dim
+    n_tracks, length = len(batch), max(path.time.size for path in batch)
+    time = np.zeros((n_tracks, length))
+    report = np.full((n_tracks, length), -1, dtype=np.int64)
+    for row, path in enumerate(batch):
+        size = path.time.size
+        time[row, :size], time[row, size:] = path.time, path.time[-1]
+        report[row, :size] = path.report
+    ahead_mean, ahead_cov = np.empty((length, n_tracks, n)), np.empty((length, n_tracks, n, n))
+    mean, cov = np.empty_like(ahead_mean), np.empty_like(ahead_cov)
+    x, p = _start(batch, reports, sigma, settings)
+    for k in range(length):
+        if k > 0:
+            x, p = _predict(x, p, time[:, k] - time[:, k - 1], settings.motion.process_noise)
+        ahead_mean[k], ahead_cov[k] = x, p
+        seen = np.flatnonzero(report[:, k] >= 0)
+        if k == 0:
+            seen = seen[[batch[row].start_mean is not None for row in seen]]
+        if seen.size:
+            rows = report[seen, k]
+            x, p = x.copy(), p.copy()
+            x[seen], p[seen] = _update(x[seen], p[seen], reports.measurement[rows], sigma[rows])
+        mean[k], cov[k] = x, p
+    for k in range(length - 2, -1, -1):
+        dt = time[:, k + 1] - time[:, k]
+        transition = _transition(dt, dim)
+        gain = np.linalg.solve(ahead_cov[k + 1], transition @ cov[k]).swapaxes(1, 2)
+        mean[k] += np.einsum("tij,tj->ti", gain, mean[k + 1] - ahead_mean[k + 1])
+        cov[k] += gain @ (cov[k + 1] - ahead_cov[k + 1]) @ gain.swapaxes(1, 2)
+    return _table(batch, time, report, mean, cov)
+
+
+def _start(
+    batch: list[_Path], reports: ReportTable, sigma: FloatArray, settings: Settings
+) -> tuple[FloatArray, FloatArray]:
+    """Return each track's first state: its prior, or its first report with unknown velocity."""
+    dim = reports.dim
+    mean, cov = np.zeros((len(batch), 2 * dim)), np.zeros((len(batch), 2 * dim, 2 * dim))
+    spread = settings.motion.velocity_variance(dim)
+    for row, path in enumerate(batch):
+        if path.start_mean is not None and path.start_covariance is not None:
+            mean[row], cov[row] = path.start_mean, path.start_covariance
+        else:
+            first = path.report[0]
+            mean[row, :dim] = reports.measurement[first]
+            cov[row] = np.diag(np.r_[sigma[first] ** 2, np.full(dim, spread)])
+    return mean, cov
+
+
+def _transition(dt: FloatArray, dim: int) -> FloatArray:
+    transition = np.zeros((dt.size, 2 * dim, 2 * dim))
+    transition[:] = np.eye(2 * dim)
+    for axis in range(dim):
+        transition[:, axis, dim + axis] = dt
+    return transition
+
+
+def _predict(
+    mean: FloatArray, cov: FloatArray, dt: FloatArray, process_noise: float
+) -> tuple[FloatArray, FloatArray]:
+    dim = mean.shape[1] // 2
+    transition = _transition(dt, dim)
+    ahead = transition @ cov @ transition.swapaxes(1, 2)
+    for axis in range(dim):
+        speed = dim + axis
+        ahead[:, axis, axis] += process_noise * dt**3 / 3
+        ahead[:, axis, speed] += process_noise * dt**2 / 2
+        ahead[:, speed, axis] += process_noise * dt**2 / 2
+        ahead[:, speed, speed] += process_noise * dt
+    return np.einsum("tij,tj->ti", transition, mean), ahead
+
+
+def _update(
+    mean: FloatArray, cov: FloatArray, measurement: FloatArray, sigma: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    dim = measurement.shape[1]
+    noise = np.zeros((mean.shape[0], dim, dim))
+    noise[:, np.arange(dim), np.arange(dim)] = sigma**2
+    spread = cov[:, :dim, :dim] + noise
+    gain = np.linalg.solve(spread, cov[:, :dim, :]).swapaxes(1, 2)
+    innovation = measurement - mean[:, :dim]
+    updated = cov - gain @ cov[:, :dim, :]
+    return mean + np.einsum("tij,tj->ti", gain, innovation), (updated + updated.swapaxes(1, 2)) / 2
+
+
+def _table(
+    batch: list[_Path], time: FloatArray, report: IntArray, mean: FloatArray, cov: FloatArray
+) -> TrackTable:
+    """Return one row per track and time, the last of those with the same time."""
+    parts = []
+    for row, path in enumerate(batch):
+        size = path.time.size
+        own, taken = time[row, :size], report[row, :size] >= 0
+        last = np.r_[np.diff(own) > 0, True]
+        # A prior lies before the track's first report and is nobody's finding.
+        last &= own >= own[taken][0]
+        hits = np.cumsum(taken)
+        update = np.maximum.accumulate(np.where(taken, own, -np.inf))
+        kept = np.flatnonzero(last)
+        parts.append(
+            TrackTable(
+                time=own[kept],
+                track=np.full(kept.size, path.track, dtype=np.int64),
+                status=np.where(update[kept] == own[kept], CONFIRMED, COASTING).astype(np.int64),
+                mean=mean[kept, row],
+                covariance=cov[kept, row],
+                score=np.full(kept.size, np.nan),
+                hits=hits[kept].astype(np.int64),
+                last_update=update[kept],
+            )
+        )
+    return TrackTable.concatenate(parts, mean.shape[2] // 2)
+
+
+def _with_status(table: TrackTable, tracks: TrackTable) -> TrackTable:
+    """Enter what is known of each track in the end: whether it was believed, and its score."""
+    confirmed = np.unique(tracks.track[tracks.status >= CONFIRMED])
+    order = np.lexsort((tracks.time, tracks.track))
+    names, first = np.unique(tracks.track[order], return_index=True)
+    last = order[np.r_[first[1:], order.size] - 1] if order.size else order
+    place = np.clip(np.searchsorted(names, table.track), 0, max(names.size - 1, 0))
+    score = table.score.copy()
+    if names.size:
+        known = names[place] == table.track
+        score[known] = tracks.score[last[place[known]]]
+    status = np.where(np.isin(table.track, confirmed), table.status, TENTATIVE)
+    return TrackTable(
+        table.time, table.track, status.astype(np.int64), table.mean, table.covariance,
+        score, table.hits, table.last_update,
+    )  # fmt: skip
+
+
+def _rows(table: TrackTable, rows: IntArray) -> TrackTable:
+    return TrackTable(*(getattr(table, name)[rows] for name in TrackTable.__dataclass_fields__))

@@ -1,0 +1,97 @@
+"""The record of a run, as in run.json."""
+
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.run.collect import ScanLog
+
+__all__ = ["record_of"]
+
+
+def record_of(
+    reports: ReportTable,
+    settings: Settings,
+    log: ScanLog,
+    assignment: Mapping[int, int],
+    late: list[int],
+) -> dict[str, Any]:
+    """Return the record of a run.
+
+    Parameters
+    ----------
+    reports
+        What was tracked.
+    settings
+        The configuration as used.
+    log
+        What each scan left behind.
+    assignment
+        From a report's row to its track.
+    late
+        Rows of reports that came after their scan was fixed.
+
+    Returns
+    -------
+    An object for JSON; only ``timing`` differs from run to run with the same seed.
+    """
+    cpu = sum(scan["cpu_ms"] for scan in log.timing)
+    wall = sum(scan["wall_ms"] for scan in log.timing)
+    return {
+        "trackweave": version("trackweave"),
+        "seed": settings.values.get("seed"),
+        "configuration": settings.values,
+        "sources": settings.sources,
+        "notes": list(settings.notes),
+        "input": _input(reports),
+        "totals": {
+            "reports": len(reports),
+            "assigned_reports": len(assignment),
+            "late_reports": len(late),
+            "skipped_rows": len(reports.skipped),
+            "scans": len(log.scans),
+            "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
+            "tracks": len(set(assignment.values())),
+            "amendments": len(log.amendments),
+            "evaluations": sum(scan["evaluations"] for scan in log.scans),
+            **_certainty(log),
+        },
+        "late_reports": [str(reports.report[row]) for row in late],
+        "skipped_rows": [
+            {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
+            for bad in reports.skipped
+        ],
+        "scans": log.scans,
+        "amendments": log.amendments,
+        "timing": {
+            "cpu_ms": round(cpu, 3),
+            "wall_ms": round(wall, 3),
+            "scans": log.timing,
+        },
+    }
+
+
+def _input(reports: ReportTable) -> dict[str, Any]:
+    frame = reports.frame
+    return {
+        "sensors": list(reports.sensors),
+        "dimensions": reports.dim,
+        "first_time": float(reports.time[0]),
+        "last_time": float(reports.time[-1]),
+        "frame_origin": None if frame is None else [frame.latitude_deg, frame.longitude_deg],
+    }
+
+
+def _certainty(log: ScanLog) -> dict[str, Any]:
+    """Return how sure the windows' answers are: proven ones, and the mean and worst gap."""
+    gaps = np.array([scan["gap"] for scan in log.scans if scan["gap"] is not None], dtype=float)
+    gaps = gaps[np.isfinite(gaps)]
+    return {
+        "proven_scans": int(np.count_nonzero(gaps <= 1e-9)),
+        "mean_gap": float(gaps.mean()) if gaps.size else None,
+        "worst_gap": float(gaps.max()) if gaps.size else None,
+    }

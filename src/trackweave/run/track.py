@@ -1,0 +1,221 @@
+"""The main job: from reports to tracks."""
+
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trackweave.config import Configuration, load_configuration
+from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+from trackweave.errors import InvalidInputError
+from trackweave.estimation import estimate
+from trackweave.io.encoding import to_native
+from trackweave.io.frames_out import assignments_frame, tracks_frame
+from trackweave.io.priors import read_priors
+from trackweave.io.reports import read_reports
+from trackweave.run.collect import Rows, ScanLog
+from trackweave.run.history import smoothed_history
+from trackweave.run.record import record_of
+from trackweave.run.scans import complete_scans
+from trackweave.trackers.multiscan import MultiScanTracker
+
+__all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackingResult:
+    """What a run found.
+
+    Parameters
+    ----------
+    tracks
+        What was known after each scan, one row per live track, in the kind of table that came in.
+    assignments
+        One row per report with its track, after all amendments; no track = false alarm.
+    history
+        Like tracks, amended and smoothed after the fact.
+    run
+        The record of the run: configuration as used, each scan's cost and bound, totals.
+    values
+        The same as values of the library.
+    """
+
+    tracks: Any
+    assignments: Any
+    history: Any
+    run: dict[str, Any]
+    values: "RunValues"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunValues:
+    """A run's results as values of ``trackweave.domain``.
+
+    Parameters
+    ----------
+    reports
+        What was tracked.
+    tracks
+        What was known after each scan.
+    history
+        Amended and smoothed after the fact.
+    assignment
+        From a report's row to its track.
+    settings
+        The configuration as used.
+    """
+
+    reports: ReportTable
+    tracks: TrackTable
+    history: TrackTable
+    assignment: Mapping[int, int]
+    settings: Settings
+
+
+def track(  # noqa: PLR0913 the one function that users call with everything
+    reports: Any,
+    config: str | Path | Mapping[str, Any] | Configuration | None = None,
+    *,
+    preset: str | None = None,
+    priors: Any = None,
+    rng: np.random.Generator,
+    deadline: float | None = None,
+    progress: Progress | None = None,
+) -> TrackingResult:
+    """Turn reports into tracks.
+
+    Parameters
+    ----------
+    reports
+        A path of a CSV or Parquet file, a pandas, polars or Arrow table, or what
+        ``read_reports`` returns. At least one report.
+    config
+        A path of a TOML file, or its content as a mapping. Keys left out are estimated from the
+        reports or take defaults; ``run`` says which and with what value.
+    preset
+        Name of a preset, applied where the configuration is silent.
+    priors
+        Tracks from which to set out: a tracks file or table; the last row of each track counts.
+    rng
+        The only source of randomness.
+    deadline
+        Wall clock per scan [s], before that of the configuration. None for none. With one, runs
+        are not repeatable.
+    progress
+        Called after each scan with the number of scans done and of all.
+
+    Returns
+    -------
+    Tracks, assignments and history in the kind of table that came in, and the run's record.
+
+    Raises
+    ------
+    InvalidInputError
+        If a table, a configuration value or an argument cannot be used.
+    """
+    if deadline is not None and not deadline > 0:
+        raise InvalidInputError(f"deadline: {deadline}; expected a number > 0 in seconds")
+    configuration = load_configuration(config)
+    table = _report_table(reports, configuration)
+    begun = _prior_table(priors, table)
+    settings = settings_for(table, configuration, preset=preset)
+    scans = complete_scans(table, {s.name: s.scan_period for s in settings.sensors})
+    tracker = MultiScanTracker(
+        motion=settings.motion,
+        sensors=list(settings.sensors),
+        window=settings.window,
+        search=settings.search,
+        lifecycle=settings.lifecycle,
+        priors=begun,
+    )
+    limit = settings.deadline if deadline is None else deadline
+    rows = Rows(settings.period)
+    log = _run(partial(tracker.step, rng=rng, deadline=limit), scans, rows, progress)
+    tracks = rows.table(table.dim)
+    assignment = dict(tracker.assignment())
+    history = smoothed_history(table, assignment, tracks, settings, begun)
+    values = RunValues(table, tracks, history, assignment, settings)
+    return TrackingResult(
+        tracks=_native(tracks_frame(tracks, table.frame, iso_time=table.iso_time), table),
+        assignments=_native(assignments_frame(table, assignment), table),
+        history=_native(tracks_frame(history, table.frame, iso_time=table.iso_time), table),
+        run=record_of(table, settings, log, assignment, list(tracker.late_reports)),
+        values=values,
+    )
+
+
+def settings_for(
+    reports: ReportTable, configuration: Configuration, *, preset: str | None = None
+) -> Settings:
+    """Return a configuration whose gaps are filled from the reports.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    configuration
+        As read.
+    preset
+        Name of a preset, None for none.
+
+    Returns
+    -------
+    Everything that a tracker needs.
+    """
+    names = reports.sensors
+    estimates = None
+    if needs_estimates(configuration, names):
+        estimates = estimate(reports, known_sigma(configuration, names))
+    return fill(configuration, estimates, names, preset=preset)
+
+
+def _run(
+    step: Callable[[Scan], Any], scans: list[Scan], rows: Rows, progress: Progress | None
+) -> ScanLog:
+    """Step through all scans; enter the tracks in ``rows`` and everything else in the log."""
+    log = ScanLog()
+    for number, scan in enumerate(scans, start=1):
+        cpu, wall = clock.process_time(), clock.perf_counter()
+        hypothesis = step(scan)
+        log.add(scan, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
+        rows.add(hypothesis.tracks, scan.time)
+        if progress is not None:
+            progress(number, len(scans))
+    return log
+
+
+def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
+    if isinstance(reports, ReportTable):
+        table = reports
+    else:
+        origin = configuration.frame.origin
+        table = read_reports(
+            reports, frame_origin=None if origin is None else (origin[0], origin[1])
+        )
+    if len(table) == 0:
+        raise InvalidInputError("reports: no rows; expected at least one report")
+    return table
+
+
+def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
+    if priors is None:
+        return None
+    table = priors if isinstance(priors, TrackTable) else read_priors(priors, reports.frame)
+    if len(table) and table.dim != reports.dim:
+        raise InvalidInputError(
+            f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
+        )
+    return table
+
+
+def _native(frame: Any, reports: ReportTable) -> Any:
+    return to_native(frame, reports.kind)

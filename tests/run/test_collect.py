@@ -1,0 +1,42 @@
+"""Rows of tracks: of scans that end together the last word, and no more often than asked."""
+
+import numpy as np
+import pytest
+
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.run.collect import Rows
+
+
+def rows(time: float, n_tracks: int) -> TrackTable:
+    return TrackTable(
+        time=np.full(n_tracks, time),
+        track=np.arange(n_tracks),
+        status=np.full(n_tracks, CONFIRMED),
+        mean=np.zeros((n_tracks, 4)),
+        covariance=np.zeros((n_tracks, 4, 4)),
+        score=np.zeros(n_tracks),
+        hits=np.ones(n_tracks, np.int64),
+        last_update=np.full(n_tracks, time),
+    )
+
+
+def test_scans_that_end_together_give_one_row_per_track() -> None:
+    collected = Rows()
+    for time, n_tracks in [(0.0, 1), (1.0, 1), (1.0, 2), (2.0, 3)]:
+        collected.add(rows(time, n_tracks), time)
+    assert collected.table(2).time.tolist() == [0.0, 1.0, 1.0, 2.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("period", "times"),
+    [(None, [0.0, 0.1, 0.2, 0.3, 0.4]), (0.2, [0.0, 0.2, 0.4]), (0.25, [0.0, 0.3]), (9.0, [0.0])],
+)
+def test_a_period_thins_the_rows(period: float | None, times: list[float]) -> None:
+    collected = Rows(period)
+    for step in range(5):
+        collected.add(rows(step * 0.1, 1), step * 0.1)
+    assert collected.table(2).time.tolist() == pytest.approx(times)
+
+
+def test_a_run_without_tracks_has_an_empty_table() -> None:
+    assert len(Rows().table(3)) == 0

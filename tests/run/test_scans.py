@@ -1,0 +1,64 @@
+"""Scans without reports are put where a sensor with a period left them out."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trackweave.domain.reports import ReportTable
+from trackweave.run.scans import MOST_MISSING, complete_scans, missing_times
+
+
+def table(times: list[float], sensors: list[int]) -> ReportTable:
+    n = len(times)
+    return ReportTable(
+        time=np.array(times, float),
+        sensor=np.array(sensors, np.int64),
+        sensors=("A", "B"),
+        measurement=np.zeros((n, 2)),
+        sigma=np.full((n, 2), np.nan),
+        report=np.arange(n).astype(str).astype(object),
+    )
+
+
+@pytest.mark.parametrize(
+    ("times", "missing"),
+    [
+        ([0.0, 1.0, 2.0], []),
+        ([0.0, 1.0, 3.0], [2.0]),
+        ([0.0, 1.2, 2.1], []),
+        ([0.0, 4.0], [1.0, 2.0, 3.0]),
+        ([7.0], []),
+        ([], []),
+    ],
+)
+def test_fills_whole_periods(times: list[float], missing: list[float]) -> None:
+    assert list(missing_times(times, 1.0)) == missing
+
+
+def test_fills_only_the_ends_of_a_gap_of_years() -> None:
+    found = list(missing_times([0.0, 3e8], 1.0))
+    assert len(found) == 2 * MOST_MISSING
+    assert found[:2] == pytest.approx([1.0, 2.0])
+    assert found[-1] == pytest.approx(3e8 - 1)
+
+
+@given(st.lists(st.floats(-1e9, 1e9), max_size=6), st.floats(1e-3, 1e6))
+def test_missing_times_lie_between_and_ascend(times: list[float], period: float) -> None:
+    times = sorted(times)
+    found = list(missing_times(times, period))
+    assert found == sorted(found)
+    assert all(times[0] <= time <= times[-1] for time in found)
+    assert len(found) <= 2 * MOST_MISSING * max(len(times) - 1, 0)
+
+
+def test_scans_of_all_sensors_come_in_order_of_time() -> None:
+    scans = complete_scans(table([0.0, 0.0, 1.5, 3.0], [0, 1, 1, 0]), {"A": 1.0, "B": None})
+    assert [(scan.time, scan.sensor, len(scan)) for scan in scans] == [
+        (0.0, "A", 1),
+        (0.0, "B", 1),
+        (1.0, "A", 0),
+        (1.5, "B", 1),
+        (2.0, "A", 0),
+        (3.0, "A", 1),
+    ]
