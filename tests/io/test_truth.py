@@ -56,7 +56,7 @@ def test_truth_in_latitudes_is_laid_on_the_plane_of_the_tracks():
     [
         (
             {"target": ["a", "a", "a"]},
-            "row 3, column target: a; expected one row of a target at one time",
+            "row 3, column target: a; expected one row of a target",
         ),
         ({"target": ["a", "", "a"]}, r"row 2, column target: \(empty\); expected an identifier"),
         ({"x": [0.0, 1.0, None]}, r"row 3, column x: \(empty\); expected a finite number"),
@@ -100,7 +100,7 @@ def test_tracks_may_have_no_rows():
         ({"status": ["x"] * 3}, "row 1, column status: x; expected tentative, confirmed or"),
         (
             {"time": [0.0, 1.0, 1.0]},
-            "row 3, column track: 5; expected one row of a track at one time",
+            "row 3, column track: 5; expected one row of a track",
         ),
     ],
 )

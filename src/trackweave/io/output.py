@@ -97,6 +97,8 @@ class OutputDirectory:
     def _recover_in(self, target: Path) -> None:
         if not recover(target, RECORD):
             raise OutputError(f"{self.path}: another run is writing there; expected to be alone")
+        with contextlib.suppress(OSError):  # we need no right to read the parent
+            remove_abandoned(target.parent)
 
     def _old_files(self, target: Path) -> list[str]:
         """Return the names of an earlier run's files, none of an empty directory."""
@@ -148,6 +150,7 @@ class OutputDirectory:
                 with contextlib.suppress(OSError):
                     parent.rmdir()
             raise
+        staging.remove()
 
 
 def _contents(files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:

@@ -9,8 +9,8 @@ was moved can be moved back, by anybody and as often as one likes.
 import contextlib
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -37,9 +37,11 @@ class Staging:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
+        # Named before it is made, so that an interruption in between leaves nothing behind.
+        self.path = folder / f"{_PREFIX}{secrets.token_hex(8)}"
         self._lock: int | None = None
         try:
+            self.path.mkdir(mode=0o700)
             self._lock = _take_lock(self.path)
         except BaseException:
             self.remove()
@@ -56,7 +58,7 @@ class Staging:
     def become(self, target: Path) -> None:
         """Let the new files appear as a directory that did not exist."""
         (self.path / "new").rename(target)
-        _flush_directory(target.parent)
+        _flush_finished(target.parent)
 
     def swap(self, target: Path, old: Iterable[str], last: str) -> None:
         """Move old files out of a directory and the new ones in.
@@ -82,7 +84,7 @@ class Staging:
             if name == last:
                 _flush_directory(target)
             (new / name).rename(target / name)
-        _flush_directory(target)
+        _flush_finished(target)
 
     def undo(self, target: Path, last: str) -> None:
         """Move everything back, unless the change is complete, and remove the staging directory.
@@ -96,16 +98,22 @@ class Staging:
         last
             The new file that is moved last.
         """
-        with contextlib.suppress(OSError):
+        try:
             _move_back(self.path, target, last)
+        except OSError:
+            self._release()
+        else:
             self.remove()
 
     def remove(self) -> None:
         """Remove the staging directory with all that it holds."""
-        if self._lock is not None:
-            os.close(self._lock)
-            self._lock = None
+        self._release()
         shutil.rmtree(self.path, ignore_errors=True)
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            lock, self._lock = self._lock, None
+            os.close(lock)
 
 
 def recover(target: Path, last: str) -> bool:
@@ -178,7 +186,7 @@ def _move_back(staging: Path, target: Path, last: str) -> None:
     for name in names["old"]:
         if (aside / name).exists():
             (aside / name).rename(target / name)
-    _flush_directory(target)
+    _flush_finished(target)
 
 
 def _take_lock(staging: Path) -> int | None:
@@ -206,6 +214,12 @@ def _write(path: Path, content: bytes) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _flush_finished(path: Path) -> None:
+    # The files are whole and in their place: a complaint now would say that they are not.
+    with contextlib.suppress(OSError):
+        _flush_directory(path)
 
 
 def _flush_directory(path: Path) -> None:

@@ -1,0 +1,328 @@
+"""Files appear whole or not at all, whatever fails and whenever."""
+
+import contextlib
+import errno
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from trackweave.errors import OutputError
+from trackweave.io.output import RECORD, OutputDirectory
+from trackweave.io.run_json import encode_json
+from trackweave.io.staging import Staging, is_staging
+
+OLD = {"tracks.csv": b"old tracks", "history.csv": b"old history"}
+NEW = {"tracks.csv": b"new tracks", "assignments.csv": b"new assignments"}
+RUN = {"trackweave": "0.1.0", "seed": 1}
+
+
+def contents(folder: Path) -> dict[str, bytes | None]:
+    """Return every file below a folder with its content, and every folder with None."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+@pytest.fixture
+def area(tmp_path):
+    """Return the folder around the place of output."""
+    (tmp_path / "area").mkdir()
+    return tmp_path / "area"
+
+
+@pytest.fixture(params=["new", "nested", "empty", "ours"])
+def place(request, area):
+    """Return a path for output, in each state that is allowed."""
+    path = area / "run"
+    if request.param == "nested":
+        return area / "deep" / "er" / "run"
+    if request.param != "new":
+        path.mkdir()
+    if request.param == "ours":
+        OutputDirectory(path).write(OLD, RUN)
+        (path / "notes.txt").write_text("mine")
+        (path / "folder").mkdir()
+        (path / "folder" / "tracks.csv").write_text("mine too")
+    return path
+
+
+def test_writes_all_files_and_a_record_that_lists_them(place, area):
+    output = OutputDirectory(place)
+    output.check()
+    output.write(NEW, RUN)
+    for name, content in NEW.items():
+        assert (place / name).read_bytes() == content
+    record = json.loads((place / RECORD).read_bytes())
+    assert record == {**RUN, "files": ["assignments.csv", "run.json", "tracks.csv"]}
+    assert not any(map(is_staging, area.rglob("*")))
+
+
+def test_replaces_only_the_files_of_the_earlier_run(tmp_path):
+    OutputDirectory(tmp_path).write(OLD, RUN)
+    (tmp_path / "notes.txt").write_text("mine")
+    OutputDirectory(tmp_path).write(NEW, RUN)
+    assert names(tmp_path) == ["assignments.csv", "notes.txt", "run.json", "tracks.csv"]
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_leaves_the_permissions_to_the_user(tmp_path):
+    OutputDirectory(tmp_path / "run").write(NEW, RUN)
+    (tmp_path / "by_hand").mkdir()
+    (tmp_path / "by_hand" / "file").write_bytes(b"")
+    for ours, by_hand in (("run", "by_hand"), ("run/tracks.csv", "by_hand/file")):
+        assert (tmp_path / ours).stat().st_mode == (tmp_path / by_hand).stat().st_mode
+
+
+def test_a_file_that_the_earlier_run_did_not_write_is_not_replaced(tmp_path):
+    OutputDirectory(tmp_path).write(OLD, RUN)
+    (tmp_path / "assignments.csv").write_text("mine")
+    before = contents(tmp_path)
+    with pytest.raises(OutputError, match=r"assignments\.csv that is not of the earlier run"):
+        OutputDirectory(tmp_path).write(NEW, RUN)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    "record",
+    [None, b"", b"{", b"[]", b'{"version": 1}', b"\xff", b"[" * 100_000, b'"trackweave"'],
+)
+def test_refuses_a_directory_of_others(tmp_path, record):
+    (tmp_path / "thesis.tex").write_text("mine")
+    if record is not None:
+        (tmp_path / RECORD).write_bytes(record)
+    before = contents(tmp_path)
+    for attempt in (
+        OutputDirectory(tmp_path).check,
+        lambda: OutputDirectory(tmp_path).write(NEW, RUN),
+    ):
+        with pytest.raises(OutputError, match="not empty and not a run of trackweave"):
+            attempt()
+    assert contents(tmp_path) == before
+
+
+def test_a_record_that_lists_what_is_not_ours_to_list_does_no_harm(tmp_path):
+    (tmp_path / "precious").write_text("mine")
+    run = tmp_path / "run"
+    run.mkdir()
+    listed = ["../precious", "/etc/passwd", "..", "", 3, None, "gone.csv"]
+    (run / RECORD).write_text(json.dumps({"trackweave": "0", "files": listed}))
+    OutputDirectory(run).write(NEW, RUN)
+    assert (tmp_path / "precious").read_text() == "mine"
+    assert names(run) == ["assignments.csv", "run.json", "tracks.csv"]
+
+
+def test_follows_a_symbolic_link_to_a_directory(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    OutputDirectory(tmp_path / "link").write(NEW, RUN)
+    assert (tmp_path / "link").is_symlink()
+    assert "tracks.csv" in names(tmp_path / "real")
+
+
+@pytest.mark.parametrize("aim", ["nowhere", "link"])
+def test_refuses_a_symbolic_link_to_nowhere(tmp_path, aim):
+    (tmp_path / "link").symlink_to(aim)
+    with pytest.raises(OutputError, match="a symbolic link to nowhere"):
+        OutputDirectory(tmp_path / "link").check()
+
+
+@pytest.mark.parametrize("below", ["", "below"])
+def test_refuses_a_file(tmp_path, below):
+    (tmp_path / "file").write_text("mine")
+    for attempt in ("check", "write"):
+        arguments = () if attempt == "check" else (NEW, RUN)
+        with pytest.raises(OutputError, match="file"):
+            getattr(OutputDirectory(tmp_path / "file" / below), attempt)(*arguments)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("path", ["a\0b", "x" * 300])
+def test_refuses_what_cannot_be_a_name(tmp_path, path):
+    with pytest.raises(OutputError):
+        OutputDirectory(tmp_path / path).check()
+
+
+def test_says_early_where_it_may_not_write(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(OutputError, match="no permission to write in"):
+        OutputDirectory(tmp_path / "a" / "b").check()
+
+
+def test_writes_where_one_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    OutputDirectory(".").write(NEW, RUN)
+    assert names(Path()) == ["assignments.csv", "run.json", "tracks.csv"]
+
+
+@pytest.mark.parametrize("name", ["", "..", "a/b", "run.json", ".hidden"])
+def test_our_own_slips_are_not_the_users_trouble(tmp_path, name):
+    with pytest.raises(ValueError, match="expected the name of a file"):
+        OutputDirectory(tmp_path).write({name: b""}, RUN)
+    with pytest.raises(ValueError, match="trackweave"):
+        OutputDirectory(tmp_path).write(NEW, {})
+
+
+STEPS = ("mkdir", "open", "write", "fsync", "rename")
+
+
+class Faults:
+    """Lets the system's calls fail from one of them on.
+
+    Parameters
+    ----------
+    monkeypatch
+        Pytest's fixture.
+    error
+        What is raised, before the call or after it.
+    """
+
+    def __init__(self, monkeypatch, error=None, *, at=-1, after=False, lasting=()):
+        self.error, self.at, self.after, self.lasting = error, at, after, lasting
+        self.count = 0
+        self.locks: list[int] = []
+        for name in STEPS:
+            monkeypatch.setattr(os, name, self.wrapped(name, getattr(os, name)))
+
+    def wrapped(self, name, real):
+        def call(*arguments, **keywords):
+            step, self.count = self.count, self.count + 1
+            due = step == self.at or (0 <= self.at < step and name in self.lasting)
+            if due and not self.after:
+                raise self.error
+            result = real(*arguments, **keywords)
+            if name == "open" and str(arguments[0]).endswith("lock"):
+                self.locks.append(result)
+            if due:
+                raise self.error
+            return result
+
+        return call
+
+
+def wanted(before: dict[str, bytes | None]) -> dict[str, bytes | None]:
+    """Return what the place holds after a whole run, given what it held before."""
+    kept = {name: data for name, data in before.items() if name not in {*OLD, RECORD}}
+    record = encode_json({**RUN, "files": sorted([*NEW, RECORD])})
+    return {**kept, **NEW, RECORD: record}
+
+
+def run_with(place, monkeypatch, *arguments, **keywords) -> tuple[BaseException | None, Faults]:
+    with monkeypatch.context() as patch:
+        faults = Faults(patch, *arguments, **keywords)
+        try:
+            OutputDirectory(place).write(NEW, RUN)
+        except BaseException as err:
+            return err, faults
+    return None, faults
+
+
+def attempts(area, place, monkeypatch, *arguments, **keywords):
+    """Run with a fault at each step in turn, each time in a fresh copy of the area.
+
+    Yields the copy, the place in it, and the exception that came out.
+    """
+    for step in range(100):
+        copy = area.parent / f"copy{step}"
+        shutil.copytree(area, copy)
+        there = copy / place.relative_to(area)
+        err, faults = run_with(there, monkeypatch, *arguments, at=step, **keywords)
+        for lock in faults.locks:
+            with contextlib.suppress(OSError):
+                os.close(lock)  # as the system does for a dead process
+        if faults.count <= step:
+            assert err is None
+            assert 15 < step < 60
+            return
+        yield copy, there, err
+    raise AssertionError("no end of steps")
+
+
+@pytest.mark.parametrize("lasting", [(), ("mkdir", "write", "fsync")])
+def test_a_full_disk_at_any_step_changes_nothing(place, area, monkeypatch, lasting):
+    before, after = contents(area), wanted(contents(place))
+    n_refused = 0
+    full = OSError(errno.ENOSPC, "No space left on device")
+    for copy, there, err in attempts(area, place, monkeypatch, full, lasting=lasting):
+        if err is None:  # a last flush or tidying up, which are not worth a complaint
+            OutputDirectory(there).check()
+            assert contents(there) == after
+            continue
+        n_refused += 1
+        assert isinstance(err, OutputError)
+        assert "No space left on device" in str(err)
+        assert contents(copy) == before
+    assert n_refused > 10
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_ctrl_c_at_any_step_leaves_the_old_or_the_new_whole(place, area, monkeypatch, late):
+    before, held = contents(area), contents(place)
+    n_old = n_new = 0
+    for copy, there, err in attempts(area, place, monkeypatch, KeyboardInterrupt(), after=late):
+        assert err is None or isinstance(err, KeyboardInterrupt)
+        if contents(copy) == before:
+            n_old += 1
+            continue
+        n_new += 1
+        if any(map(is_staging, copy.rglob("*"))):  # interrupted while tidying up
+            OutputDirectory(there).check()
+        assert contents(there) == wanted(held)
+        assert not any(map(is_staging, copy.rglob("*")))
+    assert n_old > 10
+    assert n_new > 0
+
+
+def test_a_killed_run_is_undone_by_the_next(place, area, monkeypatch):
+    held = contents(place)
+    n_halves = 0
+    # From one call on nothing works any more, not even tidying up.
+    for copy, there, _ in attempts(area, place, monkeypatch, SystemExit(), lasting=STEPS):
+        if there.exists():
+            n_halves += contents(there) not in (held, wanted(held))
+            OutputDirectory(there).check()
+        assert contents(there) in (held, wanted(held))
+        OutputDirectory(there).write(NEW, RUN)
+        assert contents(there) == wanted(held)
+        assert not any(map(is_staging, copy.rglob("*")))
+    assert n_halves > 5 or not place.exists()
+
+
+def test_a_failing_disk_that_recovers_loses_nothing(tmp_path, monkeypatch):
+    OutputDirectory(tmp_path).write(OLD, RUN)
+    before = contents(tmp_path)
+    broken = OSError(errno.EIO, "Input/output error")
+    for step in range(60):
+        err, _ = run_with(tmp_path, monkeypatch, broken, at=step, lasting=("rename",))
+        if err is None:
+            break
+        assert isinstance(err, OutputError)
+        OutputDirectory(tmp_path).check()
+        assert contents(tmp_path) == before
+    assert 15 < step < 50
+
+
+@pytest.mark.skipif(os.name != "posix", reason="without locks nobody knows who is alive")
+def test_two_runs_at_once_do_not_meddle(tmp_path):
+    staging = Staging(tmp_path)
+    with pytest.raises(OutputError, match="another run is writing there"):
+        OutputDirectory(tmp_path).write(NEW, RUN)
+    staging.remove()
+    OutputDirectory(tmp_path).write(NEW, RUN)
+
+
+def test_staging_of_a_change_around_us_is_left_alone(tmp_path):
+    # An unfinished change of the parent, which only the parent's next run may undo.
+    left = tmp_path / ".trackweave-staging-left"
+    (left / "old").mkdir(parents=True)
+    (left / "old" / "tracks.csv").write_bytes(b"old tracks")
+    (left / "journal.json").write_text('{"new": [], "old": ["tracks.csv"]}')
+    OutputDirectory(tmp_path / "run").write(NEW, RUN)
+    assert (left / "old" / "tracks.csv").exists()
