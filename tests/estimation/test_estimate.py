@@ -46,6 +46,7 @@ def scene(n_targets=15, n_scans=40, sigma=10.0, detection=0.9, clutter=15.0, per
 
 def numbers(estimates: Estimates) -> list[float]:
     found = [estimates.process_noise, estimates.max_speed, estimates.new_target_density]
+    found.append(estimates.initial_target_density)
     for sensor in estimates.sensors.values():
         found += [value for value in astuple(sensor) if value is not None]
     return found

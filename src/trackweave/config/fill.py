@@ -15,7 +15,7 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import Window
+from trackweave.trackers.window import Window
 
 __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 
@@ -258,6 +258,12 @@ def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
         ),
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"), estimates and estimates.new_target_density
+        ),
+        initial_target_density=ledger.choose(
+            ("lifecycle", "initial_target_density"), estimates and estimates.initial_target_density
+        ),
+        confirm_probability=ledger.choose(
+            ("lifecycle", "confirm_probability"), default=usual.confirm_probability
         ),
         survival=ledger.choose(("lifecycle", "survival"), default=usual.survival),
     )

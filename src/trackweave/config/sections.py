@@ -228,6 +228,11 @@ class LifecycleSection(Section):
     ) = None
     """Detections out of opportunities that confirm a track."""
 
+    confirm_probability: (
+        Annotated[float, Field(ge=0, lt=1), Expected("a number from 0 to below 1")] | None
+    ) = None
+    """How probable a track's object must be, besides, for the track to be confirmed."""
+
     delete_after_misses: Count | None = None
     """Misses in succession that end a track."""
 
@@ -235,6 +240,9 @@ class LifecycleSection(Section):
         Annotated[Positive, Expected("a number > 0 per m² (m³) and scan")] | None
     ) = None
     """Objects newly present per m² (m³) of tracking space and scan."""
+
+    initial_target_density: Annotated[Positive, Expected("a number > 0 per m² (m³)")] | None = None
+    """Objects present per m² (m³) before the first scan."""
 
     survival: (
         Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None

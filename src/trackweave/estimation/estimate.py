@@ -65,12 +65,15 @@ class Estimates:
         Greatest speed of an object [m/s].
     new_target_density
         Objects newly present per m² (m³) and scan.
+    initial_target_density
+        Objects present per m² (m³) at a time.
     """
 
     sensors: Mapping[str, SensorEstimate]
     process_noise: float
     max_speed: float
     new_target_density: float
+    initial_target_density: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,17 +117,17 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     noises = [found.process_noise for found in findings.values() if found.process_noise]
     fallback = next(iter(findings.values())).sensor
     period = fallback.scan_period or 1.0
-    births = [
-        found.sensor.n_objects / found.sensor.covered / min(max(found.n_scans, 10), 50)
-        for found in findings.values()
-    ]
+    present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
+    # Of those present, each began at some time of the recording, or of the last fifty scans.
+    times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
     return Estimates(
         sensors=sensors,
         process_noise=_bounded(
             np.median(noises) if noises else 1e-2 * fallback.sigma**2 / period**3
         ),
         max_speed=_bounded(max(speeds) if speeds else 10 * fallback.sigma / period),
-        new_target_density=_bounded(np.median(births), 1e-30),
+        new_target_density=_bounded(float(np.median(np.divide(present, times))), 1e-30),
+        initial_target_density=_bounded(max(present), 1e-30),
     )
 
 

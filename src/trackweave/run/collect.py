@@ -1,11 +1,11 @@
 """What a run leaves behind scan by scan."""
 
-import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
+from trackweave.trackers.hypothesis import Hypothesis
 
 __all__ = ["Rows", "ScanLog"]
 
@@ -56,7 +56,7 @@ class ScanLog:
     amendments: list[dict[str, Any]] = field(default_factory=list)
     timing: list[dict[str, float]] = field(default_factory=list)
 
-    def add(self, scan: Scan, hypothesis: Any, cpu: float, wall: float) -> None:
+    def add(self, scan: Scan, hypothesis: Hypothesis, cpu: float, wall: float) -> None:
         """Enter a scan, the hypothesis after it, and the time it took [s]."""
         certificate = hypothesis.certificate
         self.scans.append(
@@ -65,6 +65,8 @@ class ScanLog:
                 "sensor": scan.sensor,
                 "reports": len(scan),
                 "tracks": len(hypothesis.tracks),
+                "sequences": hypothesis.n_sequences,
+                "pruned": hypothesis.n_pruned,
                 "evaluations": hypothesis.evaluations,
                 "cost": certificate.cost,
                 "lower_bound": certificate.lower_bound,
@@ -75,7 +77,12 @@ class ScanLog:
             }
         )
         self.amendments += [
-            {"at": scan.time, **dataclasses.asdict(amendment)}
+            {
+                "time": scan.time,
+                "report": amendment.report,
+                "before": amendment.before,
+                "after": amendment.after,
+            }
             for amendment in hypothesis.amendments
         ]
         self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.domain.reports import ReportTable
@@ -24,6 +25,7 @@ from trackweave.run.collect import Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
 from trackweave.run.scans import complete_scans
+from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multiscan import MultiScanTracker
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
@@ -142,11 +144,12 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     log = _run(partial(tracker.step, rng=rng, deadline=limit), scans, rows, progress)
     tracks = rows.table(table.dim)
     assignment = dict(tracker.assignment())
+    probability = _probability(table, tracker.probabilities())
     history = smoothed_history(table, assignment, tracks, settings, begun)
     values = RunValues(table, tracks, history, assignment, settings)
     return TrackingResult(
         tracks=_native(tracks_frame(tracks, table.frame, iso_time=table.iso_time), table),
-        assignments=_native(assignments_frame(table, assignment), table),
+        assignments=_native(assignments_frame(table, assignment, probability), table),
         history=_native(tracks_frame(history, table.frame, iso_time=table.iso_time), table),
         run=record_of(table, settings, log, assignment, list(tracker.late_reports)),
         values=values,
@@ -179,7 +182,7 @@ def settings_for(
 
 
 def _run(
-    step: Callable[[Scan], Any], scans: list[Scan], rows: Rows, progress: Progress | None
+    step: Callable[[Scan], Hypothesis], scans: list[Scan], rows: Rows, progress: Progress | None
 ) -> ScanLog:
     """Step through all scans; enter the tracks in ``rows`` and everything else in the log."""
     log = ScanLog()
@@ -215,6 +218,14 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
             f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
         )
     return table
+
+
+def _probability(reports: ReportTable, known: Mapping[int, float]) -> FloatArray:
+    """Return how probable each row's assignment is, NaN where the method does not tell."""
+    probability = np.full(len(reports), np.nan)
+    for row, value in known.items():
+        probability[row] = value
+    return probability
 
 
 def _native(frame: Any, reports: ReportTable) -> Any:

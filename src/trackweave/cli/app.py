@@ -1,0 +1,240 @@
+"""The commands, their options and their help."""
+
+import os
+import sys
+import tempfile
+import warnings
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackweave.cli.edge import DEBUG, INTERRUPTED, Voice, show_json, with_status
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="trackweave",
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    help=(
+        "Turn reports of many sensors into tracks of many objects, with a proven bound on every "
+        "association.\n\n"
+        "Start with `trackweave demo`, then `trackweave track reports.csv --out result`. Exit "
+        "status: 0 success, 2 bad usage, bad input or an environment that refuses, 130 "
+        "interrupted, 1 a failure of ours."
+    ),
+)
+
+
+class OnBadRow(StrEnum):
+    """What to do with a row of a reports file that cannot be used."""
+
+    fail = "fail"
+    skip = "skip"
+
+
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+SeedOption = Annotated[
+    int | None,
+    typer.Option(min=0, help="Seed of the random numbers; the same seed gives the same files."),
+]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"trackweave {version('trackweave')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
+@app.command()
+@with_status
+def demo(
+    out: Annotated[
+        Path,
+        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+    ] = Path("trackweave-demo"),
+    seed: SeedOption = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Simulate three radars, track their reports, compare with truth.
+
+    Writes reports.csv, truth.csv, tracker.toml, tracks.csv, assignments.csv, history.csv,
+    run.json and a picture, demo.png. Seed 1 unless given.
+    """
+    from trackweave.cli.demo import run_demo
+
+    result = run_demo(out, 1 if seed is None else seed, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
+def track(
+    reports: Annotated[
+        Path,
+        typer.Argument(
+            metavar="REPORTS",
+            help="Reports: a .csv, .csv.gz or .parquet file.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+    ],
+    config: Annotated[
+        Path | None,
+        typer.Option(help="Configuration (tracker.toml). Keys left out are estimated or default."),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="Preset to apply where the configuration is silent.")
+    ] = None,
+    priors: Annotated[
+        Path | None,
+        typer.Option(help="Tracks file to set out from; the last row of each track counts."),
+    ] = None,
+    seed: SeedOption = None,
+    deadline_ms: Annotated[
+        float | None,
+        typer.Option(help="Wall clock per scan in milliseconds; makes runs not repeatable."),
+    ] = None,
+    on_bad_row: Annotated[
+        OnBadRow, typer.Option(help="Stop at a bad row, or list it in run.json and go on.")
+    ] = OnBadRow.fail,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Turn a file of reports into tracks.
+
+    Needs the columns time and x,y[,z] (metres) or lat,lon[,alt_m]; optional are sensor,
+    sigma_x,sigma_y[,sigma_z], report, scan and others, which pass through. Writes tracks.csv
+    (what was known after each scan), assignments.csv (which report belongs to which track),
+    history.csv (smoothed after the fact) and run.json (configuration as used, cost, lower bound
+    and gap of each scan). Without a configuration everything is estimated from the reports, and
+    what was assumed is said. Seed 0 unless given here or in the configuration.
+    """
+    from trackweave.cli.track import Request, run_track
+
+    request = Request(reports, out, config, preset, priors, seed, deadline_ms, on_bad_row.value)
+    result = run_track(request, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
+def simulate(
+    scenario: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCENARIO", help="Scenario (TOML): area, sensors, targets.", show_default=False
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+    ],
+    seed: SeedOption = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Make reports, and the truth behind them, from a scenario.
+
+    Writes reports.csv (with the column target: the truth, which no tracker reads), truth.csv and
+    run.json. Seed 0 unless given.
+    """
+    from trackweave.cli.simulate import run_simulate
+
+    result = run_simulate(scenario, out, seed or 0, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
+def evaluate(
+    truth: Annotated[Path, typer.Option(help="Truth: time, target, x, y[, z].")],
+    tracks: Annotated[Path, typer.Option(help="Tracks, as `track` writes them.")],
+    assignments: Annotated[
+        Path | None, typer.Option(help="Assignments with the column target, for report measures.")
+    ] = None,
+    cutoff: Annotated[
+        float, typer.Option(help="Distance from which a track is not a target's, in metres.")
+    ] = 50.0,
+    order: Annotated[float, typer.Option(help="Exponent p of GOSPA and OSPA, at least 1.")] = 2.0,
+    max_gap: Annotated[
+        float | None,
+        typer.Option(help="Longest time between a track's rows that is bridged, in seconds."),
+    ] = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare tracks with the truth.
+
+    Confirmed and coasting rows are interpolated to the truth's times; a gap longer than a period
+    counts as missed. GOSPA with its parts, OSPA, MOTA, IDF1, HOTA, switches, RMSE and, with
+    assignments, the share of reports assigned rightly.
+    """
+    from trackweave.cli.evaluate import Measure, run_evaluate
+
+    result = run_evaluate(truth, tracks, assignments, Measure(cutoff, order, max_gap))
+    if json:
+        show_json(result)
+    elif not quiet:
+        Voice(quiet=False).table(
+            "Tracks against truth", [(name, _shown(value)) for name, value in result.items()]
+        )
+
+
+@app.command()
+@with_status
+def schema() -> None:
+    """Print the JSON Schema of tracker.toml.
+
+    Editors that know it check the file and complete its keys.
+    """
+    from trackweave.config.schema import json_schema
+
+    show_json(json_schema())
+
+
+def _shown(value: float | int | None) -> str:
+    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def main() -> None:
+    """Run the command line; the entry point of the program."""
+    if not os.environ.get(DEBUG):
+        # A library's warning is nothing that a user of the command could act on.
+        warnings.simplefilter("ignore")
+    if "MPLCONFIGDIR" not in os.environ and not os.access(Path.home(), os.W_OK):
+        # Matplotlib warns at length where it finds no folder to write to.
+        os.environ["MPLCONFIGDIR"] = tempfile.gettempdir()
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)

@@ -1,0 +1,130 @@
+"""Where the program meets the world: exit statuses, one message for an error, progress."""
+
+import functools
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+
+__all__ = ["Voice", "show_json", "with_status"]
+
+BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
+DEBUG = "TRACKWEAVE_DEBUG"
+
+
+def with_status(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that ends with the right exit status, and never with a traceback.
+
+    0 success; 2 bad usage, bad input or an environment that refuses; 130 interrupted; 1 a failure
+    of ours. With the environment variable TRACKWEAVE_DEBUG set, the traceback is shown too.
+    """
+
+    @functools.wraps(command)
+    def guarded(*args: Any, **options: Any) -> None:
+        try:
+            command(*args, **options)
+        except typer.Exit:
+            raise
+        except KeyboardInterrupt:
+            _complain("interrupted", INTERRUPTED)
+        except MemoryError:
+            _complain("not enough memory", BAD_INPUT)
+        except BrokenPipeError:
+            # Whoever read the output has left; the interpreter must not try to flush again.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(BAD_INPUT) from None
+        except Exception as err:
+            _explain(err)
+
+    return guarded
+
+
+def _explain(err: Exception) -> None:
+    """Say what went wrong in one line and exit."""
+    from trackweave.errors import NumericalError, TrackweaveError
+
+    if os.environ.get(DEBUG):
+        traceback.print_exc()
+    if isinstance(err, TrackweaveError) and not isinstance(err, NumericalError):
+        _complain(_one_line(err), BAD_INPUT)
+    if isinstance(err, OSError) and err.errno is not None:
+        place = f"{err.filename}: " if err.filename else ""
+        _complain(f"{place}{err.strerror}", BAD_INPUT)
+    _complain(
+        f"trackweave failed: {type(err).__name__}: {_one_line(err)}. This is our fault: please "
+        f"report it with what you ran; {DEBUG}=1 shows where it happened.",
+        OURS,
+    )
+
+
+def _one_line(err: Exception) -> str:
+    return " ".join(str(err).split())
+
+
+def _complain(message: str, status: int) -> None:
+    typer.echo(message, err=True)
+    raise typer.Exit(status) from None
+
+
+def show_json(result: Any) -> None:
+    """Print a result as one JSON object."""
+    from trackweave.io.run_json import encode_json
+
+    typer.echo(encode_json(result).decode("utf-8"), nl=False)
+
+
+class Voice:
+    """What a command says while it works: to standard error, and nothing when told to be quiet.
+
+    Parameters
+    ----------
+    quiet
+        Whether to say nothing but errors.
+    """
+
+    def __init__(self, *, quiet: bool) -> None:
+        self.quiet = quiet
+        self.on_terminal = sys.stderr.isatty() and not quiet
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        if not self.quiet:
+            typer.echo(text, err=True)
+
+    def table(self, title: str, rows: list[tuple[str, str]]) -> None:
+        """Print a small table on a terminal, and its rows as lines elsewhere."""
+        if not self.on_terminal:
+            for name, value in rows:
+                self.say(f"{name}: {value}")
+            return
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(title=title, title_justify="left", show_header=False)
+        table.add_column(style="bold")
+        table.add_column(justify="right")
+        for row in rows:
+            table.add_row(*row)
+        Console(stderr=True).print(table)
+
+    @contextmanager
+    def progress(self, what: str) -> Iterator[Callable[[int, int], None] | None]:
+        """Show a bar on a terminal while the block runs; yields what to call with done and all."""
+        if not self.on_terminal:
+            yield None
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+        columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(what, total=None)
+
+            def advance(done: int, total: int) -> None:
+                bar.update(task, completed=done, total=total)
+
+            yield advance

@@ -1,0 +1,135 @@
+"""The command ``track``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from trackweave.cli.edge import Voice
+from trackweave.config import load_configuration
+from trackweave.errors import InvalidInputError
+from trackweave.io.encoding import encode_table
+from trackweave.io.output import OutputDirectory
+from trackweave.io.reports import read_reports
+from trackweave.run import TrackingResult
+from trackweave.run import track as run
+
+__all__ = ["Request", "run_track", "summary", "tables", "what_was_assumed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the command was asked for.
+
+    Parameters
+    ----------
+    reports
+        File of reports.
+    out
+        Directory for the files.
+    config
+        Configuration file.
+    preset
+        Name of a preset.
+    priors
+        Tracks file to set out from.
+    seed
+        Seed; None for the configuration's.
+    deadline_ms
+        Wall clock per scan [ms].
+    on_bad_row
+        Whether to stop at a bad row or to go on.
+    """
+
+    reports: Path
+    out: Path
+    config: Path | None
+    preset: str | None
+    priors: Path | None
+    seed: int | None
+    deadline_ms: float | None
+    on_bad_row: Literal["fail", "skip"] | str
+
+
+def run_track(request: Request, voice: Voice) -> dict[str, Any]:
+    """Track a file of reports and write what was found; return the run's totals."""
+    place = OutputDirectory(request.out)
+    place.check()
+    if request.deadline_ms is not None and not 0 < request.deadline_ms < float("inf"):
+        raise InvalidInputError(
+            f"--deadline-ms: {request.deadline_ms}; expected a number > 0 of milliseconds"
+        )
+    configuration = load_configuration(request.config)
+    seed = request.seed if request.seed is not None else (configuration.seed or 0)
+    origin = configuration.frame.origin
+    reports = read_reports(
+        request.reports,
+        frame_origin=None if origin is None else (origin[0], origin[1]),
+        on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
+    )
+    with voice.progress("tracking") as progress:
+        result = run(
+            reports,
+            configuration,
+            preset=request.preset,
+            priors=request.priors,
+            rng=np.random.default_rng(seed),
+            deadline=None if request.deadline_ms is None else request.deadline_ms / 1e3,
+            progress=progress,
+        )
+    record = {**result.run, "seed": seed}
+    place.write(tables(result), record)
+    for line in [*what_was_assumed(record), *record["notes"]]:
+        voice.say(line)
+    found = summary(record, request.out)
+    voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
+    return found
+
+
+def tables(result: TrackingResult) -> dict[str, bytes]:
+    """Return the files of a run but for its record."""
+    return {
+        "tracks.csv": encode_table(result.tracks, "tracks.csv"),
+        "assignments.csv": encode_table(result.assignments, "assignments.csv"),
+        "history.csv": encode_table(result.history, "history.csv"),
+    }
+
+
+def summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
+    """Return a run's totals, as ``--json`` prints them."""
+    totals, timing = record["totals"], record["timing"]
+    return {
+        **totals,
+        "cpu_ms_per_scan": timing["cpu_ms"] / max(totals["scans"], 1),
+        "time_s": timing["wall_ms"] / 1e3,
+        "seed": record["seed"],
+        "out": str(out),
+    }
+
+
+def what_was_assumed(record: dict[str, Any]) -> list[str]:
+    """Return a line for each table of the configuration in which something was estimated."""
+    told: dict[str, list[str]] = {}
+    for key, source in record["sources"].items():
+        if source == "estimated":
+            table, _, name = key.rpartition(".")
+            told.setdefault(table, []).append(f"{name} {_shown(_value(record, key))}")
+    return [f"estimated {table}: {', '.join(values)}" for table, values in told.items()]
+
+
+def _value(record: dict[str, Any], key: str) -> Any:
+    """Return a value by its dotted key; a sensor's name may hold dots itself."""
+    table, rest = record["configuration"], key
+    if key.startswith("sensors."):
+        sensor, _, name = key.removeprefix("sensors.").rpartition(".")
+        return table["sensors"][sensor][name]
+    for part in rest.split("."):
+        table = table[part]
+    return table
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
