@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from trackweave.errors import OutputError
+from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
 from trackweave.io.staging import Staging, is_staging, recover, remove_abandoned
 
@@ -74,6 +74,8 @@ class OutputDirectory:
 
         Raises
         ------
+        InvalidInputError
+            If a name is no plain file name, or the record has no version.
         OutputError
             If the place is refused as by ``check``, or the environment fails, such as by a full
             disk; then nothing has changed.
@@ -155,10 +157,10 @@ class OutputDirectory:
 
 def _contents(files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
     if "trackweave" not in record:
-        raise ValueError("record: no key trackweave; expected the version under it")
+        raise InvalidInputError("record: no key trackweave; expected the version under it")
     for name in files:
         if not _is_plain(name) or name == RECORD:
-            raise ValueError(f"{name!r}: expected the name of a file, without folders")
+            raise InvalidInputError(f"{name!r}: expected the name of a file, without folders")
     names = sorted([*files, RECORD])
     return {**files, RECORD: encode_json({**record, "files": names})}
 
