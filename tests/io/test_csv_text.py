@@ -4,7 +4,7 @@ import csv
 import io
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trackweave.errors import DataFormatError
@@ -130,7 +130,15 @@ def test_reads_back_what_pythons_own_writer_writes(rows, style):
     assert table.columns.rows() == [tuple(cell or None for cell in row) for row in wanted]
 
 
-@given(data=st.lists(st.sampled_from(list(b"ab1,,,\n\n\r ;")), max_size=40).map(bytes))
+@settings(max_examples=1500)
+@given(
+    data=st.lists(
+        st.sampled_from(
+            [b"a", b"b1", b",", b",", b"\n", b"\n", b"\r\n", b"\r", b" ", b'"', b'"a"']
+        ),
+        max_size=40,
+    ).map(b"".join)
+)
 def test_the_fast_parser_agrees_with_the_careful_one(data):
     def outcome(parse):
         try:
@@ -140,3 +148,26 @@ def test_the_fast_parser_agrees_with_the_careful_one(data):
         return table.columns.columns, table.columns.rows(), table.row.tolist()
 
     assert outcome(parse_csv) == outcome(parse_csv_carefully)
+
+
+@settings(max_examples=500)
+@given(
+    rows=st.lists(
+        st.lists(
+            st.sampled_from([b"a", b'"a"', b'""', b"", b'"a,"', b'",a"', b'"a""b"', b'a"']),
+            min_size=2,
+            max_size=3,
+        ),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_needless_quotation_marks_change_nothing(rows):
+    data = b"\n".join([b'"x",y', *map(b",".join, rows)])
+    outcomes = []
+    for parse in (parse_csv, parse_csv_carefully):
+        try:
+            outcomes.append(parse(data, "r.csv").columns.rows())
+        except DataFormatError as err:
+            outcomes.append(str(err))
+    assert outcomes[0] == outcomes[1]

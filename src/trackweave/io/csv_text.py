@@ -124,9 +124,12 @@ def _count(n_cells: int) -> str:
 
 def _parse_plain(data: bytes, name: str) -> RawTable | None:
     """Return the columns of text whose rows are lines, None where the careful parser is needed."""
-    if b'"' in data or data.count(b"\r") != data.count(b"\r\n"):
+    if data.count(b"\r") != data.count(b"\r\n"):
         return None
-    head, _, body = data.partition(b"\n")
+    unquoted = _without_needless_quotes(data)
+    if unquoted is None:
+        return None
+    head, _, body = unquoted.partition(b"\n")
     n_commas, n_rows = head.count(b","), body.count(b"\n") + 1
     if not head.strip() or not body or not n_commas or body.count(b",") != n_rows * n_commas:
         return None
@@ -139,6 +142,23 @@ def _parse_plain(data: bytes, name: str) -> RawTable | None:
     if frame.height != n_rows:
         return None
     return RawTable(name, frame, np.arange(1, n_rows + 1))
+
+
+def _without_needless_quotes(data: bytes) -> bytes | None:
+    """Return text without quotation marks, None where one of them is needed or out of place."""
+    if b'"' not in data:
+        return data
+    # Parts are outside and inside quotation marks by turns.
+    parts = data.split(b'"')
+    inside, outside = b"".join(parts[1::2]), parts[2:-1:2]
+    if len(parts) % 2 == 0 or b"," in inside or b"\n" in inside or b"\r" in inside:
+        return None
+    starts = b"".join([part[:1] for part in outside]) + parts[-1][:1]
+    ends = b"".join([part[-1:] for part in outside]) + parts[0][-1:]
+    # An empty part is a doubled quotation mark, except at the ends of the text.
+    if not all(outside) or starts.strip(b",\r\n") or ends.strip(b",\n"):
+        return None
+    return b"".join(parts)
 
 
 def _records(text: str, name: str) -> Iterator[list[str]]:
