@@ -51,7 +51,7 @@ def message(text: str, tmp_path: Path) -> str:
     file.write_text(text)
     with pytest.raises(InvalidInputError) as caught:
         load_configuration(file)
-    return str(caught.value)
+    return str(caught.value).removeprefix(f"{tmp_path}/")
 
 
 def test_takes_every_key_of_the_format(tmp_path: Path) -> None:

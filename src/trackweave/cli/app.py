@@ -165,11 +165,11 @@ def simulate(
     """Make reports, and the truth behind them, from a scenario.
 
     Writes reports.csv (with the column target: the truth, which no tracker reads), truth.csv and
-    run.json. Seed 0 unless given.
+    run.json. The scenario's seed unless one is given.
     """
     from trackweave.cli.simulate import run_simulate
 
-    result = run_simulate(scenario, out, seed or 0, Voice(quiet=quiet or json))
+    result = run_simulate(scenario, out, seed, Voice(quiet=quiet or json))
     if json:
         show_json(result)
 

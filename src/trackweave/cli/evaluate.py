@@ -46,7 +46,7 @@ def run_evaluate(
         table = read_assignments(assignments)
         if table.target is None:
             raise DataFormatError(
-                f"{assignments.name}: no column target; expected the truth of each report, which "
+                f"{assignments}: no column target; expected the truth of each report, which "
                 "passes through when the reports have it"
             )
         found = found.with_assignments(assignment_quality(table.target, table.track))

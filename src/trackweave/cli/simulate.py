@@ -15,11 +15,14 @@ from trackweave.simulation import Simulation, read_scenario, simulate
 __all__ = ["run_simulate", "simulated_tables"]
 
 
-def run_simulate(scenario: Path, out: Path, seed: int, voice: Voice) -> dict[str, Any]:
+def run_simulate(scenario: Path, out: Path, seed: int | None, voice: Voice) -> dict[str, Any]:
     """Simulate a scenario file and write reports and truth; return how many."""
     place = OutputDirectory(out)
     place.check()
-    scene = simulate(read_scenario(scenario), np.random.default_rng(seed))
+    planned = read_scenario(scenario)
+    if seed is None:
+        seed = planned.seed
+    scene = simulate(planned, np.random.default_rng(seed))
     found = {
         "reports": len(scene.reports),
         "false_alarms": int(np.sum(np.asarray(scene.reports.carried["target"]) == "")),

@@ -43,7 +43,7 @@ def load_configuration(
     if isinstance(source, Mapping):
         name, values = "configuration", dict(source)
     else:
-        name, values = Path(source).name, _read_toml(Path(source))
+        name, values = str(source), _read_toml(Path(source))
     try:
         configuration = Configuration.model_validate(values)
     except ValidationError as err:
@@ -60,10 +60,10 @@ def _read_toml(path: Path) -> dict[str, Any]:
         place = re.search(r"\(at (.*)\)$", str(err))
         where = f", {place.group(1)}" if place else ""
         what = re.sub(r" \(at .*\)$", "", str(err))
-        raise InvalidInputError(f"{path.name}{where}: {what}; expected TOML") from None
+        raise InvalidInputError(f"{path}{where}: {what}; expected TOML") from None
     except UnicodeDecodeError as err:
         raise InvalidInputError(
-            f"{path.name}, byte {err.start}: not UTF-8; expected TOML as UTF-8 text"
+            f"{path}, byte {err.start}: not UTF-8; expected TOML as UTF-8 text"
         ) from None
     except FileNotFoundError:
         raise InvalidInputError(f"{path}: no such file; expected a configuration") from None

@@ -3,11 +3,14 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.trackers.hypothesis import Hypothesis
+from trackweave.trackers.hypothesis import Assignments, Hypothesis
 
-__all__ = ["Rows", "ScanLog"]
+__all__ = ["Assigned", "Rows", "ScanLog"]
 
 
 @dataclass
@@ -48,6 +51,37 @@ class Rows:
         self._waiting, self._written = None, self._time
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Assigned:
+    """The track of each row of the reports, and how probable that is.
+
+    Parameters
+    ----------
+    track
+        Identifier of each row's track, -1 for a false alarm, shape (reports,).
+    probability
+        Probability of each row's assignment, NaN where the method tells none, shape (reports,).
+    """
+
+    track: IntArray
+    probability: FloatArray
+
+    @classmethod
+    def nothing(cls, n_reports: int) -> "Assigned":
+        """Return the state before the first scan: every report a false alarm."""
+        return cls(np.full(n_reports, -1, dtype=np.int64), np.full(n_reports, np.nan))
+
+    def enter(self, known: Assignments) -> None:
+        """Enter what a tracker says of some reports."""
+        self.track[known.report] = known.track
+        self.probability[known.report] = known.probability
+
+    def by_row(self) -> dict[int, int]:
+        """Return the track of each row that has one."""
+        rows = np.flatnonzero(self.track >= 0)
+        return dict(zip(rows.tolist(), self.track[rows].tolist(), strict=True))
+
+
 @dataclass
 class ScanLog:
     """What each scan cost and how sure its answer is."""
@@ -55,6 +89,7 @@ class ScanLog:
     scans: list[dict[str, Any]] = field(default_factory=list)
     amendments: list[dict[str, Any]] = field(default_factory=list)
     timing: list[dict[str, float]] = field(default_factory=list)
+    late: list[int] = field(default_factory=list)
 
     def add(self, scan: Scan, hypothesis: Hypothesis, cpu: float, wall: float) -> None:
         """Enter a scan, the hypothesis after it, and the time it took [s]."""
@@ -85,4 +120,5 @@ class ScanLog:
             }
             for amendment in hypothesis.amendments
         ]
+        self.late += hypothesis.late
         self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})

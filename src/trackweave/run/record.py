@@ -18,7 +18,6 @@ def record_of(
     settings: Settings,
     log: ScanLog,
     assignment: Mapping[int, int],
-    late: list[int],
 ) -> dict[str, Any]:
     """Return the record of a run.
 
@@ -32,8 +31,6 @@ def record_of(
         What each scan left behind.
     assignment
         From a report's row to its track.
-    late
-        Rows of reports that came after their scan was fixed.
 
     Returns
     -------
@@ -52,7 +49,7 @@ def record_of(
         "totals": {
             "reports": len(reports),
             "assigned_reports": len(assignment),
-            "late_reports": len(late),
+            "late_reports": len(log.late),
             "skipped_rows": len(reports.skipped),
             "scans": len(log.scans),
             "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
@@ -61,13 +58,16 @@ def record_of(
             "evaluations": sum(scan["evaluations"] for scan in log.scans),
             **_certainty(log),
         },
-        "late_reports": [str(reports.report[row]) for row in late],
+        "late_reports": [str(reports.report[row]) for row in log.late],
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
             for bad in reports.skipped
         ],
         "scans": log.scans,
-        "amendments": log.amendments,
+        "amendments": [
+            {**amendment, "report": str(reports.report[amendment["report"]])}
+            for amendment in log.amendments
+        ],
         "timing": {
             "cpu_ms": round(cpu, 3),
             "wall_ms": round(wall, 3),

@@ -3,17 +3,14 @@
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import estimate
@@ -21,11 +18,10 @@ from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import assignments_frame, tracks_frame
 from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
-from trackweave.run.collect import Rows, ScanLog
+from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
 from trackweave.run.scans import complete_scans
-from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multiscan import MultiScanTracker
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
@@ -140,18 +136,25 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         priors=begun,
     )
     limit = settings.deadline if deadline is None else deadline
-    rows = Rows(settings.period)
-    log = _run(partial(tracker.step, rng=rng, deadline=limit), scans, rows, progress)
+    rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
+    for number, scan in enumerate(scans, start=1):
+        cpu, wall = clock.process_time(), clock.perf_counter()
+        hypothesis = tracker.step(scan, rng=rng, deadline=limit)
+        log.add(scan, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
+        rows.add(hypothesis.tracks, hypothesis.time)
+        assigned.enter(hypothesis.final)
+        if progress is not None:
+            progress(number, len(scans))
     tracks = rows.table(table.dim)
-    assignment = dict(tracker.assignment())
-    probability = _probability(table, tracker.probabilities())
+    assigned.enter(tracker.pending())
+    assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     values = RunValues(table, tracks, history, assignment, settings)
     return TrackingResult(
         tracks=_native(tracks_frame(tracks, table.frame, iso_time=table.iso_time), table),
-        assignments=_native(assignments_frame(table, assignment, probability), table),
+        assignments=_native(assignments_frame(table, assigned.track, assigned.probability), table),
         history=_native(tracks_frame(history, table.frame, iso_time=table.iso_time), table),
-        run=record_of(table, settings, log, assignment, list(tracker.late_reports)),
+        run=record_of(table, settings, log, assignment),
         values=values,
     )
 
@@ -181,21 +184,6 @@ def settings_for(
     return fill(configuration, estimates, names, preset=preset)
 
 
-def _run(
-    step: Callable[[Scan], Hypothesis], scans: list[Scan], rows: Rows, progress: Progress | None
-) -> ScanLog:
-    """Step through all scans; enter the tracks in ``rows`` and everything else in the log."""
-    log = ScanLog()
-    for number, scan in enumerate(scans, start=1):
-        cpu, wall = clock.process_time(), clock.perf_counter()
-        hypothesis = step(scan)
-        log.add(scan, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
-        rows.add(hypothesis.tracks, scan.time)
-        if progress is not None:
-            progress(number, len(scans))
-    return log
-
-
 def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
     if isinstance(reports, ReportTable):
         table = reports
@@ -218,14 +206,6 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
             f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
         )
     return table
-
-
-def _probability(reports: ReportTable, known: Mapping[int, float]) -> FloatArray:
-    """Return how probable each row's assignment is, NaN where the method does not tell."""
-    probability = np.full(len(reports), np.nan)
-    for row, value in known.items():
-        probability[row] = value
-    return probability
 
 
 def _native(frame: Any, reports: ReportTable) -> Any:
