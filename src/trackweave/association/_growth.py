@@ -25,7 +25,7 @@ class Nodes(NamedTuple):
     since then add while the object lives [nats]. ``misses`` counts the chances to be seen since
     the last report, where all sensors of one instant give one chance, of which ``counted`` is the
     share already counted at this instant; ``chances`` counts those up to and with the last
-    report, from the object's first. ``price`` is what holding the last report against others is worth [nats], as
+    report, from the object's first. ``chosen`` is 1 for the last hypothesis's sequences. ``price`` is what holding the last report against others is worth [nats], as
     far as they were known. ``mean`` and ``covariance`` are the state at ``time``, the last report's.
     """
 
@@ -33,6 +33,7 @@ class Nodes(NamedTuple):
     report: IntArray
     family: IntArray
     hits: IntArray
+    chosen: IntArray
     cost: FloatArray
     tail: FloatArray
     misses: FloatArray
@@ -67,6 +68,7 @@ class WindowRule(NamedTuple):
     gate: float
     end_cost: float
     max_misses: float
+    max_unseen: float
 
 
 class Misses(NamedTuple):
@@ -159,7 +161,7 @@ def propose(
         chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
         missed.counted[node] += chance
         missed.misses[node] += chance
-        if missed.misses[node] >= rule.max_misses:
+        if missed.misses[node] >= rule.max_misses or interval > rule.max_unseen:
             missed.tail[node] = math.inf
     return count
 
@@ -246,6 +248,7 @@ def append_children(
         nodes.report[child] = scan.slot[index]
         nodes.family[child] = nodes.family[above]
         nodes.hits[child] = nodes.hits[above] + 1
+        nodes.chosen[child] = 0
         nodes.cost[child] = candidates.cost[entry]
         nodes.tail[child] = 0.0
         nodes.misses[child] = 0.0
@@ -271,6 +274,7 @@ def append_roots(
         nodes.report[node] = scan.slot[index]
         nodes.family[node] = first_family + index
         nodes.hits[node] = 1
+        nodes.chosen[node] = 0
         nodes.cost[node] = (
             scan.log_clutter
             - math.log(scan.detection_probability)

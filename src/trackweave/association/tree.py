@@ -127,6 +127,7 @@ class AssociationTree:
         nodes.parent[span] = -1
         nodes.report[span] = -1
         nodes.family[span] = np.arange(self.n_families, self.n_families + count)
+        nodes.chosen[span] = 0
         nodes.cost[span] = 0.0
         nodes.counted[span] = 0.0
         nodes.price[span] = 0.0
@@ -211,13 +212,6 @@ class AssociationTree:
             must_cover=must_cover,
             instant=np.concatenate([instant, np.full(n_tracks, -1, dtype=np.int64)]),
         )
-
-    def path(self, node: int) -> list[int]:
-        """Return the nodes from the sequence's beginning to ``node``."""
-        nodes = [node]
-        while self.nodes.parent[nodes[-1]] >= 0:
-            nodes.append(int(self.nodes.parent[nodes[-1]]))
-        return nodes[::-1]
 
     def fix(self, root: IntArray, track: IntArray, n_fixed: int) -> None:
         """Make the assignments of the oldest ``n_fixed`` slots final and forget those slots.
@@ -317,7 +311,7 @@ def _allocate(capacity: int, dim: int) -> Nodes:
     def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
         return np.empty((capacity, *shape), dtype=dtype)
 
-    whole = {name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits")}
+    whole = {name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits", "chosen")}
     real = ("cost", "tail", "misses", "counted", "chances", "price", "time")
     size = 2 * dim
     return Nodes(

@@ -9,7 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, float_array, require_finite
 from trackweave.errors import InvalidInputError
 
-__all__ = ["Coverage", "FieldOfView"]
+__all__ = ["Coverage", "FieldOfView", "everywhere"]
 
 
 class Coverage(NamedTuple):

@@ -102,13 +102,17 @@ class Components:
         candidates = np.flatnonzero(is_open)
         return candidates[np.argsort(-gap[candidates], kind="stable")]
 
+    def nodes(self) -> IntArray:
+        """Return the problem's nodes that are taken, in ascending order."""
+        parts = self.parts
+        first_node = np.repeat(parts.node_start[:-1], np.diff(parts.family_start))
+        used = self.taken >= 0
+        return np.sort(parts.node[self.taken[used] + first_node[used]])
+
     def answer(self, evaluations: int, stop_reason: str) -> Answer:
         """Return the answer of the whole problem."""
         parts = self.parts
-        n_families = np.diff(parts.family_start)
-        first_node = np.repeat(parts.node_start[:-1], n_families)
-        used = self.taken >= 0
-        nodes = np.sort(parts.node[self.taken[used] + first_node[used]])
+        nodes = self.nodes()
         cost = self.problem.base_cost + float(self.problem.total[nodes].sum())
         slack = float(np.maximum(self.cost - self.lower, 0.0).sum())
         proven = self.open().shape[0] == 0

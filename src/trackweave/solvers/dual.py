@@ -9,6 +9,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers._dual import DualBudget, solve_components
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.reduction import Reduction
 
 __all__ = ["Dual"]
 
@@ -18,8 +19,9 @@ class Dual:
     """Lagrangian relaxation: every item gets a price, and the prices a bound.
 
     Subgradient ascent on the prices [1]_; at each rise of the bound an answer is made greedily
-    by reduced cost and improved locally. Where a small gap remains, the sequences that the
-    prices do not exclude are enumerated, which proves the answer when it completes.
+    by reduced cost and improved locally. Where a gap remains, the sequences that the prices do
+    not exclude make a smaller problem, which falls into smaller components; these are bounded
+    anew, and enumerated, which proves the answer when it completes.
 
     Parameters
     ----------
@@ -59,10 +61,14 @@ class Dual:
         """Return the answer by reduced cost; see ``Solver``."""
         components = Components.of(problem, hint)
         evaluations, stopped = self.bound(components, stop)
-        if stopped:
-            reason = "stopped"
-        else:
-            reason = "gap closed" if components.open().size == 0 else "bound stalled"
+        if not stopped and components.open().size:
+            reduction = Reduction.of(components)
+            rest = Components.of(reduction.problem, Hint(prices=reduction.prices))
+            more, stopped = self.bound(rest, stop)
+            evaluations += more
+            reduction.absorb(components, rest)
+        proven = components.open().size == 0
+        reason = "gap closed" if proven else "stopped" if stopped else "bound stalled"
         return components.answer(evaluations, reason)
 
     def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:

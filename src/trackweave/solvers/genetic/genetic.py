@@ -14,6 +14,7 @@ from trackweave.solvers.genetic._decoding import Lookup
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.search import Search, make_lookup
 from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.reduction import Reduction
 
 __all__ = ["Genetic", "GeneticState"]
 
@@ -27,20 +28,28 @@ class GeneticState:
 
     Parameters
     ----------
-    components
+    whole
         The problem's components with the best known answer and bound of each.
+    reduction
+        What their bounds leave open; None where everything is searched.
+    components
+        The components that are searched: the reduction's, or the whole's.
     queue
         Components still to be searched; the first one is under way if ``search`` is there.
     search
         The search of the first component in the queue.
     seeds
-        Selections known beforehand, over all families.
+        Selections known beforehand, over all families of ``components``.
     rng
         The source of the next random numbers.
     evaluations
         Individuals decoded so far.
+    stop_reason
+        Why the last component's search ended.
     """
 
+    whole: Components
+    reduction: Reduction | None
     components: Components
     queue: tuple[int, ...]
     search: Search | None
@@ -129,22 +138,28 @@ class Genetic(Parameters):
         stop: Stop | None = None,
     ) -> GeneticState:
         """Return the state before the first individual is decoded."""
-        components = Components.of(problem, hint, whole=not self.decompose)
-        seeds: list[IntArray] = []
-        evaluations = 0
+        whole = Components.of(problem, hint, whole=not self.decompose)
+        reduction, components, seeds, evaluations = None, whole, [], 0
         if self.seeded:
-            # Enumeration is left out: where it would do, the search is as quick to be proven.
-            evaluations, _ = Dual().bound(components, stop)
+            evaluations, stopped = Dual().bound(whole, stop)
+            last = None if hint is None else hint.nodes
+            if not stopped and whole.open().size:
+                reduction = Reduction.of(whole)
+                components = Components.of(reduction.problem, Hint(prices=reduction.prices))
+                evaluations += Dual().bound(components, stop)[0]
+                last = None if last is None else reduction.nodes_left(whole, last)
             seeds.append(components.taken.copy())
-            if hint is not None and hint.nodes is not None:
-                seeds.append(components.selection_of(hint.nodes))
+            if last is not None:
+                seeds.append(components.selection_of(last))
         else:
-            for index in range(len(components)):
-                scratch = components.taken[components.families(index)].copy()
-                components.lower[index] = cheapest_first(components.component(index), scratch)[1]
+            for index in range(len(whole)):
+                scratch = whole.taken[whole.families(index)].copy()
+                whole.lower[index] = cheapest_first(whole.component(index), scratch)[1]
         return GeneticState(
+            whole=whole,
+            reduction=reduction,
             components=components,
-            queue=tuple(int(index) for index in components.open()),
+            queue=tuple(components.open().tolist()),
             search=None,
             seeds=tuple(seeds),
             rng=copy.deepcopy(rng),
@@ -170,47 +185,67 @@ class Genetic(Parameters):
         -------
         Where the search stands then. However often it is interrupted, it ends the same.
         """
-        components = state.components.copy()
-        state = replace(state, components=components)
+        state = replace(state, components=state.components.copy())
         left = np.inf if evaluations is None else evaluations
         while state.queue and left > 0:
+            before = state.evaluations
+            state = self._search_first(state, left, stop)
+            left -= state.evaluations - before
+            if state.stop_reason == "stopped":
+                break
+        return state
+
+    def _search_first(
+        self, state: GeneticState, evaluations: float, stop: Stop | None
+    ) -> GeneticState:
+        """Return the state after the search of the queue's first component, or a part of it."""
+        components, index = state.components, state.queue[0]
+        component, lookup = self._view(components, index)
+        families, lower = components.families(index), float(components.lower[index])
+        search, rng = state.search, state.rng
+        if search is None:
+            rng = copy.deepcopy(rng)
+            seeds = [seed[families] for seed in state.seeds]
+            known = (components.taken[families], float(components.cost[index]))
+            search = Search.begin(component, lookup, self, seeds, known, rng.spawn(1)[0])
+        chunk = max(1, CHUNK_WORK // max(1, component.parent.shape[0]))
+        done, reason = 0, ""
+        while done < evaluations and not reason:
             if stop is not None and stop():
-                return replace(self._kept(state), stop_reason="stopped")
-            index = state.queue[0]
-            component, lookup = self._view(components, index)
-            search = state.search
-            rng = state.rng
-            if search is None:
-                rng, own = copy.deepcopy(rng), None
-                (own,) = rng.spawn(1)
-                seeds = [seed[components.families(index)] for seed in state.seeds]
-                known = (components.taken[components.families(index)], components.cost[index])
-                search = Search.begin(component, lookup, self, seeds, known, own)
-            chunk = min(left, max(1, CHUNK_WORK // max(1, component.parent.shape[0])))
-            before = search.position
-            generation = search.generation
-            search = search.advance(component, lookup, self, int(chunk))
-            done = self.population - before if search.generation > generation else (
-                search.position - before
-            )  # fmt: skip
-            left -= done
-            state = replace(
-                state, search=search, rng=rng, evaluations=state.evaluations + done
-            )
-            reason = self._stop_reason(search, float(components.lower[index]))
-            if reason:
-                state = replace(
-                    self._kept(state), queue=state.queue[1:], search=None, stop_reason=reason
-                )
-        return self._kept(state)
+                reason = "stopped"
+                break
+            before = search.generation * self.population + search.position
+            step = int(min(chunk, evaluations - done))
+            search = search.advance(component, lookup, self, step)
+            done += search.generation * self.population + search.position - before
+            reason = self._stop_reason(search, lower)
+        if search.best < components.cost[index]:
+            components.taken[families] = search.selection
+            components.cost[index] = search.best
+        over = bool(reason) and reason != "stopped"
+        return replace(
+            state,
+            queue=state.queue[1:] if over else state.queue,
+            search=None if over else search,
+            rng=rng,
+            evaluations=state.evaluations + done,
+            stop_reason=reason or state.stop_reason,
+        )
 
     def answer(self, state: GeneticState) -> Answer:
         """Return the best answer so far."""
-        components = self._with_fallback(state.components)
-        proven = components.open().size == 0
-        return components.answer(
-            state.evaluations, "gap closed" if proven else state.stop_reason
-        )
+        whole = state.whole.copy()
+        if state.reduction is None:
+            whole = state.components.copy()
+        else:
+            state.reduction.absorb(whole, state.components)
+        for index in np.flatnonzero(np.isinf(whole.cost)):
+            # A stop came before any individual.
+            families = whole.families(int(index))
+            component = whole.component(int(index))
+            whole.cost[index], _ = cheapest_first(component, whole.taken[families])
+        proven = whole.open().size == 0
+        return whole.answer(state.evaluations, "gap closed" if proven else state.stop_reason)
 
     def _view(self, components: Components, index: int) -> tuple[Component, Lookup]:
         component = components.component(index)
@@ -237,24 +272,3 @@ class Genetic(Parameters):
         if search.generation * self.population >= self.evaluations:
             return "evaluations"
         return "converged" if search.spread() <= self.spread else ""
-
-    def _kept(self, state: GeneticState) -> GeneticState:
-        """Return the state with the running search's best taken into the components."""
-        if state.search is not None:
-            components, index = state.components, state.queue[0]
-            if state.search.best < components.cost[index]:
-                components.taken[components.families(index)] = state.search.selection
-                components.cost[index] = state.search.best
-        return state
-
-    @staticmethod
-    def _with_fallback(components: Components) -> Components:
-        """Return the components with a greedy answer where a stop came before any other."""
-        components = components.copy()
-        for index in np.flatnonzero(np.isinf(components.cost)):
-            families = components.families(int(index))
-            components.cost[index], lower = cheapest_first(
-                components.component(int(index)), components.taken[families]
-            )
-            components.lower[index] = max(components.lower[index], lower)
-        return components

@@ -1,0 +1,62 @@
+"""The Kalman filter on arrays of states."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+
+__all__ = ["predicted", "transition"]
+
+
+def transition(
+    interval: FloatArray, process_noise: float, dim: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices of the constant-velocity model.
+
+    Parameters
+    ----------
+    interval
+        Seconds, shape (rows,).
+    process_noise
+        Power spectral density of the acceleration along each axis [m²/s³].
+    dim
+        Number of spatial dimensions.
+
+    Returns
+    -------
+    Transition matrix and process noise covariance, each of shape (rows, 2 dim, 2 dim).
+    """
+    interval = np.asarray(interval, dtype=np.float64)
+    eye = np.eye(dim)
+    rows = interval.shape[0]
+    moving, noise = np.zeros((2, rows, 2 * dim, 2 * dim))
+    step = interval[:, None, None]
+    moving[:, :dim, :dim] = moving[:, dim:, dim:] = eye
+    moving[:, :dim, dim:] = step * eye
+    noise[:, :dim, :dim] = step**3 / 3.0 * eye
+    noise[:, :dim, dim:] = noise[:, dim:, :dim] = step**2 / 2.0 * eye
+    noise[:, dim:, dim:] = step * eye
+    return moving, process_noise * noise
+
+
+def predicted(
+    mean: FloatArray, covariance: FloatArray, interval: FloatArray, process_noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return states after an interval each.
+
+    Parameters
+    ----------
+    mean, covariance
+        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
+    interval
+        Seconds, shape (rows,).
+    process_noise
+        Power spectral density of the acceleration along each axis [m²/s³].
+
+    Returns
+    -------
+    Mean and covariance, of the same shapes.
+    """
+    moving, noise = transition(interval, process_noise, mean.shape[1] // 2)
+    ahead = np.einsum("kij,kj->ki", moving, mean)
+    spread = moving @ covariance @ moving.transpose(0, 2, 1) + noise
+    return ahead, spread

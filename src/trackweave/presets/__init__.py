@@ -1,0 +1,1 @@
+"""What the three source documents prescribe, one readable page each."""

@@ -1,0 +1,12 @@
+"""Solvers of the assignment problem: any of them solves any problem."""
+
+from trackweave.solvers.dual import Dual as Dual
+from trackweave.solvers.exact import Exact as Exact
+from trackweave.solvers.genetic import Genetic as Genetic
+from trackweave.solvers.genetic import GeneticState as GeneticState
+from trackweave.solvers.greedy import Greedy as Greedy
+from trackweave.solvers.protocol import Hint as Hint
+from trackweave.solvers.protocol import Solver as Solver
+from trackweave.solvers.protocol import Stop as Stop
+
+__all__ = ["Dual", "Exact", "Genetic", "GeneticState", "Greedy", "Hint", "Solver", "Stop"]

@@ -1,0 +1,67 @@
+"""Leaving out what the prices exclude. Nothing here checks or raises."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.jit import jit
+from trackweave.solvers._dual import choose, price_nodes
+from trackweave.solvers._kernels import Component
+
+DROPPED, PREFIX, OPEN, FORCED = 0, 1, 2, 3
+
+
+@jit
+def classify(component: Component, price: FloatArray, upper: float) -> IntArray:
+    """Tell of each node whether an answer better than ``upper`` can take it.
+
+    A node whose reduced cost exceeds its family's least by more than the gap is DROPPED, or
+    PREFIX where an OPEN node stands below it. The only open node of a family that has to take
+    one is FORCED, and then whatever shares an item with it is out too.
+    """
+    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
+    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
+    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
+    price_nodes(component, price, priced, reduced)
+    choose(component, reduced, choice, best)
+    gap = upper - (best.sum() - price.sum())
+    gap += 1e-9 * max(1.0, abs(upper))
+    state = np.zeros(n_nodes, dtype=np.int64)
+    for node in range(n_nodes):
+        if reduced[node] - best[component.family[node]] <= gap:
+            state[node] = OPEN
+    holder = np.full(component.n_items, -1, dtype=np.int64)
+    forced = np.zeros(n_families, dtype=np.bool_)
+    changed = True
+    while changed:
+        changed = False
+        count, only = np.zeros(n_families, dtype=np.int64), np.empty(n_families, dtype=np.int64)
+        for node in range(n_nodes):
+            if state[node] == OPEN:
+                count[component.family[node]] += 1
+                only[component.family[node]] = node
+        for family in range(n_families):
+            has_to = component.must[family] or -best[family] > gap
+            if has_to and count[family] == 1 and not forced[family]:
+                forced[family] = changed = True
+                climb = only[family]
+                while climb >= 0:
+                    holder[component.item[climb]] = family
+                    climb = component.parent[climb]
+        if changed:
+            for node in range(n_nodes):
+                if state[node] == OPEN:
+                    climb = node
+                    while climb >= 0:
+                        other = holder[component.item[climb]]
+                        if other >= 0 and other != component.family[node]:
+                            state[node] = DROPPED
+                            break
+                        climb = component.parent[climb]
+    for node in range(n_nodes - 1, -1, -1):
+        above = component.parent[node]
+        if state[node] != DROPPED and above >= 0 and state[above] == DROPPED:
+            state[above] = PREFIX
+    for node in range(n_nodes):
+        if forced[component.family[node]]:
+            state[node] = FORCED if state[node] == OPEN else DROPPED
+    return state

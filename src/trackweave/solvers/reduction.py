@@ -1,0 +1,121 @@
+"""The part of a problem that its bound leaves open, as a smaller problem."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.problem import AssignmentProblem
+from trackweave.solvers._reduction import DROPPED, FORCED, OPEN, classify
+from trackweave.solvers.components import Components
+
+__all__ = ["Reduction"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reduction:
+    """A smaller problem whose best answer, or what is known already, is best for the whole.
+
+    Parameters
+    ----------
+    problem
+        What is left; sequences that cannot be in a better answer are gone, components too that
+        are proven.
+    prices
+        Of its items, to start with.
+    node
+        The whole's node (in the order of its partition) for each node that is left.
+    forced
+        Nodes of the whole (in that order) that every better answer takes.
+    """
+
+    problem: AssignmentProblem
+    prices: FloatArray
+    node: IntArray
+    forced: IntArray
+
+    @classmethod
+    def of(cls, components: Components) -> Self:
+        """Return what the bounds of the open components leave open."""
+        parts = components.parts
+        kept, forced = [], []
+        total = parts.total.copy()
+        for index in np.sort(components.open()).tolist():
+            start = int(parts.node_start[index])
+            state = classify(
+                components.component(index),
+                components.price[components.items(index)],
+                float(components.cost[index]),
+            )
+            rows = start + np.flatnonzero((state != DROPPED) & (state != FORCED))
+            total[rows[state[rows - start] != OPEN]] = np.inf
+            kept.append(rows)
+            forced.append(start + np.flatnonzero(state == FORCED))
+        empty = [np.empty(0, dtype=np.int64)]
+        node = np.concatenate(kept or empty)
+        problem, prices = _subproblem(components, node, total)
+        return cls(problem, prices, node, np.concatenate(forced or empty))
+
+    def absorb(self, whole: Components, part: Components) -> None:
+        """Take the answers and bounds of what is left into the whole, where they are better."""
+        parts = whole.parts
+        cost, lower = np.zeros(len(whole)), np.zeros(len(whole))
+        np.add.at(cost, self._component(whole, self.forced), parts.total[self.forced])
+        lower += cost
+        first = part.parts.node_start[:-1]
+        if len(part):
+            home = self._component(whole, self.node[part.parts.node[first]])
+            np.add.at(cost, home, part.cost)
+            np.add.at(lower, home, part.lower)
+        taken = self._taken(part)
+        for index in whole.open().tolist():
+            if cost[index] < whole.cost[index]:
+                families = whole.families(index)
+                whole.taken[families] = -1
+                start, end = parts.node_start[index], parts.node_start[index + 1]
+                own = taken[(taken >= start) & (taken < end)]
+                whole.taken[families.start + parts.family[own]] = own - start
+                whole.cost[index] = cost[index]
+            # The optimum is that of what is left, or else nothing beats what was known.
+            bound = min(lower[index], whole.cost[index])
+            whole.lower[index] = max(whole.lower[index], bound)
+
+    def nodes_left(self, whole: Components, nodes: IntArray) -> IntArray:
+        """Return those of the whole problem's nodes that are left, as nodes of what is left."""
+        of_problem = whole.parts.node[self.node]
+        left: IntArray = np.flatnonzero(np.isin(of_problem, nodes))
+        return left
+
+    def _taken(self, part: Components) -> IntArray:
+        """Return the whole's nodes (in the order of its partition) that the part and force take."""
+        return np.concatenate([self.node[part.nodes()], self.forced])
+
+    @staticmethod
+    def _component(whole: Components, node: IntArray) -> IntArray:
+        found: IntArray = np.searchsorted(whole.parts.node_start, node, side="right") - 1
+        return found
+
+
+def _subproblem(
+    components: Components, node: IntArray, total: FloatArray
+) -> tuple[AssignmentProblem, FloatArray]:
+    """Return the problem of some of the nodes, which with each node hold its parent."""
+    parts, problem = components.parts, components.problem
+    component = np.searchsorted(parts.node_start, node, side="right") - 1
+    place = np.full(parts.node.shape[0], -1, dtype=np.int64)
+    place[node] = np.arange(node.shape[0])
+    local = parts.parent[node]
+    above = np.where(local >= 0, local + parts.node_start[component], -1)
+    old_item = parts.item_of[parts.item[node] + parts.item_start[component]]
+    items, item = np.unique(old_item, return_inverse=True)
+    price_of = np.zeros(problem.n_items)
+    price_of[parts.item_of] = components.price
+    return AssignmentProblem(
+        parent=np.where(above >= 0, place[above], -1),
+        item=item.astype(np.int64),
+        cost=problem.cost[parts.node[node]],
+        total=total[node],
+        must_cover=problem.must_cover[items],
+        instant=problem.instant[items],
+    ), price_of[items]

@@ -1,0 +1,88 @@
+"""What a tracker says after a scan."""
+
+from dataclasses import dataclass
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.problem import Certificate
+from trackweave.domain.tracks import TrackTable
+
+__all__ = ["Amendment", "Assignments", "Hypothesis"]
+
+
+@dataclass(frozen=True, slots=True)
+class Amendment:
+    """A report that an earlier hypothesis gave to another track.
+
+    Parameters
+    ----------
+    report
+        Number of the report.
+    before, after
+        Identifier of the track then and now; None for a false alarm.
+    """
+
+    report: int
+    before: int | None
+    after: int | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assignments:
+    """Reports and the tracks that they are given to.
+
+    Parameters
+    ----------
+    report
+        Numbers of the reports, shape (reports,).
+    track
+        Identifier of each one's track, -1 for a false alarm.
+    probability
+        How probable that assignment is; NaN where the method tells none.
+    """
+
+    report: IntArray
+    track: IntArray
+    probability: FloatArray
+
+    def __len__(self) -> int:
+        return self.report.shape[0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hypothesis:
+    """A full explanation of the reports, as of a scan.
+
+    Parameters
+    ----------
+    time
+        End of the scan [s].
+    tracks
+        The live tracks at that time, tentative ones too.
+    amendments
+        What changed of earlier hypotheses.
+    final
+        The reports that left the window at this scan: nothing will amend them.
+    late
+        Numbers of the scan's reports if it came too late to be used.
+    certificate
+        Cost of the window's part, its lower bound and gap over the sequences of the tree.
+    evaluations
+        Answers that the search tried.
+    stop_reason
+        Why the search ended.
+    n_sequences
+        Sequences of the tree that the search chose from.
+    n_pruned
+        Sequences left out of the tree at this scan, which the bound does not cover.
+    """
+
+    time: float
+    tracks: TrackTable
+    amendments: tuple[Amendment, ...]
+    final: Assignments
+    late: tuple[int, ...]
+    certificate: Certificate
+    evaluations: int
+    stop_reason: str
+    n_sequences: int
+    n_pruned: int

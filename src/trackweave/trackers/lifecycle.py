@@ -1,0 +1,87 @@
+"""When a track begins to count, and when it ends."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.errors import InvalidInputError
+
+__all__ = ["Lifecycle"]
+
+
+@dataclass(frozen=True, slots=True)
+class Lifecycle:
+    """Birth, confirmation and death of tracks.
+
+    Parameters
+    ----------
+    confirm_hits, confirm_opportunities
+        A track is confirmed by so many reports out of so many chances to be seen; several
+        sensors at one instant are one chance. 1 ≤ hits ≤ opportunities.
+    confirm_probability
+        It is also as probable as this that its object exists, in [0, 1).
+    delete_after_misses
+        A track ends after so many chances missed in a row, at least 1.
+    new_target_density
+        Objects newly present per m² (m³) and scan. Must be positive.
+    initial_target_density
+        Objects present per m² (m³) before the first scan; None for ``new_target_density``.
+    survival
+        Probability that an object lives on from scan to scan, in (0, 1).
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    confirm_hits: int = 3
+    confirm_opportunities: int = 4
+    confirm_probability: float = 0.5
+    delete_after_misses: int = 5
+    new_target_density: float = 1e-6
+    initial_target_density: float | None = None
+    survival: float = 0.999
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.confirm_hits <= self.confirm_opportunities:
+            raise InvalidInputError(
+                f"confirm: {self.confirm_hits}/{self.confirm_opportunities}; expected M/N with "
+                "1 ≤ M ≤ N"
+            )
+        if not self.delete_after_misses >= 1:
+            raise InvalidInputError(
+                f"delete_after_misses: {self.delete_after_misses}; expected at least 1"
+            )
+        if not 0 <= self.confirm_probability < 1:
+            raise InvalidInputError(
+                f"confirm_probability: {self.confirm_probability}; expected 0 to below 1"
+            )
+        if not 0 < self.survival < 1:
+            raise InvalidInputError(f"survival: {self.survival}; expected between 0 and 1")
+        for name in ("new_target_density", "initial_target_density"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
+
+    def is_confirmed_by(self, chances: list[float]) -> bool:
+        """Tell whether hits at these chances confirm a track.
+
+        Parameters
+        ----------
+        chances
+            The number of the chance that each hit took, counted from the track's first, ascending.
+
+        Returns
+        -------
+        Whether some M of them lie within N chances.
+        """
+        distinct: list[float] = []
+        for chance in chances:
+            if not distinct or chance - distinct[-1] > 0.5:
+                distinct.append(chance)
+        needed = self.confirm_hits - 1
+        return any(
+            late - early <= self.confirm_opportunities - 0.5
+            for early, late in zip(distinct, distinct[needed:], strict=False)
+        )

@@ -1,0 +1,343 @@
+"""The multi-scan tracker: a sliding window over an association tree."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.beliefs import believe
+from trackweave.association.problem import Answer, Certificate, Status
+from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+from trackweave.association.window_rule import scan_input, window_rule
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+from trackweave.errors import InvalidInputError
+from trackweave.models.motion import ConstantVelocity
+from trackweave.models.sensors import Sensor
+from trackweave.solvers.genetic import Genetic
+from trackweave.solvers.protocol import Hint, Solver
+from trackweave.trackers.hypothesis import Assignments, Hypothesis
+from trackweave.trackers.ledger import Ledger
+from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.undetected import Undetected
+from trackweave.trackers.window import OpenScan, OpenScans, Window
+
+__all__ = ["MultiScanTracker"]
+
+
+class MultiScanTracker:
+    """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
+
+    A fixed hypothesis holds what lies before the window; what lies in it may be amended by later
+    scans [1]_.
+
+    Parameters
+    ----------
+    motion
+        How objects move.
+    sensors
+        What the sensors report; scans of other sensors are refused.
+    window
+        How much of the past stays open, or its depth in scans.
+    search
+        Any solver; None for the genetic search with its defaults.
+    lifecycle
+        When tracks begin to count and end.
+    priors
+        Tracks known beforehand, confirmed; their times must not lie behind the first scan.
+    limits
+        What bounds the number of sequences considered.
+    estimate
+        What is reported of a track: the "average" over its sequences by their probability, or
+        the state of the "best" hypothesis alone. Only the first also tells probabilities.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is no sensor, or two have one name.
+
+    References
+    ----------
+    .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
+    """
+
+    def __init__(
+        self,
+        *,
+        motion: ConstantVelocity,
+        sensors: Sequence[Sensor],
+        window: Window | int | None = None,
+        search: Solver | None = None,
+        lifecycle: Lifecycle | None = None,
+        priors: TrackTable | None = None,
+        limits: GrowthLimits | None = None,
+        estimate: Literal["average", "best"] = "average",
+    ) -> None:
+        self._sensors = {sensor.name: sensor for sensor in sensors}
+        if not sensors or len(self._sensors) < len(sensors):
+            raise InvalidInputError("sensors: expected at least one, and names that differ")
+        if estimate not in ("average", "best"):
+            raise InvalidInputError(f"estimate: {estimate!r}; expected 'average' or 'best'")
+        self._motion = motion
+        self._lifecycle = lifecycle or Lifecycle()
+        self._search: Solver = search if search is not None else Genetic()
+        self._limits = limits or GrowthLimits()
+        self._averaging = estimate == "average"
+        self._priors = priors if priors is not None and len(priors) else None
+        periodic = [sensor for sensor in sensors if sensor.scan_period is not None]
+        slowest = max(periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
+        self._period = slowest.scan_period or 1.0 if slowest else 1.0
+        window = Window(depth=window) if isinstance(window, int) else window or Window()
+        self._open = OpenScans(window, slowest.name if slowest else None)
+        initial = self._lifecycle.initial_target_density
+        new = self._lifecycle.new_target_density
+        if initial is None or self._priors is not None:
+            initial = new
+        self._undetected = Undetected(initial, new, motion.max_speed, self._period)
+        self._ledger = Ledger(self._lifecycle)
+        self._tree: AssociationTree | None = None
+        self._beginning: Beginning | None = None
+        self._prices: FloatArray = np.empty(0)
+        self._last: Hypothesis | None = None
+        self._next_report = 0
+
+    def pending(self) -> Assignments:
+        """Return the assignments of the window's reports, which later scans may amend."""
+        return self._assignments(self._open.reports())
+
+    def step(
+        self, scan: Scan, *, rng: np.random.Generator, deadline: float | None = None
+    ) -> Hypothesis:
+        """Take in a scan and return the hypothesis after it.
+
+        Parameters
+        ----------
+        scan
+            Reports of one sensor, none for an empty scan. A scan that is older than the last one
+            but not older than the window is put into its place.
+        rng
+            The only source of randomness.
+        deadline
+            Seconds of wall clock after which the best hypothesis so far is returned; None for
+            none.
+
+        Returns
+        -------
+        The hypothesis. After a scan that came too late for the window it is the last one.
+
+        Raises
+        ------
+        InvalidInputError
+            If the sensor is unknown, the number of dimensions changes or a report's number
+            was used before.
+        """
+        end = None if deadline is None else perf_counter() + deadline
+        scan = self._checked(scan)
+        if self._is_late(scan):
+            return self._unchanged(scan)
+        pruned = self._tree.n_pruned if self._tree else 0
+        final = self._slide(scan)
+        tree = self._take_in(scan)
+        problem = tree.problem(self._open.instants())
+        answer = self._search(
+            problem,
+            rng=rng,
+            hint=self._hint(tree, problem.n_items),
+            stop=None if end is None else lambda: perf_counter() >= end,
+        )
+        self._remember(tree, answer)
+        time, report_of = self._open.last_time, self._open.reports()
+        beliefs = believe(tree, time, report_of.shape[0]) if self._averaging else None
+        tracks, amendments = self._ledger.update(tree, answer.nodes, report_of, time, beliefs)
+        self._last = Hypothesis(
+            time=time,
+            tracks=tracks,
+            amendments=amendments,
+            final=final,
+            late=(),
+            certificate=answer.certificate,
+            evaluations=answer.evaluations,
+            stop_reason=answer.stop_reason,
+            n_sequences=tree.n_nodes,
+            n_pruned=max(0, tree.n_pruned - pruned),
+        )
+        return self._last
+
+    def _is_late(self, scan: Scan) -> bool:
+        """Tell whether a scan lies before the window, or before the tracks known beforehand."""
+        if scan.time <= self._open.fixed_until:
+            return True
+        return self._priors is not None and scan.time < float(self._priors.time.max())
+
+    def _checked(self, scan: Scan) -> Scan:
+        """Return the scan with numbers for its reports."""
+        if scan.sensor not in self._sensors:
+            known = ", ".join(sorted(self._sensors))
+            raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
+        dim = scan.measurement.shape[1]
+        expected = self._tree.dim if self._tree else self._priors.dim if self._priors else None
+        if dim not in (2, 3) or (expected is not None and dim != expected):
+            raise InvalidInputError(
+                f"scan of {dim} dimensions; expected {expected or '2 or 3'}"
+            )
+        report = scan.report.copy()
+        unnumbered = np.flatnonzero(report < 0)
+        report[unnumbered] = self._next_report + np.arange(unnumbered.shape[0])
+        if np.unique(np.concatenate([report, self._open.reports()])).shape[0] < (
+            report.shape[0] + self._open.n_slots
+        ):
+            raise InvalidInputError("scan: a report's number was used before; expected new ones")
+        self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
+        return replace(scan, report=report)
+
+    def _begin(self, dim: int) -> AssociationTree:
+        """Return the tree before the first scan."""
+        self._rule = window_rule(self._motion, self._lifecycle_costs(), dim)
+        priors = self._priors if self._priors is not None else TrackTable.empty(dim)
+        self._ledger.begin(priors)
+        zero = np.zeros(len(priors))
+        self._beginning = Beginning(
+            track=priors.track,
+            time=priors.time,
+            mean=priors.mean,
+            covariance=priors.covariance,
+            hits=np.maximum(priors.hits, 1),
+            chances=zero,
+            tail=zero,
+            misses=zero,
+        )
+        return self._planted()
+
+    def _lifecycle_costs(self) -> tuple[float, float, float]:
+        """Return what the rule needs of the lifecycle: survival, misses, seconds unseen."""
+        misses = self._lifecycle.delete_after_misses
+        return self._lifecycle.survival, misses, 10.0 * misses * self._period
+
+    def _planted(self) -> AssociationTree:
+        """Return a tree of the tracks from before the window alone, and make it the tracker's."""
+        assert self._beginning is not None
+        self._tree = AssociationTree(self._beginning.mean.shape[1] // 2, self._rule, self._limits)
+        self._tree.add_tracks(self._beginning)
+        return self._tree
+
+    def _take_in(self, scan: Scan) -> AssociationTree:
+        """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
+        tree = self._tree or self._begin(scan.measurement.shape[1])
+        same = self._open.find(scan.sensor, scan.time)
+        if scan.time >= self._open.last_time and same is None:
+            self._open.insert(self._opened(scan))
+            newest = self._open.scans[-1]
+            tree.grow(newest.data, newest.log_density)
+            self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
+            return tree
+        if same is not None:
+            scan = _merged(self._open.remove(same), scan)
+        self._open.insert(self._opened(scan))
+        tree = self._planted()
+        for known in self._open.scans:
+            tree.grow(known.data, known.log_density)
+        self._prices = np.zeros(self._open.n_slots)
+        return tree
+
+    def _opened(self, scan: Scan) -> OpenScan:
+        """Return a scan as the tree grows by it, and let the undetected objects be thinned."""
+        sensor = self._sensors[scan.sensor]
+        last = self._open.last_time
+        interval = max(0.0, scan.time - last) if np.isfinite(last) else 0.0
+        data, order = scan_input(
+            scan, sensor, -np.log(self._lifecycle.survival) * min(interval / self._period, 1e6)
+        )
+        if interval > 0:
+            self._undetected.wait(scan.time, interval)
+        density = self._undetected.log_density(data.position, scan.time)
+        self._undetected.scanned(sensor.detection_probability)
+        return OpenScan(scan.sensor, data, scan.report[order], density)
+
+    def _slide(self, scan: Scan) -> Assignments:
+        """Fix what leaves the window before a scan comes in; return its assignments."""
+        count = 0
+        if scan.time > self._open.last_time and self._tree is not None:
+            count = self._open.n_closing(scan.sensor, scan.time)
+        if count == 0 or self._tree is None:
+            return self._assignments(np.empty(0, dtype=np.int64))
+        n_fixed = sum(known.report.shape[0] for known in self._open.scans[:count])
+        final = self._assignments(self._open.reports()[:n_fixed])
+        for lost in self._ledger.fix(self._tree, self._chosen(self._tree), n_fixed):
+            self._undetected.lose(lost.position, lost.spread, lost.time)
+        self._open.close(count)
+        self._prices = self._prices[n_fixed:]
+        self._beginning = self._roots(self._tree)
+        return final
+
+    def _assignments(self, report: IntArray) -> Assignments:
+        """Return what the last hypothesis says of reports of the window."""
+        known = [self._ledger.assignment.get(number, (-1, np.nan)) for number in report.tolist()]
+        return Assignments(
+            report=report,
+            track=np.array([track for track, _ in known], dtype=np.int64),
+            probability=np.array([probability for _, probability in known], dtype=np.float64),
+        )
+
+    def _roots(self, tree: AssociationTree) -> Beginning:
+        """Return the states of the tracks as they enter the window."""
+        nodes = tree.nodes
+        rows = np.flatnonzero((nodes.parent[: tree.n_nodes] < 0) & (nodes.report[: tree.n_nodes] < 0))
+        # The misses of the window's scans will be counted again when the tree is grown anew.
+        open_instants = len({scan.data.time for scan in self._open.scans})
+        misses = np.maximum(nodes.misses[rows] - open_instants, 0.0)
+        missed = nodes.misses[rows]
+        finite = np.where(np.isfinite(nodes.tail[rows]), nodes.tail[rows], 0.0)
+        tail = finite * np.divide(misses, missed, out=np.zeros_like(misses), where=missed > 0)
+        return Beginning(
+            track=tree.track[nodes.family[rows]],
+            time=nodes.time[rows].copy(),
+            mean=nodes.mean[rows].copy(),
+            covariance=nodes.covariance[rows].copy(),
+            hits=nodes.hits[rows].copy(),
+            chances=nodes.chances[rows].copy(),
+            tail=tail,
+            misses=misses,
+        )
+
+    def _remember(self, tree: AssociationTree, answer: Answer) -> None:
+        """Keep what starts the next search: the answer and the reports' prices."""
+        tree.nodes.chosen[: tree.n_nodes] = 0
+        tree.nodes.chosen[answer.nodes] = 1
+        self._prices = answer.prices[: self._open.n_slots]
+
+    def _chosen(self, tree: AssociationTree) -> IntArray:
+        """Return the last answer's nodes, as far as they are still there."""
+        return np.flatnonzero(tree.nodes.chosen[: tree.n_nodes])
+
+    def _hint(self, tree: AssociationTree, n_items: int) -> Hint:
+        """Return what the last window's answer says of this one."""
+        prices = np.zeros(n_items)
+        prices[: self._prices.shape[0]] = self._prices
+        return Hint(prices=prices, nodes=self._chosen(tree))
+
+    def _unchanged(self, scan: Scan) -> Hypothesis:
+        """Return the last hypothesis after a scan that came too late."""
+        late = tuple(scan.report.tolist())
+        final = self._assignments(np.empty(0, dtype=np.int64))
+        if self._last is None:
+            nothing = Certificate(0.0, 0.0, Status.OPTIMAL)
+            tracks = TrackTable.empty(scan.measurement.shape[1])
+            return Hypothesis(scan.time, tracks, (), final, late, nothing, 0, "late scan", 0, 0)
+        return replace(
+            self._last, amendments=(), final=final, late=late, evaluations=0,
+            stop_reason="late scan", n_pruned=0,
+        )  # fmt: skip
+
+
+def _merged(known: OpenScan, scan: Scan) -> Scan:
+    """Return a scan with the reports of both, the known ones first."""
+    return Scan(
+        time=scan.time,
+        sensor=scan.sensor,
+        measurement=np.concatenate([known.data.position, scan.measurement]),
+        sigma=np.concatenate([known.data.sigma, scan.sigma]),
+        report=np.concatenate([known.report, scan.report]),
+    )

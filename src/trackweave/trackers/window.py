@@ -1,0 +1,150 @@
+"""The scans that are still open to change."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._growth import ScanInput
+from trackweave.errors import InvalidInputError
+
+__all__ = ["OpenScan", "OpenScans", "Window"]
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """How much of the past stays open to change.
+
+    Parameters
+    ----------
+    depth
+        Scans of the slowest periodic sensor, at least 1; the others' scans of that time are
+        inside too. Where no sensor is periodic, instants.
+    max_scans
+        Greatest number of scans over all sensors, at least 1.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is less than 1.
+    """
+
+    depth: int = 5
+    max_scans: int = 15
+
+    def __post_init__(self) -> None:
+        if self.depth < 1 or self.max_scans < 1:
+            raise InvalidInputError(
+                f"window: depth {self.depth}, max_scans {self.max_scans}; expected at least 1"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenScan:
+    """A scan of the window: as the tree grew by it, and the numbers of its reports.
+
+    ``report`` and ``log_density`` are in the order of the slots.
+    """
+
+    sensor: str
+    data: ScanInput
+    report: IntArray
+    log_density: FloatArray
+
+
+class OpenScans:
+    """The scans of the window in order of time; a report's slot is its place in that order."""
+
+    def __init__(self, window: Window, reference: str | None) -> None:
+        self._window = window
+        self._reference = reference
+        self.scans: list[OpenScan] = []
+        self.fixed_until = -np.inf
+        """Time up to which nothing can change any more [s]."""
+
+    @property
+    def n_slots(self) -> int:
+        """Number of reports in the window."""
+        return sum(scan.report.shape[0] for scan in self.scans)
+
+    @property
+    def last_time(self) -> float:
+        """Time of the latest scan [s]; minus infinity when there was none."""
+        return self.scans[-1].data.time if self.scans else self.fixed_until
+
+    def reports(self) -> IntArray:
+        """Return the report number of each slot."""
+        return np.concatenate(
+            [np.empty(0, dtype=np.int64), *(scan.report for scan in self.scans)]
+        )
+
+    def instants(self) -> IntArray:
+        """Return the rank in time of each slot, equal within an instant."""
+        times = np.array([scan.data.time for scan in self.scans])
+        sizes = [scan.report.shape[0] for scan in self.scans]
+        return np.repeat(np.unique(times, return_inverse=True)[1], sizes).astype(np.int64)
+
+    def find(self, sensor: str, time: float) -> int | None:
+        """Return the place of a sensor's scan of that time, None where there is none."""
+        for place, scan in enumerate(self.scans):
+            if scan.sensor == sensor and scan.data.time == time:
+                return place
+        return None
+
+    def insert(self, scan: OpenScan) -> None:
+        """Put a late scan into its place in time, behind those of its instant; renumber."""
+        place = sum(other.data.time <= scan.data.time for other in self.scans)
+        self.scans.insert(place, scan)
+        self._renumber()
+
+    def remove(self, place: int) -> OpenScan:
+        """Take a scan out and return it; renumber."""
+        scan = self.scans.pop(place)
+        self._renumber()
+        return scan
+
+    def n_closing(self, sensor: str, time: float) -> int:
+        """Return how many of the oldest scans must be fixed before a scan comes in.
+
+        A whole instant at a time where that is possible, so that the sensors of an instant stay
+        together.
+        """
+        marks = {
+            scan.data.time
+            for scan in self.scans
+            if self._reference is None or scan.sensor == self._reference
+        }
+        if self._reference is None or sensor == self._reference:
+            marks.add(time)
+        ordered = sorted(marks)
+        depth = self._window.depth
+        boundary = ordered[-depth - 1] if len(ordered) > depth else -np.inf
+        closing = sum(scan.data.time <= boundary for scan in self.scans)
+        excess = len(self.scans) + 1 - self._window.max_scans
+        if excess > closing:
+            limit = self.scans[excess - 1].data.time
+            closing = sum(scan.data.time <= limit for scan in self.scans)
+            if limit == time:
+                # More sensors see one instant than the window holds: it stays as it is.
+                closing = sum(scan.data.time < limit for scan in self.scans)
+        return closing
+
+    def close(self, count: int) -> int:
+        """Forget the oldest scans; return how many slots they had."""
+        closing, self.scans = self.scans[:count], self.scans[count:]
+        if closing:
+            self.fixed_until = closing[-1].data.time
+        n_slots = sum(scan.report.shape[0] for scan in closing)
+        self._renumber()
+        return n_slots
+
+    def _renumber(self) -> None:
+        first = 0
+        instant = self.fixed_until
+        for place, scan in enumerate(self.scans):
+            count = scan.report.shape[0]
+            data = scan.data._replace(
+                slot=np.arange(first, first + count), new_instant=scan.data.time != instant
+            )
+            self.scans[place] = replace(scan, data=data)
+            first, instant = first + count, scan.data.time
