@@ -57,10 +57,14 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
 
 
 def demo_configuration(scenario: Scenario, seed: int) -> str:
-    """Return the configuration file of the demo: what a data sheet would say of its radars."""
+    """Return the configuration file of the demo: what is known of boats and radars."""
     lines = [
-        "# What the radars' data sheets say; everything else is estimated from the reports.",
+        "# What one would know beforehand; everything else is estimated from the reports.",
         f"seed = {seed}",
+        "",
+        "[motion]  # boats: up to 40 knots, and some of them turn",
+        "process_noise = 0.5",
+        "max_speed = 20.0",
     ]
     for sensor in scenario.sensors:
         lines += [
