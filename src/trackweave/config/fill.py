@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
+from trackweave.association.tree import GrowthLimits
 from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
 from trackweave.config.sections import Configuration, FieldOfViewSection, SensorSection
@@ -40,6 +41,10 @@ class Settings:
         When tracks begin, are believed and end.
     search
         The solver; None for the tracker's own.
+    growth
+        What bounds the number of sequences.
+    estimate
+        What is told of a track.
     deadline
         Wall clock per scan [s]; None for no limit.
     period
@@ -57,6 +62,8 @@ class Settings:
     window: Window
     lifecycle: Lifecycle
     search: Any
+    growth: GrowthLimits
+    estimate: Literal["average", "best"]
     deadline: float | None
     period: float | None
     values: Mapping[str, Any]
@@ -199,7 +206,8 @@ def fill(
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
     return Settings(
-        motion, sensors, window, lifecycle, search,
+        motion, sensors, window, lifecycle, search, _growth(ledger),
+        ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes),
     )  # fmt: skip
@@ -266,6 +274,14 @@ def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
             ("lifecycle", "confirm_probability"), default=usual.confirm_probability
         ),
         survival=ledger.choose(("lifecycle", "survival"), default=usual.survival),
+    )
+
+
+def _growth(ledger: _Ledger) -> GrowthLimits:
+    usual = GrowthLimits()
+    names = [field.name for field in fields(GrowthLimits)]
+    return GrowthLimits(
+        **{name: ledger.choose(("growth", name), default=getattr(usual, name)) for name in names}
     )
 
 

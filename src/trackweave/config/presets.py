@@ -10,7 +10,7 @@ from trackweave.errors import InvalidInputError
 __all__ = ["PRESETS", "preset_values"]
 
 # The module of each preset; its CONFIGURATION is nested as a configuration file is.
-PRESETS: dict[str, str] = {}
+PRESETS: dict[str, str] = {"hillis-1997": "trackweave.presets.hillis_1997"}
 
 
 def preset_values(name: str | None) -> Mapping[str, Any]:

@@ -3,7 +3,7 @@
 A key that is left out is None here and is filled later, from the data or by a default.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
@@ -22,6 +22,7 @@ __all__ = [
     "Configuration",
     "FieldOfViewSection",
     "FrameSection",
+    "GrowthSection",
     "LifecycleSection",
     "MotionSection",
     "OutputSection",
@@ -258,6 +259,36 @@ class OutputSection(Section):
     )
     """Least time between rows of a track [s]; left out = every scan."""
 
+    estimate: (
+        Annotated[
+            Literal["average", "best"], Expected('"average" or "best"')
+        ]
+        | None
+    ) = None
+    """What is told of a track: the average over its sequences, or the best hypothesis alone."""
+
+
+class GrowthSection(Section):
+    """What bounds the number of sequences considered; larger is slower and surer."""
+
+    margin: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
+    """How far behind the best a track's sequence may lie and grow on [nats]."""
+
+    keep: Count | None = None
+    """Greatest number of sequences on which a track grows."""
+
+    new_margin: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
+    """The same as ``margin`` for an object that begins in the window [nats]."""
+
+    new_keep: Count | None = None
+    """The same as ``keep`` for an object that begins in the window."""
+
+    new_ceiling: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
+    """How far above the price of its first report such a sequence may lie [nats]."""
+
+    max_nodes: Count | None = None
+    """Greatest number of sequences in all."""
+
 
 class FrameSection(Section):
     """The plane on which latitudes and longitudes are laid."""
@@ -291,6 +322,7 @@ class Configuration(Section):
     window: WindowSection = WindowSection()
     search: SearchSection = SearchSection()
     lifecycle: LifecycleSection = LifecycleSection()
+    growth: GrowthSection = GrowthSection()
     output: OutputSection = OutputSection()
     frame: FrameSection = FrameSection()
 

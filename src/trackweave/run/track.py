@@ -134,6 +134,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         search=settings.search,
         lifecycle=settings.lifecycle,
         priors=begun,
+        limits=settings.growth,
+        estimate=settings.estimate,
     )
     limit = settings.deadline if deadline is None else deadline
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
