@@ -273,6 +273,9 @@ def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
         confirm_probability=ledger.choose(
             ("lifecycle", "confirm_probability"), default=usual.confirm_probability
         ),
+        certain_probability=ledger.choose(
+            ("lifecycle", "certain_probability"), default=usual.certain_probability
+        ),
         survival=ledger.choose(("lifecycle", "survival"), default=usual.survival),
     )
 

@@ -234,6 +234,11 @@ class LifecycleSection(Section):
     ) = None
     """How probable a track's object must be, besides, for the track to be confirmed."""
 
+    certain_probability: (
+        Annotated[float, Field(gt=0, le=1), Expected("a number above 0, at most 1")] | None
+    ) = None
+    """How probable an object must be for its track to be confirmed at once; 1 = never."""
+
     delete_after_misses: Count | None = None
     """Misses in succession that end a track."""
 

@@ -203,12 +203,14 @@ class Ledger:
             if record.confirmed:
                 continue
             family = nodes.family[leaves[index]]
-            if beliefs and not beliefs.existence[family] >= lifecycle.confirm_probability:
+            if beliefs and beliefs.existence[family] < lifecycle.confirm_probability:
                 continue
+            if beliefs and beliefs.existence[family] >= lifecycle.certain_probability:
+                record.confirmed = lifecycle.certain_probability < 1.0
             path = paths[paths[:, index] >= 0, index][::-1]
             own = path[nodes.report[path] >= 0]
             chances = record.chances + nodes.chances[own].tolist()
-            record.confirmed = lifecycle.is_confirmed_by(chances)
+            record.confirmed = record.confirmed or lifecycle.is_confirmed_by(chances)
 
     def _rows(
         self,

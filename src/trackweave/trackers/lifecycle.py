@@ -20,6 +20,9 @@ class Lifecycle:
         sensors at one instant are one chance. 1 ≤ hits ≤ opportunities.
     confirm_probability
         It is also as probable as this that its object exists, in [0, 1).
+    certain_probability
+        A track whose object exists as probably as this is confirmed whatever its hits, in
+        (0, 1]; 1 for never.
     delete_after_misses
         A track ends after so many chances missed in a row, at least 1.
     new_target_density
@@ -38,6 +41,7 @@ class Lifecycle:
     confirm_hits: int = 3
     confirm_opportunities: int = 4
     confirm_probability: float = 0.5
+    certain_probability: float = 0.99
     delete_after_misses: int = 5
     new_target_density: float = 1e-6
     initial_target_density: float | None = None
@@ -56,6 +60,10 @@ class Lifecycle:
         if not 0 <= self.confirm_probability < 1:
             raise InvalidInputError(
                 f"confirm_probability: {self.confirm_probability}; expected 0 to below 1"
+            )
+        if not 0 < self.certain_probability <= 1:
+            raise InvalidInputError(
+                f"certain_probability: {self.certain_probability}; expected above 0, at most 1"
             )
         if not 0 < self.survival < 1:
             raise InvalidInputError(f"survival: {self.survival}; expected between 0 and 1")
