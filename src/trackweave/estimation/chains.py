@@ -21,6 +21,8 @@ FALSE_SEGMENTS_PER_REPORT = 0.0005
 # A predicted place is followed up to this many standard deviations, for so many misses.
 GATE = 3.5
 MAX_MISSES = 2
+# However far off, a report counts where chance would put another with this probability only.
+CHANCE_OF_ANOTHER = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +87,7 @@ def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | No
     if not found:
         return None
     found = found[:: -(-len(found) // MAX_CHAINS)]
-    return _extend(found)
+    return _extend(found, density)
 
 
 def detection_share(
@@ -159,11 +161,13 @@ def _sure_segments(
     ]
 
 
-def _extend(found: list[_Segment]) -> Chains:
+def _extend(found: list[_Segment], density: float) -> Chains:
     """Follow each segment while what it continues with is beyond doubt."""
     length = max(len(segment.frames) - segment.start for segment in found)
     dim = found[0].points.shape[1]
     sigma = float(np.sqrt(np.median([segment.residual for segment in found])))
+    # Where reports are few, the nearest is the object's own even after a sharp turn.
+    alone = float((CHANCE_OF_ANOTHER / (density * ball_volume(1.0, dim))) ** (1 / dim))
     times = np.full((len(found), length), np.nan)
     positions = np.full((len(found), length, dim), np.nan)
     for time, position, segment in zip(times, positions, found, strict=True):
@@ -176,7 +180,7 @@ def _extend(found: list[_Segment]) -> Chains:
             place, spread = _continue(time[known], position[known], after[step], sigma)
             reports = segment.frames.position[segment.start + step]
             distance = np.linalg.norm(reports - place, axis=1)
-            near = np.flatnonzero(distance <= GATE * spread)
+            near = np.flatnonzero(distance <= max(GATE * spread, alone))
             misses = 0 if near.size else misses + 1
             if near.size > 1 or misses > MAX_MISSES:
                 break

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.stats import chi2
 
 from trackweave.arrays import FloatArray
 
@@ -13,6 +14,9 @@ __all__ = ["noise_of_chains"]
 WRONG = 0.05
 # How far the search may go from where it starts, as logarithms of factors.
 FURTHEST = 12.0
+# Of reports, so many may be further off than one in a hundred should be.
+FAR_SHARE = 0.014
+MOST_DOUBLINGS = 10
 
 
 def noise_of_chains(
@@ -63,11 +67,37 @@ def noise_of_chains(
     best = min(starts, key=surprise)
     found = minimize(surprise, best, method="Nelder-Mead", options={"maxiter": 80, "fatol": 1e-3})
     scale = 1.0 if fixed else float(np.exp(found.x[-1] / 2))
-    return sigma * scale, float(np.exp(found.x[0])) * unit
+    sigma, process = sigma * scale, float(np.exp(found.x[0])) * unit
+    # Sharp turns are rare, and yet no track should be lost in one.
+    for _ in range(MOST_DOUBLINGS):
+        if _far_share(step, places, (sigma**2, process, density)) <= FAR_SHARE:
+            break
+        process *= 2
+    return sigma, process
 
 
 def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
     """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
+    return _filter(step, places, noise)[0]
+
+
+def _far_share(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
+    """Return the share of the objects' own reports that lie further off than one in a hundred."""
+    _, squares, trust = _filter(step, places, noise)
+    limit = chi2.ppf(0.99, places.shape[2])
+    return float(np.sum(trust * (squares > limit)) / max(np.sum(trust), 1e-9))
+
+
+def _filter(
+    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
+) -> tuple[float, FloatArray, FloatArray]:
+    """Run a Kalman filter over all chains at once.
+
+    Returns
+    -------
+    Minus the log-likelihood [nats], each report's squared distance from where it was expected,
+    and the probability that it is the object's own.
+    """
     variance, process, density = noise
     first, second = places[:, 0], places[:, 1]
     dt = step[:, 0]
@@ -76,7 +106,7 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
     pp = np.full(dt.size, variance)
     pv = variance / dt
     vv = 2 * variance / dt**2 + process * dt / 3
-    total = 0.0
+    total, all_squares, all_trust = 0.0, [], []
     for k in range(2, places.shape[1]):
         dt = step[:, k - 1]
         alive = np.isfinite(dt)
@@ -95,8 +125,10 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
         total -= float(np.logaddexp(own, np.log(WRONG * density))[alive].sum())
         # A report from elsewhere must not pull the filter along.
         trust = np.exp(own - np.logaddexp(own, np.log(WRONG * density)))
+        all_squares.append(squares[alive])
+        all_trust.append(trust[alive])
         gain_p, gain_v = trust * pp / spread, trust * pv / spread
         position = ahead + gain_p[:, None] * innovation
         velocity = velocity + gain_v[:, None] * innovation
         pp, pv, vv = pp * (1 - gain_p), pv * (1 - gain_p), vv - gain_v * pv
-    return total
+    return total, np.concatenate(all_squares), np.concatenate(all_trust)
