@@ -49,7 +49,10 @@ class Reduction:
                 float(components.cost[index]),
             )
             rows = start + np.flatnonzero((state != DROPPED) & (state != FORCED))
-            total[rows[state[rows - start] != OPEN]] = np.inf
+            # A track's own beginning stays open: with it alone there always is an answer.
+            is_begin = parts.parent[rows] < 0
+            is_begin &= parts.must[parts.family[rows] + parts.family_start[index]]
+            total[rows[(state[rows - start] != OPEN) & ~is_begin]] = np.inf
             kept.append(rows)
             forced.append(start + np.flatnonzero(state == FORCED))
         empty = [np.empty(0, dtype=np.int64)]
