@@ -7,6 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trackweave.association.problem import Answer as Answer
+    from trackweave.association.problem import AssignmentProblem as AssignmentProblem
+    from trackweave.association.problem import Certificate as Certificate
+    from trackweave.association.problem import Status as Status
+    from trackweave.domain.reports import ReportTable as ReportTable
+    from trackweave.domain.scans import Scan as Scan
+    from trackweave.domain.tracks import TrackTable as TrackTable
+    from trackweave.domain.truth import TruthTable as TruthTable
     from trackweave.errors import DataFormatError as DataFormatError
     from trackweave.errors import InfeasibleError as InfeasibleError
     from trackweave.errors import InvalidInputError as InvalidInputError
@@ -14,16 +22,62 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.io.reports import read_reports as read_reports
+    from trackweave.io.truth import read_tracks as read_tracks
+    from trackweave.io.truth import read_truth as read_truth
+    from trackweave.metrics import Evaluation as Evaluation
+    from trackweave.metrics import evaluate as evaluate
+    from trackweave.models.coverage import FieldOfView as FieldOfView
+    from trackweave.models.motion import ConstantVelocity as ConstantVelocity
+    from trackweave.models.sensors import Sensor as Sensor
+    from trackweave.run import TrackingResult as TrackingResult
+    from trackweave.run import track as track
+    from trackweave.solvers import Dual as Dual
+    from trackweave.solvers import Exact as Exact
+    from trackweave.solvers import Genetic as Genetic
+    from trackweave.solvers import Greedy as Greedy
+    from trackweave.trackers.hypothesis import Amendment as Amendment
+    from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
+    from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
+    from trackweave.trackers.multiscan import MultiScanTracker as MultiScanTracker
+    from trackweave.trackers.window import Window as Window
 
 # Where each public name lives.
 _HOMES = {
+    "Amendment": "trackweave.trackers.hypothesis",
+    "Answer": "trackweave.association.problem",
+    "AssignmentProblem": "trackweave.association.problem",
+    "Certificate": "trackweave.association.problem",
+    "ConstantVelocity": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",
+    "Dual": "trackweave.solvers",
+    "Evaluation": "trackweave.metrics",
+    "Exact": "trackweave.solvers",
+    "FieldOfView": "trackweave.models.coverage",
+    "Genetic": "trackweave.solvers",
+    "Greedy": "trackweave.solvers",
+    "Hypothesis": "trackweave.trackers.hypothesis",
     "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
+    "Lifecycle": "trackweave.trackers.lifecycle",
     "MissingDependencyError": "trackweave.errors",
+    "MultiScanTracker": "trackweave.trackers.multiscan",
     "NumericalError": "trackweave.errors",
     "OutputError": "trackweave.errors",
+    "ReportTable": "trackweave.domain.reports",
+    "Scan": "trackweave.domain.scans",
+    "Sensor": "trackweave.models.sensors",
+    "Status": "trackweave.association.problem",
+    "TrackTable": "trackweave.domain.tracks",
+    "TrackingResult": "trackweave.run",
     "TrackweaveError": "trackweave.errors",
+    "TruthTable": "trackweave.domain.truth",
+    "Window": "trackweave.trackers.window",
+    "evaluate": "trackweave.metrics",
+    "read_reports": "trackweave.io.reports",
+    "read_tracks": "trackweave.io.truth",
+    "read_truth": "trackweave.io.truth",
+    "track": "trackweave.run",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])

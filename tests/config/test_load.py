@@ -39,8 +39,14 @@ confirm = "3/4"
 delete_after_misses = 5
 new_target_density = 1e-6
 survival = 0.999
+certain_probability = 0.99
 [output]
 period = 4.0
+estimate = "best"
+[growth]
+margin = 25.0
+keep = 500
+max_nodes = 2000000
 [frame]
 origin = [47.1, 8.5]
 """

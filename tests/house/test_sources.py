@@ -41,7 +41,10 @@ def test_exports_exactly_what_it_defines_in_public(file: Path) -> None:
     defined = {
         node.name
         for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
+        and not node.name.startswith("_")
+        # A command belongs to the program, not to its module.
+        and "app.command()" not in [ast.unparse(mark) for mark in node.decorator_list]
     }
     exported: list[str] = []
     for node in tree.body:
@@ -92,6 +95,8 @@ def test_library_raises_its_own_exceptions() -> None:
     found = [
         f"{name_of(file)}:{node.lineno}"
         for file in SOURCES
+        # Pydantic's checks speak in ValueError, which the package translates.
+        if file.parent.name != "config"
         for node in ast.walk(ast.parse(file.read_text()))
         if isinstance(node, ast.Raise)
         and isinstance(node.exc, ast.Call)

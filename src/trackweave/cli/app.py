@@ -12,7 +12,7 @@ import typer
 
 from trackweave.cli.edge import DEBUG, INTERRUPTED, Voice, show_json, with_status
 
-__all__ = ["app", "main"]
+__all__ = ["OnBadRow", "app", "main"]
 
 app = typer.Typer(
     name="trackweave",

@@ -264,12 +264,7 @@ class OutputSection(Section):
     )
     """Least time between rows of a track [s]; left out = every scan."""
 
-    estimate: (
-        Annotated[
-            Literal["average", "best"], Expected('"average" or "best"')
-        ]
-        | None
-    ) = None
+    estimate: Annotated[Literal["average", "best"], Expected('"average" or "best"')] | None = None
     """What is told of a track: the average over its sequences, or the best hypothesis alone."""
 
 
@@ -291,7 +286,10 @@ class GrowthSection(Section):
     new_ceiling: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
     """How far above the price of its first report such a sequence may lie [nats]."""
 
-    max_nodes: Count | None = None
+    max_nodes: (
+        Annotated[int, Field(ge=1, le=10**8), Expected("a whole number from 1 to 100000000")]
+        | None
+    ) = None
     """Greatest number of sequences in all."""
 
 
