@@ -1,0 +1,106 @@
+"""The shared bench, several seeds, one configuration: our tracker beside its peers."""
+
+import argparse
+import json
+import resource
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench_data import Bench, add_arguments, bench_of
+from runs import CONFIGURATION, KEYS, mean_of, measured, told
+from text_tables import heading, table
+
+WARM_UP_SCANS = 8
+SIZES = ((20, 1), (50, 1), (100, 1), (20, 3))
+# GOSPA without priors of the best peer known, one seed: DESIGN figures.
+WITHOUT_PRIORS = {(20, 1): 70.9, (50, 1): 165.0, (100, 1): 413.0}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_arguments(parser)
+    parser.add_argument("--config", type=Path, default=CONFIGURATION)
+    arguments = parser.parse_args()
+    bench = bench_of(arguments)
+    measured(bench, bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
+    peers_file = arguments.cache / "peers.json"
+    peers = json.loads(peers_file.read_text()) if peers_file.exists() else {}
+    print(heading("python benchmarks/tracking.py"), end="\n\n")
+    means, each = [], []
+    for priors in (True, False):
+        for size in SIZES:
+            runs = [
+                measured(bench, bench.scene(*size, repeat), arguments.config, priors=priors)
+                for repeat in range(1, arguments.seeds + 1)
+            ]
+            each += _seed_rows(size, priors, runs)
+            means.append(_mean_row(bench, size, priors, runs, peers))
+    print(
+        table(
+            ["scenes, start", "GOSPA", "best peer", "told the truth", "switches", "missed",
+             "false", "RMSE m", "CPU ms/scan, median", "mean", "proven", "peak MB"],
+            means,
+        )
+    )  # fmt: skip
+    print("\nSeed by seed:\n")
+    print(
+        table(
+            ["scene, start", "GOSPA", "switches", "missed", "false", "RMSE m", "CPU ms/scan"],
+            each,
+        )
+    )
+
+
+def _mean_row(
+    bench: Bench, size: tuple[int, int], priors: bool, runs: list[dict[str, Any]],
+    peers: dict[str, Any],
+) -> list[Any]:  # fmt: skip
+    cpu = np.concatenate([run["cpu"][WARM_UP_SCANS:] for run in runs])
+    seeds = range(1, len(runs) + 1)
+    floor = [bench.score(s, told(s))["gospa"] for s in (bench.scene(*size, k) for k in seeds)]
+    return [
+        _name(size, priors),
+        f"**{mean_of(runs, 'gospa'):.1f}**",
+        _best_peer(size, priors, peers, len(runs)),
+        float(np.mean(floor)) if priors else None,
+        *(mean_of(runs, key) for key in KEYS[1:]),
+        float(np.median(cpu)),
+        float(np.mean(cpu)),
+        f"{100 * mean_of(runs, 'proven'):.0f} %",
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+    ]
+
+
+def _best_peer(
+    size: tuple[int, int], priors: bool, peers: dict[str, Any], n_seeds: int
+) -> str | float | None:
+    if not priors:
+        known = WITHOUT_PRIORS.get(size)
+        return None if known is None else f"{known} (one seed)"
+    keys = [f"JPDA T{size[0]} r{k}" for k in range(1, n_seeds + 1)]
+    if size[1] > 1 or any(key not in peers for key in keys):
+        return None
+    return float(np.mean([peers[key]["gospa"] for key in keys]))
+
+
+def _seed_rows(
+    size: tuple[int, int], priors: bool, runs: list[dict[str, Any]]
+) -> list[list[Any]]:
+    return [
+        [
+            f"{_name(size, priors)}, r{number}",
+            *(run[key] for key in KEYS),
+            float(np.mean(run["cpu"][WARM_UP_SCANS:])),
+        ]
+        for number, run in enumerate(runs, start=1)
+    ]
+
+
+def _name(size: tuple[int, int], priors: bool) -> str:
+    sensors = f" × {size[1]} sensors" if size[1] > 1 else ""
+    return f"T{size[0]}{sensors}, {'priors' if priors else 'none'}"
+
+
+if __name__ == "__main__":
+    main()
