@@ -1,5 +1,5 @@
 """One run: reports in, the configuration filled, every scan stepped through, results out."""
 
-from trackweave.run.track import RunValues, TrackingResult, settings_for, track
+from trackweave.run.tracking import RunValues, TrackingResult, settings_for, track
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
