@@ -33,6 +33,18 @@ class Partition(NamedTuple):
 
 
 @jit
+def has_repeats(parent: IntArray, item: IntArray) -> bool:
+    """Tell whether some sequence has an item twice."""
+    for node in range(parent.shape[0]):
+        climb = parent[node]
+        while climb >= 0:
+            if item[climb] == item[node]:
+                return True
+            climb = parent[climb]
+    return False
+
+
+@jit
 def find(leader: IntArray, item: int) -> int:
     """Return the item that stands for the item's component, shortening the way to it."""
     while leader[item] != item:
@@ -60,6 +72,35 @@ def _group(label: IntArray, n_labels: int) -> tuple[IntArray, IntArray]:
 
 
 @jit
+def _label_items(
+    parent: IntArray, item: IntArray, must_cover: np.ndarray, whole: bool
+) -> tuple[IntArray, int]:
+    """Return each item's component, -1 for an item without sequences, and how many there are."""
+    n_nodes, n_items = parent.shape[0], must_cover.shape[0]
+    leader = np.arange(n_items)
+    used = must_cover.copy()
+    for node in range(n_nodes):
+        used[item[node]] = True
+        if parent[node] >= 0:
+            first, second = find(leader, item[node]), find(leader, item[parent[node]])
+            if first != second:
+                leader[max(first, second)] = min(first, second)
+    if whole:
+        leader[:] = 0
+    label = np.full(n_items, -1, dtype=np.int64)
+    number = np.full(n_items, -1, dtype=np.int64)
+    n_components = 0
+    for index in range(n_items):
+        if used[index]:
+            top = find(leader, index)
+            if number[top] < 0:
+                number[top] = n_components
+                n_components += 1
+            label[index] = number[top]
+    return label, n_components
+
+
+@jit
 def partition(
     parent: IntArray, item: IntArray, total: FloatArray, must_cover: np.ndarray, whole: bool
 ) -> Partition:
@@ -68,26 +109,7 @@ def partition(
     ``whole`` makes one component of everything.
     """
     n_nodes, n_items = parent.shape[0], must_cover.shape[0]
-    leader = np.arange(n_items)
-    for node in range(n_nodes):
-        if parent[node] >= 0:
-            first, second = find(leader, item[node]), find(leader, item[parent[node]])
-            if first != second:
-                leader[max(first, second)] = min(first, second)
-    if whole:
-        leader[:] = 0
-    label = np.full(n_items, -1, dtype=np.int64)
-    n_components = 0
-    used = np.zeros(n_items, dtype=np.bool_)
-    for node in range(n_nodes):
-        used[item[node]] = True
-    for index in range(n_items):
-        top = find(leader, index)
-        if used[index] or must_cover[index]:
-            if label[top] < 0:
-                label[top] = n_components
-                n_components += 1
-            label[index] = label[top]
+    label, n_components = _label_items(parent, item, must_cover, whole)
     item_start, item_of = _group(label, n_components)
     item_local = np.empty(n_items, dtype=np.int64)
     for component in range(n_components):

@@ -8,9 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.association._clusters import has_repeats
 from trackweave.errors import InvalidInputError
 
 __all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
+
+MAX_ITEMS = 10_000_000
+"""Greatest number of an item in a list; a larger one is a mistake that would fill the memory."""
 
 
 class Status(StrEnum):
@@ -111,8 +115,8 @@ class AssignmentProblem:
     total
         What it costs if it ends here, shape (nodes,); infinite where it may not end.
     must_cover
-        Which items have to be covered, shape (items,); only an item that begins sequences and
-        stands nowhere else can be such.
+        Which items have to be covered, shape (items,); only an item that stands nowhere but at
+        one root, which may end there, can be such. So there is always an answer.
     instant
         Rank of each item in time, shape (items,); items of one rank may join a sequence in any
         order.
@@ -124,8 +128,9 @@ class AssignmentProblem:
     Raises
     ------
     InvalidInputError
-        If shapes do not fit, a parent does not stand before its child, an item is out of range,
-        a cost is NaN or minus infinity, or an item that must be covered has no sequence.
+        If shapes do not fit, a parent does not stand before its child, an item is out of range
+        or twice in a sequence, a cost is NaN or minus infinity, or an item cannot be one that
+        must be covered.
     """
 
     parent: IntArray
@@ -138,25 +143,53 @@ class AssignmentProblem:
     row: IntArray | None = None
 
     def __post_init__(self) -> None:
-        n_nodes, n_items = np.shape(self.parent)[0], np.shape(self.must_cover)[0]
-        for name, length in (("item", n_nodes), ("instant", n_items)):
-            int_array(getattr(self, name), name, (length,))
+        # Cast here, once, so that kernels may count on types and order in memory.
+        parent = int_array(self.parent, "parent", (None,))
+        must_cover = np.ascontiguousarray(self.must_cover, dtype=np.bool_)
+        n_nodes, n_items = parent.shape[0], must_cover.shape[0]
+        cast: dict[str, Any] = {
+            "parent": parent,
+            "must_cover": must_cover,
+            "item": int_array(self.item, "item", (n_nodes,)),
+            "cost": float_array(self.cost, "cost", (n_nodes,)),
+            "total": float_array(self.total, "total", (n_nodes,)),
+            "instant": int_array(self.instant, "instant", (n_items,)),
+        }
+        if self.row is not None:
+            cast["row"] = int_array(self.row, "row", (n_nodes,))
+        for name, values in cast.items():
+            object.__setattr__(self, name, values)
+        self._check_costs()
+        self._check_forest()
+        self._check_must_cover()
+
+    def _check_costs(self) -> None:
         for name in ("cost", "total"):
-            values = float_array(getattr(self, name), name, (n_nodes,))
+            values = getattr(self, name)
             if np.any(np.isnan(values) | (values == -np.inf)):
                 raise InvalidInputError(f"{name}: NaN or minus infinity; expected costs")
-        if np.any(self.parent >= np.arange(n_nodes)) or np.any(self.parent < -1):
+        if not np.isfinite(self.base_cost):
+            raise InvalidInputError(f"base_cost: {self.base_cost}; expected a finite number")
+
+    def _check_forest(self) -> None:
+        if np.any(self.parent >= np.arange(self.n_nodes)) or np.any(self.parent < -1):
             raise InvalidInputError("parent: expected each parent before its children")
-        if n_nodes and not (0 <= self.item.min() and self.item.max() < n_items):
-            raise InvalidInputError(f"item: expected numbers from 0 to {n_items - 1}")
+        if self.n_nodes and (self.item.min() < 0 or self.item.max() >= self.n_items):
+            raise InvalidInputError(f"item: expected numbers from 0 to {self.n_items - 1}")
+        if has_repeats(self.parent, self.item):
+            raise InvalidInputError("item: a sequence has an item twice; expected once")
+
+    def _check_must_cover(self) -> None:
         is_root = self.parent < 0
-        begins = np.zeros(n_items, dtype=np.bool_)
-        begins[self.item[is_root]] = True
-        inside = np.zeros(n_items, dtype=np.bool_)
+        inside = np.zeros(self.n_items, dtype=np.bool_)
         inside[self.item[~is_root]] = True
-        if np.any(self.must_cover & (inside | ~begins)):
+        n_roots = np.bincount(self.item[is_root], minlength=self.n_items)
+        ends = np.zeros(self.n_items, dtype=np.bool_)
+        ends[self.item[is_root & np.isfinite(self.total)]] = True
+        if np.any(self.must_cover & (inside | (n_roots != 1) | ~ends)):
             raise InvalidInputError(
-                "must_cover: expected only items that begin sequences and stand nowhere else"
+                "must_cover: expected only items that stand nowhere but at one root, "
+                "which may end there"
             )
 
     @property
@@ -189,41 +222,46 @@ class AssignmentProblem:
         Raises
         ------
         InvalidInputError
-            If a number is negative, a row is empty or a cost is not finite.
+            If a number is negative or far too large, a row is empty or a cost is not finite.
         """
         table = int_array(tuples, "tuples", (None, None))
         cost = float_array(costs, "costs", (table.shape[0],))
         require_finite(cost, "costs")
-        if np.any(table < 0):
-            raise InvalidInputError("tuples: a negative number; expected 0 for none, or 1 and up")
-        if np.any(~table.any(axis=1)):
-            raise InvalidInputError("tuples: a row without items; expected at least one")
-        size = table.max(axis=0, initial=0)
+        size = _list_sizes(table)
         offset = np.concatenate([[0], np.cumsum(size)])
-        alone = np.zeros(offset[-1])
-        item_rows = np.where(table > 0, table + offset[:-1] - 1, -1)
-        single = np.count_nonzero(table, axis=1) == 1
-        alone_item = item_rows[single].max(axis=1)
-        cheapest = np.full(alone.shape[0], np.inf)
-        np.minimum.at(cheapest, alone_item, cost[single])
-        alone[np.isfinite(cheapest)] = cheapest[np.isfinite(cheapest)]
-        extra = cost - np.where(item_rows >= 0, alone[item_rows], 0.0).sum(axis=1)
-        trie = _trie(item_rows, extra, np.flatnonzero(~single))
-        list_of = np.repeat(np.arange(size.shape[0]), size)
+        items = np.where(table > 0, table + offset[:-1] - 1, -1)
+        is_single = np.count_nonzero(table, axis=1) == 1
+        alone = np.full(int(offset[-1]), np.inf)
+        np.minimum.at(alone, items[is_single].max(axis=1, initial=-1), cost[is_single])
+        alone[np.isinf(alone)] = 0.0
+        # One more entry, so that -1 for none is worth nothing.
+        extra = cost - np.append(alone, 0.0)[items].sum(axis=1)
         return cls(
-            **trie,
+            **_trie(items, extra, np.flatnonzero(~is_single)),
             must_cover=np.zeros(alone.shape[0], dtype=np.bool_),
-            instant=list_of,
+            instant=np.repeat(np.arange(size.shape[0]), size),
             base_cost=float(alone.sum()),
         )
 
 
-def _trie(item_rows: IntArray, extra: FloatArray, rows: IntArray) -> dict[str, Any]:
-    """Return nodes for the rows and their prefixes.
+def _list_sizes(table: IntArray) -> IntArray:
+    """Return the greatest number in each column of a table of tuples, once it is found sound."""
+    if np.any(table < 0):
+        raise InvalidInputError("tuples: a negative number; expected 0 for none, or 1 and up")
+    if np.any(~table.any(axis=1)):
+        raise InvalidInputError("tuples: a row without items; expected at least one")
+    size: IntArray = table.max(axis=0, initial=0)
+    if np.any(size > MAX_ITEMS):
+        raise InvalidInputError(
+            f"tuples: the number {size.max()}; expected items numbered from 1 up to {MAX_ITEMS}"
+        )
+    return size
 
-    A prefix that is no row itself may not end; while it grows it costs as little as the
-    cheapest row below it, or nothing.
-    """
+
+def _trie(item_rows: IntArray, extra: FloatArray, rows: IntArray) -> dict[str, Any]:
+    """Return nodes for the rows and their prefixes, by the names of a problem's fields."""
+    # A prefix that is no row itself may not end; while it grows it costs as little as the
+    # cheapest row below it, or nothing.
     number: dict[tuple[int, int], int] = {}
     parent: list[int] = []
     item: list[int] = []
