@@ -8,5 +8,6 @@ from trackweave.solvers.greedy import Greedy as Greedy
 from trackweave.solvers.protocol import Hint as Hint
 from trackweave.solvers.protocol import Solver as Solver
 from trackweave.solvers.protocol import Stop as Stop
+from trackweave.solvers.solve import solve as solve
 
-__all__ = ["Dual", "Exact", "Genetic", "GeneticState", "Greedy", "Hint", "Solver", "Stop"]
+__all__ = ["Dual", "Exact", "Genetic", "GeneticState", "Greedy", "Hint", "Solver", "Stop", "solve"]

@@ -66,11 +66,12 @@ def ascend(
     selection: IntArray,
     max_iterations: int,
     tolerance: float,
-) -> tuple[float, float]:
+) -> tuple[float, float, int]:
     """Raise the bound by subgradient steps; write the best prices and the best selection.
 
     The step is Polyak's, with the best known cost as the target; its factor is halved when the
-    bound has not risen for a while. Returns the cost of the selection and the bound.
+    bound has not risen for a while. Returns the cost of the selection, the bound, and how many
+    bounds it computed.
     """
     n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
     priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
@@ -80,7 +81,7 @@ def ascend(
     count = np.empty(component.n_items)
     current = price.copy()
     upper, lower = math.inf, -math.inf
-    factor, stalled = 1.0, 0
+    factor, stalled, iteration = 1.0, 0, 0
     for iteration in range(max_iterations):
         price_nodes(component, current, priced, reduced)
         choose(component, reduced, choice, best)
@@ -102,20 +103,18 @@ def ascend(
             stalled = 0
         else:
             stalled += 1
-        if iteration % 4 == 0 or improved:
+        norm = 0.0
+        for item in range(component.n_items):
+            if count[item] > 0.0 or current[item] > 0.0:
+                norm += count[item] * count[item]
+        if iteration % 4 == 0 or improved or norm == 0.0:
             cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
             if cost < upper:
                 cost = improve(component, trial, owner, 3)
             if cost < upper:
                 upper = cost
                 selection[:] = trial
-        if upper - lower <= tolerance:
-            break
-        norm = 0.0
-        for item in range(component.n_items):
-            if count[item] > 0.0 or current[item] > 0.0:
-                norm += count[item] * count[item]
-        if norm == 0.0:
+        if upper - lower <= tolerance or norm == 0.0:
             break
         if stalled >= 5:
             factor *= 0.5
@@ -128,7 +127,7 @@ def ascend(
         for item in range(component.n_items):
             if count[item] > 0.0 or current[item] > 0.0:
                 current[item] = max(0.0, current[item] + step * count[item])
-    return upper, lower
+    return upper, lower, iteration + 1
 
 
 @jit
@@ -245,23 +244,25 @@ def solve_components(
     """Bound and answer the components first … last − 1.
 
     ``price`` is per item of the partition, ``taken`` per family (a node number within the
-    component, or -1), ``cost`` and ``lower`` per component. Returns how many bounds it computed.
+    component, or -1), ``cost`` and ``lower`` per component. Returns how many bounds it computed
+    and steps of the enumeration it took.
     """
-    visits = 0
+    evaluations = 0
     for index in range(first, last):
         component = part_of(parts, index)
         f0, f1 = parts.family_start[index], parts.family_start[index + 1]
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
         selection = taken[f0:f1]
-        upper, bound = ascend(
+        upper, bound, tried = ascend(
             component, own_price, selection, budget.iterations, budget.tolerance
         )
+        evaluations += tried
         if upper - bound > budget.tolerance and budget.visits > 0:
             upper, complete, tried = enumerate_open(
                 component, own_price, selection, upper, budget.visits
             )
-            visits += tried
+            evaluations += tried
             if complete:
                 bound = upper
         cost[index], lower[index] = upper, min(bound, upper)
-    return visits
+    return evaluations

@@ -72,9 +72,7 @@ def set_owner(component: Component, node: int, family: int, owner: IntArray) -> 
 
 
 @jit
-def best_free(
-    component: Component, family: int, value: FloatArray, owner: IntArray
-) -> int:
+def best_free(component: Component, family: int, value: FloatArray, owner: IntArray) -> int:
     """Return the family's node of least value whose items are free; -1 when none is below 0.
 
     A family that must be covered takes its least node whatever its sign; -1 then means that
@@ -130,9 +128,7 @@ def repair(
 
 
 @jit
-def improve(
-    component: Component, selection: IntArray, owner: IntArray, max_rounds: int
-) -> float:
+def improve(component: Component, selection: IntArray, owner: IntArray, max_rounds: int) -> float:
     """Improve a selection by eject, insert and repair until nothing helps; return its cost.
 
     Each family in turn is given up and takes its best free node; failing that, each of its nodes
@@ -218,8 +214,6 @@ def _eject(
             set_owner(component, choice, holder, owner)
             gain -= total[choice]
         done += 1
-        if gain <= 1e-12 and done == n_blockers:
-            break
     if gain > 1e-12:
         return True
     for index in range(done):
@@ -255,8 +249,9 @@ def cheapest_first(component: Component, selection: IntArray) -> tuple[float, fl
     for node in np.argsort(total, kind="mergesort"):
         family = component.family[node]
         wanted = total[node] < 0.0 or component.must[family]
-        if wanted and selection[family] < 0 and total[node] < math.inf:
-            if is_free(component, node, family, owner):
-                selection[family] = node
-                set_owner(component, node, family, owner)
+        if not wanted or selection[family] >= 0 or total[node] == math.inf:
+            continue
+        if is_free(component, node, family, owner):
+            selection[family] = node
+            set_owner(component, node, family, owner)
     return selection_cost(component, selection), least.sum()

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, float_array, require_finite
 from trackweave.association._clusters import Partition, partition
 from trackweave.association.problem import Answer, AssignmentProblem, Certificate, Status
 from trackweave.solvers._kernels import Component, part_of
@@ -43,16 +43,15 @@ class Components:
     lower: FloatArray
 
     @classmethod
-    def of(
-        cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False
-    ) -> Self:
+    def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
         """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
-        parts = partition(
-            problem.parent, problem.item, problem.total, problem.must_cover, whole
-        )
+        parts = partition(problem.parent, problem.item, problem.total, problem.must_cover, whole)
         n_components = parts.node_start.shape[0] - 1
-        known = hint is not None and hint.prices is not None
-        prices = np.maximum(hint.prices, 0.0) if known else np.zeros(problem.n_items)  # type: ignore[union-attr]
+        prices = np.zeros(problem.n_items)
+        if hint is not None and hint.prices is not None:
+            given = float_array(hint.prices, "hint.prices", (problem.n_items,))
+            require_finite(given, "hint.prices")
+            prices = np.maximum(given, 0.0)
         return cls(
             problem=problem,
             parts=parts,
@@ -63,7 +62,7 @@ class Components:
         )
 
     def __len__(self) -> int:
-        return self.cost.shape[0]
+        return int(self.cost.shape[0])
 
     def component(self, index: int) -> Component:
         """Return one component, as views."""
@@ -84,7 +83,17 @@ class Components:
         )
 
     def selection_of(self, nodes: IntArray) -> IntArray:
-        """Return the given nodes of the problem as a selection over all families."""
+        """Return the given nodes of the problem as a selection over all families.
+
+        Parameters
+        ----------
+        nodes
+            Numbers of nodes; of two of one family the later counts.
+
+        Returns
+        -------
+        For each family its node, numbered within its component; -1 for none.
+        """
         parts = self.parts
         place = np.empty(self.problem.n_nodes, dtype=np.int64)
         place[parts.node] = np.arange(parts.node.shape[0])

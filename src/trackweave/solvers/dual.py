@@ -72,10 +72,19 @@ class Dual:
         return components.answer(evaluations, reason)
 
     def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
-        """Bound and answer every component; return the evaluations, and whether it was stopped.
+        """Bound and answer every component, in place.
 
-        After a stop the remaining components get one greedy answer and the bound at the prices
-        that they came with.
+        Parameters
+        ----------
+        components
+            A problem taken apart. After a stop those that remain get one greedy answer and the
+            bound at the prices that they came with.
+        stop
+            Asked every few milliseconds whether to stop.
+
+        Returns
+        -------
+        How many bounds were computed and steps of the enumeration taken; whether it was stopped.
         """
         evaluations, first, stopped = 0, 0, False
         starts = components.parts.node_start
@@ -84,9 +93,8 @@ class Dual:
             last = int(np.searchsorted(starts, starts[first] + 2000, side="right")) - 1
             last = min(max(last, first + 1), len(components))
             stopped = stopped or (stop is not None and stop())
-            budget = DualBudget(1, 0, 1e-9) if stopped else DualBudget(
-                self.iterations, self.visits, 1e-9
-            )  # fmt: skip
+            effort = (1, 0) if stopped else (self.iterations, self.visits)
+            budget = DualBudget(*effort, tolerance=1e-9)
             evaluations += solve_components(
                 components.parts, first, last, components.price, components.taken,
                 components.cost, components.lower, budget,

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers._kernels import Component
@@ -59,58 +60,56 @@ class Exact:
         end = perf_counter() + self.time_limit
         components = Components.of(problem, hint)
         evaluations, _ = Dual(iterations=50, visits=0).bound(components, stop)
-        reason = "gap closed"
-        for index in components.open():
-            component = components.component(int(index))
+        reason = too_large = ""
+        for index in components.open().tolist():
+            component = components.component(index)
             if component.parent.shape[0] > self.max_sequences:
-                reason = "component too large"
+                too_large = "component too large"
                 continue
             left = end - perf_counter()
             if left <= 0 or (stop is not None and stop()):
                 reason = "time limit" if left <= 0 else "stopped"
                 break
-            families = components.families(int(index))
-            cost, lower = _solve(component, components.taken[families], left)
+            cost, lower = _solve(component, components.taken[components.families(index)], left)
             components.cost[index] = cost
             components.lower[index] = max(lower, components.lower[index])
             evaluations += 1
-        if reason == "gap closed" and components.open().size:
-            reason = "time limit"
-        return components.answer(evaluations, reason)
+        if components.open().size == 0:
+            return components.answer(evaluations, "gap closed")
+        return components.answer(evaluations, reason or too_large or "time limit")
 
 
-def _solve(component: Component, selection: Any, time_limit: float) -> tuple[float, float]:
+def _solve(component: Component, selection: IntArray, time_limit: float) -> tuple[float, float]:
     """Improve a component's selection in place; return its cost and bound."""
     import highspy
 
     known = float(component.total[selection[selection >= 0]].sum())
-    solver = highspy.Highs()
-    solver.setOptionValue("output_flag", False)
-    solver.setOptionValue("threads", 1)
-    solver.setOptionValue("time_limit", float(time_limit))
-    solver.setOptionValue("mip_rel_gap", 0.0)
-    solver.setOptionValue("mip_abs_gap", 1e-9)
     columns = np.flatnonzero(np.isfinite(component.total))
-    solver.passModel(_model(component, columns))
+    # HiGHS's tolerances are absolute, and made for costs of some hundred.
+    unit = float(np.abs(component.total[columns]).max(initial=0.0)) / 100.0 or 1.0
+    solver: Any = highspy.Highs()  # type: ignore[no-untyped-call]
+    options = {"output_flag": False, "threads": 1, "mip_rel_gap": 0.0, "mip_abs_gap": 1e-9}
+    for name, value in options.items():
+        solver.setOptionValue(name, value)
+    solver.setOptionValue("time_limit", float(time_limit))
+    solver.passModel(_model(component, columns, unit))
     solver.run()
-    info = solver.getInfo()
     values = np.asarray(solver.getSolution().col_value)
-    bound = float(info.mip_dual_bound)
-    if values.shape[0] == columns.shape[0] and info.primal_solution_status == 2:
+    if solver.getInfo().primal_solution_status == 2:
         chosen = columns[values > 0.5]
         cost = float(component.total[chosen].sum())
         if cost < known:
             selection[:] = -1
             selection[component.family[chosen]] = chosen
             known = cost
-    # HiGHS proves its optimum to its own tolerances, a little wider than ours.
-    if known - bound <= 1e-6 * max(1.0, abs(known)):
-        bound = known
-    return known, bound if np.isfinite(bound) else -np.inf
+    if solver.getModelStatus() == highspy.HighsModelStatus.kOptimal:
+        return known, known
+    bound = float(solver.getInfo().mip_dual_bound) * unit
+    return known, min(bound, known) if np.isfinite(bound) else -np.inf
 
 
-def _model(component: Component, columns: Any) -> Any:
-    """Return the set packing of the sequences that may end, one row per item."""
+def _model(component: Component, columns: IntArray, unit: float) -> Any:
+    """Return the set packing of the sequences that may end, one row per item, in these units."""
     import highspy
 
     index: list[int] = []
@@ -125,7 +124,7 @@ def _model(component: Component, columns: Any) -> Any:
     lower[component.item[roots[component.must]]] = 1.0
     model = highspy.HighsLp()
     model.num_col_, model.num_row_ = len(columns), component.n_items
-    model.col_cost_ = component.total[columns]
+    model.col_cost_ = component.total[columns] / unit
     model.col_lower_, model.col_upper_ = np.zeros(len(columns)), np.ones(len(columns))
     model.row_lower_, model.row_upper_ = lower, np.ones(component.n_items)
     model.a_matrix_.format_ = highspy.MatrixFormat.kColwise

@@ -17,7 +17,7 @@ Stop: TypeAlias = Callable[[], bool]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hint:
-    """What is known of a problem before it is solved.
+    """What is known of a problem before it is solved; it may help, and never harms.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Hint:
         What each item was worth in a similar problem [nats], shape (items,), at least 0; None
         when unknown.
     nodes
-        An answer to a similar problem: last nodes of disjoint sequences; None when unknown.
+        An answer to a similar problem: last nodes of sequences, best disjoint; None when unknown.
     """
 
     prices: FloatArray | None = None
@@ -43,5 +43,22 @@ class Solver(Protocol):
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:
-        """Return an answer and its certificate; ``problem`` is left as it is."""
+        """Return an answer and its certificate; ``problem`` is left as it is.
+
+        Parameters
+        ----------
+        problem
+            What to solve.
+        rng
+            Source of randomness. A solver that draws advances it, by as much whatever the
+            problem: the next call draws other numbers.
+        hint
+            What is known beforehand.
+        stop
+            Asked every few milliseconds whether to stop with the best answer so far.
+
+        Returns
+        -------
+        A feasible answer, however early the stop.
+        """
         ...

@@ -91,7 +91,7 @@ class Reduction:
         return left
 
     def _taken(self, part: Components) -> IntArray:
-        """Return the whole's nodes (in the order of its partition) that the part and force take."""
+        """Return the whole's nodes, in its partition's order, that part and force take."""
         return np.concatenate([self.node[part.nodes()], self.forced])
 
     @staticmethod

@@ -19,7 +19,9 @@ class Lookup(NamedTuple):
 
     The nodes that end with item i are ``by_item[item_start[i]:item_start[i + 1]]``; ``cost`` is
     each node's while it grows; ``gene_item`` lists the items that genes decide, in order of time;
-    ``settle`` tells whether a poor new track dissolves into false alarms.
+    ``settle`` tells whether a poor new track dissolves into false alarms. The children of root r
+    whose item is of the root's own instant are ``twin[twin_start[r]:twin_start[r + 1]]``, and
+    ``root_of[i]`` is a root with item i, -1 where there is none.
     """
 
     by_item: IntArray
@@ -27,6 +29,9 @@ class Lookup(NamedTuple):
     cost: FloatArray
     instant: IntArray
     gene_item: IntArray
+    twin_start: IntArray
+    twin: IntArray
+    root_of: IntArray
     settle: bool
 
 
@@ -34,12 +39,14 @@ class Trail(NamedTuple):
     """The last permutation decoded and how to take it back, gene by gene.
 
     ``length[0]`` genes are decoded. The gene at a place changed ``family`` (-1: none) from the
-    node ``before``.
+    node ``before``, and took over the family ``ceded`` (-1: none) that held ``ceded_node``.
     """
 
     genes: IntArray
     family: IntArray
     before: IntArray
+    ceded: IntArray
+    ceded_node: IntArray
     current: IntArray
     length: IntArray
 
@@ -69,40 +76,72 @@ def insert(component: Component, lookup: Lookup, node: int, leaf: int) -> int:
         depth += 1
     if climb != parent[node] or climb < 0:
         return -1
-    grown = node
-    for step in range(depth, 0, -1):
+    return append(component, lookup, node, leaf, depth)
+
+
+@jit
+def append(component: Component, lookup: Lookup, node: int, leaf: int, depth: int) -> int:
+    """Return the node that continues ``node`` by the leaf's last items, -1 where there is none."""
+    item, parent = component.item, component.parent
+    for step in range(depth - 1, -1, -1):
         climb = leaf
-        for _ in range(step - 1):
+        for _ in range(step):
             climb = parent[climb]
         wanted = item[climb]
         found = -1
         for entry in range(lookup.item_start[wanted], lookup.item_start[wanted + 1]):
-            if parent[lookup.by_item[entry]] == grown:
+            if parent[lookup.by_item[entry]] == node:
                 found = lookup.by_item[entry]
                 break
         if found < 0:
             return -1
-        grown = found
-    return grown
+        node = found
+    return node
+
+
+@jit
+def precede(component: Component, lookup: Lookup, root: int, twin: int, leaf: int) -> int:
+    """Return the node for the root's item and then the leaf's, -1 where there is none.
+
+    ``twin`` stands for the root's item and the leaf's first.
+    """
+    depth, climb = 0, component.parent[leaf]
+    while climb >= 0:
+        climb = component.parent[climb]
+        depth += 1
+    return append(component, lookup, twin, leaf, depth)
 
 
 @jit
 def cheapest_place(
     component: Component, lookup: Lookup, item: int, current: IntArray
-) -> int:
+) -> tuple[int, int]:
     """Return the node that the cheapest assignment of an item leads to, -1 where none is allowed.
 
     The choice is between every growing sequence and a new one. Nodes that go back in time or
-    take two reports of one scan do not exist, which is what a prohibitive cost comes to.
+    take two reports of one scan do not exist, which is what a prohibitive cost comes to. The
+    second number is the family whose sequence goes over to the node's own, because the item now
+    stands before its first; -1 where none does.
     """
-    best, best_cost = -1, math.inf
+    best, ceded, best_cost = -1, -1, math.inf
     for entry in range(lookup.item_start[item], lookup.item_start[item + 1]):
         node = lookup.by_item[entry]
         leaf = current[component.family[node]]
         above = component.parent[node]
         if above < 0:
-            grown = node if leaf < 0 else -1
-            cost = lookup.cost[node]
+            if leaf >= 0:
+                continue
+            grown, cost = node, lookup.cost[node]
+            for place in range(lookup.twin_start[node], lookup.twin_start[node + 1]):
+                twin = lookup.twin[place]
+                other = lookup.root_of[component.item[twin]]
+                end = current[component.family[other]] if other >= 0 else -1
+                joint = precede(component, lookup, node, twin, end) if end >= 0 else -1
+                if joint >= 0:
+                    joint_cost = lookup.cost[joint] - lookup.cost[end]
+                    if joint_cost < cost and joint_cost < best_cost:
+                        best, ceded = joint, component.family[other]
+                        best_cost = joint_cost
         elif leaf == above:
             grown = node
             cost = lookup.cost[node] - lookup.cost[above]
@@ -112,27 +151,27 @@ def cheapest_place(
         else:
             continue
         if grown >= 0 and cost < best_cost:
-            best, best_cost = grown, cost
-    return best
+            best, ceded, best_cost = grown, -1, cost
+    return best, ceded
 
 
 @jit
-def settle(
-    component: Component, lookup: Lookup, current: IntArray, selection: IntArray
-) -> float:
-    """Write which sequences stand when all items are placed; return their cost."""
+def settle(component: Component, lookup: Lookup, current: IntArray, selection: IntArray) -> float:
+    """Write which sequences stand when all items are placed; return their cost.
+
+    A sequence that may not end where it stands is cut back to where it may.
+    """
     cost = 0.0
     for family in range(current.shape[0]):
         node = current[family]
+        while node >= 0 and component.total[node] == math.inf:
+            node = component.parent[node]
         selection[family] = -1
         if node < 0:
             continue
         if component.must[family] or not lookup.settle or component.total[node] < 0.0:
-            if component.total[node] < math.inf:
-                selection[family] = node
-                cost += component.total[node]
-            elif component.must[family]:
-                return math.inf
+            selection[family] = node
+            cost += component.total[node]
     return cost
 
 
@@ -151,10 +190,15 @@ def decode_permutation(
     for place in range(trail.length[0] - 1, shared - 1, -1):
         if trail.family[place] >= 0:
             trail.current[trail.family[place]] = trail.before[place]
+        if trail.ceded[place] >= 0:
+            trail.current[trail.ceded[place]] = trail.ceded_node[place]
     for place in range(shared, genes.shape[0]):
-        node = cheapest_place(component, lookup, genes[place], trail.current)
+        node, ceded = cheapest_place(component, lookup, genes[place], trail.current)
         trail.genes[place] = genes[place]
-        trail.family[place] = -1
+        trail.family[place], trail.ceded[place] = -1, ceded
+        if ceded >= 0:
+            trail.ceded_node[place] = trail.current[ceded]
+            trail.current[ceded] = -1
         if node >= 0:
             family = component.family[node]
             trail.family[place] = family

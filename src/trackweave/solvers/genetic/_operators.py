@@ -14,7 +14,7 @@ RANK, TOURNAMENT = 0, 1
 def crossover(
     first: IntArray, second: IntArray, cut: int, seen: np.ndarray, child: IntArray
 ) -> None:
-    """Write the genes of ``first`` up to the cut, then the missing ones in the order of ``second``.
+    """Write the genes of ``first`` up to the cut, then the missing ones as ``second`` has them.
 
     ``seen`` is room for one flag per item. US 6,055,523, column 5.
     """
@@ -88,9 +88,9 @@ def pick(ranking: IntArray, selection: int, rng: np.random.Generator) -> int:
     """
     size = ranking.shape[0]
     if selection == TOURNAMENT:
-        return ranking[min(rng.integers(0, size), rng.integers(0, size))]
+        return int(ranking[min(rng.integers(0, size), rng.integers(0, size))])
     # The density 2 (1 − u) over ranks u has the distribution 1 − (1 − u)².
-    return ranking[min(int(size * (1.0 - np.sqrt(rng.random()))), size - 1)]
+    return int(ranking[min(int(size * (1.0 - np.sqrt(rng.random()))), size - 1)])
 
 
 @jit
@@ -134,9 +134,9 @@ def breed(
                 genes[:cut] = population[mother, :cut]
                 genes[cut:] = population[father, cut:]
             if n_genes > 0 and rng.random() < chances[1]:
-                place = rng.integers(0, n_genes)
+                place = int(rng.integers(0, n_genes))
                 if is_permutation:
-                    move(genes, place, rng.integers(0, n_genes))
+                    move(genes, place, int(rng.integers(0, n_genes)))
                 else:
                     genes[place] = random_association(component, lookup, place, rng)
             key[row] = mother * (n_genes + 1) + n_genes - cut

@@ -5,14 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackweave.arrays import IntArray
+from trackweave.arrays import IntArray, int_array
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
 from trackweave.solvers._kernels import Component, cheapest_first
 from trackweave.solvers.components import TOLERANCE, Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.genetic._decoding import Lookup
 from trackweave.solvers.genetic.parameters import Parameters
-from trackweave.solvers.genetic.search import Search, make_lookup
+from trackweave.solvers.genetic.search import Search, Start, make_lookup
 from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.reduction import Reduction
 
@@ -43,9 +44,9 @@ class GeneticState:
     rng
         The source of the next random numbers.
     evaluations
-        Individuals decoded so far.
+        Individuals decoded so far, and the steps of the dual before.
     stop_reason
-        Why the last component's search ended.
+        Why a search stopped short of closing the gap, "" where none did yet.
     """
 
     whole: Components
@@ -137,12 +138,28 @@ class Genetic(Parameters):
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> GeneticState:
-        """Return the state before the first individual is decoded."""
+        """Return the state before the first individual is decoded.
+
+        Parameters
+        ----------
+        problem
+            What to solve.
+        rng
+            Source of randomness. It is advanced, always by one child, and not kept.
+        hint
+            What is known beforehand.
+        stop
+            Asked every few milliseconds whether to cut the dual's part short.
+
+        Returns
+        -------
+        Where the search stands then.
+        """
         whole = Components.of(problem, hint, whole=not self.decompose)
         reduction, components, seeds, evaluations = None, whole, [], 0
         if self.seeded:
             evaluations, stopped = Dual().bound(whole, stop)
-            last = None if hint is None else hint.nodes
+            last = None if hint is None else _nodes_of(hint, problem)
             if not stopped and whole.open().size:
                 reduction = Reduction.of(whole)
                 components = Components.of(reduction.problem, Hint(prices=reduction.prices))
@@ -162,9 +179,9 @@ class Genetic(Parameters):
             queue=tuple(components.open().tolist()),
             search=None,
             seeds=tuple(seeds),
-            rng=copy.deepcopy(rng),
+            rng=rng.spawn(1)[0],
             evaluations=evaluations,
-            stop_reason="gap closed",
+            stop_reason="",
         )
 
     def advance(
@@ -206,8 +223,9 @@ class Genetic(Parameters):
         if search is None:
             rng = copy.deepcopy(rng)
             seeds = [seed[families] for seed in state.seeds]
-            known = (components.taken[families], float(components.cost[index]))
-            search = Search.begin(component, lookup, self, seeds, known, rng.spawn(1)[0])
+            known = components.taken[families], float(components.cost[index])
+            start = Start(seeds, *known, rng=rng.spawn(1)[0])
+            search = Search.begin(component, lookup, self, start)
         chunk = max(1, CHUNK_WORK // max(1, component.parent.shape[0]))
         done, reason = 0, ""
         while done < evaluations and not reason:
@@ -229,7 +247,7 @@ class Genetic(Parameters):
             search=None if over else search,
             rng=rng,
             evaluations=state.evaluations + done,
-            stop_reason=reason or state.stop_reason,
+            stop_reason=reason if reason not in ("", "gap closed") else state.stop_reason,
         )
 
     def answer(self, state: GeneticState) -> Answer:
@@ -244,8 +262,13 @@ class Genetic(Parameters):
             families = whole.families(int(index))
             component = whole.component(int(index))
             whole.cost[index], _ = cheapest_first(component, whole.taken[families])
-        proven = whole.open().size == 0
-        return whole.answer(state.evaluations, "gap closed" if proven else state.stop_reason)
+        if whole.open().size == 0:
+            reason = "gap closed"
+        elif state.done or state.stop_reason == "stopped":
+            reason = state.stop_reason or "bound stalled"
+        else:
+            reason = "paused"
+        return whole.answer(state.evaluations, reason)
 
     def _view(self, components: Components, index: int) -> tuple[Component, Lookup]:
         component = components.component(index)
@@ -259,10 +282,8 @@ class Genetic(Parameters):
         )
 
     def _stop_reason(self, search: Search, lower: float) -> str:
-        """Return why the search of a component is over, "" while it is not.
-
-        Asked at the end of a generation only, so that interruptions change nothing.
-        """
+        """Return why the search of a component is over, "" while it is not."""
+        # Asked at the end of a generation only, so that interruptions change nothing.
         if search.position or not search.generation:
             return ""
         if search.best - lower <= TOLERANCE * max(1.0, abs(search.best)):
@@ -272,3 +293,13 @@ class Genetic(Parameters):
         if search.generation * self.population >= self.evaluations:
             return "evaluations"
         return "converged" if search.spread() <= self.spread else ""
+
+
+def _nodes_of(hint: Hint, problem: AssignmentProblem) -> IntArray | None:
+    """Return the hint's nodes once they are found to be the problem's."""
+    if hint.nodes is None:
+        return None
+    nodes = int_array(hint.nodes, "hint.nodes", (None,))
+    if np.any((nodes < 0) | (nodes >= problem.n_nodes)):
+        raise InvalidInputError(f"hint.nodes: expected numbers from 0 to {problem.n_nodes - 1}")
+    return nodes

@@ -2,7 +2,7 @@
 
 import copy
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -12,12 +12,10 @@ from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
 from trackweave.solvers.genetic.parameters import Parameters
 
-__all__ = ["Search", "make_lookup"]
+__all__ = ["Search", "Start", "genes_of", "in_time_order", "make_lookup"]
 
 
-def make_lookup(
-    component: Component, cost: FloatArray, instant: IntArray, settle: bool
-) -> Lookup:
+def make_lookup(component: Component, cost: FloatArray, instant: IntArray, settle: bool) -> Lookup:
     """Return what decoding reads of a component; see ``Lookup``."""
     by_item = np.argsort(component.item, kind="stable")
     item_start = np.searchsorted(component.item[by_item], np.arange(component.n_items + 1))
@@ -26,7 +24,33 @@ def make_lookup(
     is_gene[component.item[roots[component.must]]] = False
     genes = np.flatnonzero(is_gene)
     genes = genes[np.argsort(instant[genes], kind="stable")]
-    return Lookup(by_item, item_start, cost, instant, genes, settle)
+    root_of = np.full(component.n_items, -1, dtype=np.int64)
+    root_of[component.item[roots]] = roots
+    twin_start, twin = _twins(component, instant)
+    return Lookup(by_item, item_start, cost, instant, genes, twin_start, twin, root_of, settle)
+
+
+def _twins(component: Component, instant: IntArray) -> tuple[IntArray, IntArray]:
+    """Return each root's children of its own instant; see ``Lookup``."""
+    parent, item = component.parent, component.item
+    child = np.flatnonzero(parent >= 0)
+    child = child[parent[parent[child]] < 0]
+    child = child[instant[item[child]] == instant[item[parent[child]]]]
+    child = child[np.argsort(parent[child], kind="stable")]
+    return np.searchsorted(parent[child], np.arange(parent.shape[0] + 1)), child
+
+
+class Start(NamedTuple):
+    """What a search begins with.
+
+    ``seeds`` are selections from which individuals are made; ``selection`` is the best so far
+    and ``cost`` what it costs. ``rng`` is the search's own.
+    """
+
+    seeds: list[IntArray]
+    selection: IntArray
+    cost: float
+    rng: np.random.Generator
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,27 +78,35 @@ class Search:
         component: Component,
         lookup: Lookup,
         parameters: Parameters,
-        seeds: list[IntArray],
-        known: tuple[IntArray, float],
-        rng: np.random.Generator,
+        start: "Start",
     ) -> Self:
         """Return a search before its first evaluation.
 
-        ``seeds`` are selections from which individuals are made; ``known`` is the best selection
-        so far and its cost.
+        Parameters
+        ----------
+        component, lookup
+            What is searched.
+        parameters
+            How.
+        start
+            What is known beforehand.
+
+        Returns
+        -------
+        The search with its first individuals.
         """
         size, n_genes = parameters.population, lookup.gene_item.shape[0]
         offspring = np.empty((size, n_genes), dtype=np.int64)
         rows = [
             genes_of(component, lookup, parameters.is_permutation, seed)
-            for seed in seeds[: size // 2]
+            for seed in start.seeds[: size // 2]
         ]
         if parameters.seeded:
             rows.append(in_time_order(component, lookup, parameters.is_permutation))
         for row, genes in enumerate(rows):
             offspring[row] = genes
         random_population(
-            component, lookup, parameters.is_permutation, rng, len(rows), offspring
+            component, lookup, parameters.is_permutation, start.rng, len(rows), offspring
         )
         return cls(
             population=offspring,
@@ -84,15 +116,29 @@ class Search:
             order=np.arange(size),
             position=0,
             generation=0,
-            selection=known[0].copy(),
-            best=known[1],
-            rng=rng,
+            selection=start.selection.copy(),
+            best=start.cost,
+            rng=start.rng,
         )
 
     def advance(
         self, component: Component, lookup: Lookup, parameters: Parameters, evaluations: int
-    ) -> Self:
-        """Return the search after up to so many more evaluations, at most to the generation's end."""
+    ) -> "Search":
+        """Return the search after so many more evaluations, or at the generation's end.
+
+        Parameters
+        ----------
+        component, lookup
+            What is searched.
+        parameters
+            How.
+        evaluations
+            How many individuals to decode at most.
+
+        Returns
+        -------
+        The search then; this one stays as it is.
+        """
         last = min(self.position + evaluations, self.order.shape[0])
         offspring_cost, selection = self.offspring_cost.copy(), self.selection.copy()
         best = evaluate(
@@ -103,52 +149,54 @@ class Search:
         moved = replace(
             self, offspring_cost=offspring_cost, selection=selection, best=best, position=last
         )
-        return moved._next(component, lookup, parameters) if last == self.order.shape[0] else moved
+        is_whole = last == self.order.shape[0]
+        return _next_generation(moved, component, lookup, parameters) if is_whole else moved
 
     def spread(self) -> float:
         """Return the mean cost of the last whole generation less its best."""
         return float(self.cost.mean() - self.cost.min())
 
-    def _next(self, component: Component, lookup: Lookup, parameters: Parameters) -> Self:
-        """Return the search at the beginning of the next generation."""
-        population, cost = self.offspring.copy(), self.offspring_cost.copy()
-        selection, best = self.selection.copy(), self.best
-        if parameters.improvement:
-            improved = _improved(component, selection)
-            if improved < best - 1e-12 or not np.any(cost <= best):
-                best = min(best, improved)
-                worst = int(np.argmax(cost))
-                population[worst] = genes_of(
-                    component, lookup, parameters.is_permutation, selection
-                )
-                cost[worst] = best
-        rng = copy.deepcopy(self.rng)
-        offspring, key = np.empty_like(population), np.empty(population.shape[0], dtype=np.int64)
-        breed(
-            component, lookup, parameters.is_permutation, population, cost,
-            np.array([parameters.crossover, parameters.mutation]), parameters.selection_code,
-            parameters.elite, rng, offspring, key,
-        )  # fmt: skip
-        return replace(
-            self,
-            population=population,
-            cost=cost,
-            offspring=offspring,
-            offspring_cost=np.full(cost.shape[0], np.inf),
-            order=np.argsort(key, kind="stable"),
-            position=0,
-            generation=self.generation + 1,
-            selection=selection,
-            best=best,
-            rng=rng,
-        )
+
+def _next_generation(
+    search: Search, component: Component, lookup: Lookup, parameters: Parameters
+) -> Search:
+    """Return the search at the beginning of its next generation."""
+    population, cost = search.offspring.copy(), search.offspring_cost.copy()
+    selection, best = search.selection.copy(), search.best
+    if parameters.improvement:
+        improved = _improved(component, selection)
+        if improved < best - 1e-12 or not np.any(cost <= best):
+            best = min(best, improved)
+            worst = int(np.argmax(cost))
+            population[worst] = genes_of(component, lookup, parameters.is_permutation, selection)
+            cost[worst] = best
+    rng = copy.deepcopy(search.rng)
+    offspring, key = np.empty_like(population), np.empty(population.shape[0], dtype=np.int64)
+    breed(
+        component, lookup, parameters.is_permutation, population, cost,
+        np.array([parameters.crossover, parameters.mutation]), parameters.selection_code,
+        parameters.elite, rng, offspring, key,
+    )  # fmt: skip
+    return replace(
+        search,
+        population=population,
+        cost=cost,
+        offspring=offspring,
+        offspring_cost=np.full(cost.shape[0], np.inf),
+        order=np.argsort(key, kind="stable"),
+        position=0,
+        generation=search.generation + 1,
+        selection=selection,
+        best=best,
+        rng=rng,
+    )
 
 
 def _fresh_trail(component: Component, n_genes: int) -> Trail:
     current = np.empty(component.must.shape[0], dtype=np.int64)
     begin(component, current)
-    room = (np.empty(n_genes, dtype=np.int64) for _ in range(3))
-    return Trail(*room, current=current, length=np.zeros(1, dtype=np.int64))
+    room = np.empty((5, n_genes), dtype=np.int64)
+    return Trail(room[0], room[1], room[2], room[3], room[4], current, np.zeros(1, dtype=np.int64))
 
 
 def _improved(component: Component, selection: IntArray) -> float:
@@ -165,9 +213,7 @@ def in_time_order(component: Component, lookup: Lookup, is_permutation: bool) ->
     """Return the individual that takes the reports as they came."""
     if is_permutation:
         return lookup.gene_item.copy()
-    return genes_of(
-        component, lookup, False, np.full(component.must.shape[0], -1, dtype=np.int64)
-    )
+    return genes_of(component, lookup, False, np.full(component.must.shape[0], -1, dtype=np.int64))
 
 
 def genes_of(
@@ -175,8 +221,19 @@ def genes_of(
 ) -> IntArray:
     """Return an individual made from a selection.
 
-    A permutation of the sequences, the best first, then of the items that none takes; or each
-    item's predecessor.
+    Parameters
+    ----------
+    component, lookup
+        What is searched.
+    is_permutation
+        Whether to return a permutation or a list of associations.
+    selection
+        Each family's node, -1 for none. Where sequences share an item the better has it.
+
+    Returns
+    -------
+    The items of the sequences, the best first, then those that none takes; or each item's
+    predecessor, -1 for none.
     """
     taken = selection[selection >= 0]
     taken = taken[np.argsort(component.total[taken], kind="stable")]
@@ -195,7 +252,7 @@ def genes_of(
         return before[lookup.gene_item]
     is_gene = np.zeros(component.n_items, dtype=np.bool_)
     is_gene[lookup.gene_item] = True
-    first = [item for item in ordered if is_gene[item]]
+    first = [item for item in dict.fromkeys(ordered) if is_gene[item]]
     is_gene[first] = False
     rest = [item for item in lookup.gene_item.tolist() if is_gene[item]]
     return np.array(first + rest, dtype=np.int64)
