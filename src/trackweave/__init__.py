@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Exact as Exact
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
+    from trackweave.solvers.solve import solve as solve
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
     from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
@@ -77,6 +78,7 @@ _HOMES = {
     "read_reports": "trackweave.io.reports",
     "read_tracks": "trackweave.io.truth",
     "read_truth": "trackweave.io.truth",
+    "solve": "trackweave.solvers.solve",
     "track": "trackweave.run",
 }
 
