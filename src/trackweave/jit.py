@@ -20,6 +20,10 @@ def _cache_is_writable() -> bool:
 
     Numba refuses to import a cached function at all where neither the package's folder nor the
     user's cache folder can be written, so a read-only install needs to know beforehand.
+
+    Returns
+    -------
+    Whether some folder that Numba would use can be written.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     places = [Path(chosen)] if chosen else [Path(__file__).parent, Path.home() / ".cache"]
@@ -40,6 +44,15 @@ def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Resu
     """Compile a kernel: no interpreter lock, cached on disk, strict floating point.
 
     Fast-math is never used: it drops infinity, which is how a gate says no.
+
+    Parameters
+    ----------
+    function
+        The kernel.
+
+    Returns
+    -------
+    The compiled kernel, called in the same way.
     """
     compiled: Callable[_Parameters, _Result] = _compile(function)
     return compiled

@@ -26,7 +26,7 @@ class Edges(NamedTuple):
 
 @jit
 def find_edges(nodes: Nodes, n_nodes: int, n_reports: int, n_families: int) -> Edges:
-    """Number the pairs of family and report that some sequence has."""
+    """Give a number to each pair of family and report that some sequence has."""
     start = np.zeros(n_reports + 1, dtype=np.int64)
     for node in range(n_nodes):
         if nodes.report[node] >= 0:
@@ -59,7 +59,7 @@ def find_edges(nodes: Nodes, n_nodes: int, n_reports: int, n_families: int) -> E
 def log_weights(
     nodes: Nodes, n_nodes: int, end_cost: float, weight_out: FloatArray, alive_out: FloatArray
 ) -> None:
-    """Write the log weight of each sequence and the share of it in which the object still lives."""
+    """Write each sequence's log weight and the share of it in which the object still lives."""
     for node in range(n_nodes):
         tail = nodes.tail[node]
         least = min(tail, end_cost)
@@ -92,8 +92,9 @@ def propagate(
         if edges.of_node[node] >= 0:
             log_message[edges.of_node[node]] = -nodes.price[node]
     odds, claims = np.empty(n_edges), np.empty(n_reports)
-    iteration = 0
-    for iteration in range(max_iterations):
+    n_done = 0
+    for _ in range(max_iterations):
+        n_done += 1
         _sequence_probabilities(
             nodes, n_nodes, is_new, edges, log_weight, log_message, probability_out, edge_out
         )
@@ -114,7 +115,7 @@ def propagate(
     for node in range(n_nodes):
         edge = edges.of_node[node]
         nodes.price[node] = -log_message[edge] if edge >= 0 else 0.0
-    return iteration + 1
+    return n_done
 
 
 @jit

@@ -21,12 +21,13 @@ class Nodes(NamedTuple):
     """Sequences that share prefixes; a parent always stands before its children.
 
     ``report`` is the last report's slot in the window, -1 where a track from before the window
-    starts. ``cost`` is what the sequence costs up to its last report and ``tail`` what the scans
-    since then add while the object lives [nats]. ``misses`` counts the chances to be seen since
-    the last report, where all sensors of one instant give one chance, of which ``counted`` is the
-    share already counted at this instant; ``chances`` counts those up to and with the last
-    report, from the object's first. ``chosen`` is 1 for the last hypothesis's sequences. ``price`` is what holding the last report against others is worth [nats], as
-    far as they were known. ``mean`` and ``covariance`` are the state at ``time``, the last report's.
+    starts. ``chosen`` is 1 for the last hypothesis's sequences. ``cost`` is what the sequence
+    costs up to its last report and ``tail`` what the scans since then add while the object lives
+    [nats]. ``misses`` counts the chances to be seen since the last report, where all sensors of
+    one instant give one chance, of which ``counted`` is the share already counted at this
+    instant; ``chances`` counts those up to and with the last report, from the object's first.
+    ``price`` is what holding the last report against others is worth [nats], as far as they were
+    known. ``mean`` and ``covariance`` are the state at ``time``, the last report's.
     """
 
     parent: IntArray
@@ -120,7 +121,12 @@ def propose(
             continue
         interval = scan.time - nodes.time[node]
         predict(
-            nodes.mean[node], nodes.covariance[node], interval, rule.process_noise, mean, covariance
+            nodes.mean[node],
+            nodes.covariance[node],
+            interval,
+            rule.process_noise,
+            mean,
+            covariance,
         )
         seen = scan.detection_probability * covered_share(mean, covariance, scan.coverage)
         if seen > 0.0:
@@ -238,11 +244,21 @@ def append_children(
         above, index = candidates.node[entry], candidates.report[entry]
         interval = scan.time - nodes.time[above]
         predict(
-            nodes.mean[above], nodes.covariance[above], interval, rule.process_noise, mean, covariance
+            nodes.mean[above],
+            nodes.covariance[above],
+            interval,
+            rule.process_noise,
+            mean,
+            covariance,
         )
         invert_innovation(covariance, scan.sigma[index], inverse)
         update(
-            mean, covariance, scan.position[index], inverse, nodes.mean[child], nodes.covariance[child]
+            mean,
+            covariance,
+            scan.position[index],
+            inverse,
+            nodes.mean[child],
+            nodes.covariance[child],
         )
         nodes.parent[child] = above
         nodes.report[child] = scan.slot[index]
@@ -264,7 +280,12 @@ def append_children(
 
 @jit
 def append_roots(
-    nodes: Nodes, n_nodes: int, scan: ScanInput, rule: WindowRule, first_family: int, log_density: FloatArray
+    nodes: Nodes,
+    n_nodes: int,
+    scan: ScanInput,
+    rule: WindowRule,
+    first_family: int,
+    log_density: FloatArray,
 ) -> None:
     """Write one new object per report; ``log_density`` is of undetected objects at its place."""
     dim = scan.position.shape[1]
@@ -276,9 +297,7 @@ def append_roots(
         nodes.hits[node] = 1
         nodes.chosen[node] = 0
         nodes.cost[node] = (
-            scan.log_clutter
-            - math.log(scan.detection_probability)
-            - log_density[index]
+            scan.log_clutter - math.log(scan.detection_probability) - log_density[index]
         )
         nodes.tail[node] = 0.0
         nodes.misses[node] = 0.0

@@ -273,7 +273,9 @@ class AssociationTree:
             )
             count = propose(self.nodes, n, scan, self.rule, candidates, missed)
             if count <= room:
-                return Candidates(*(column[:count] for column in candidates)), missed
+                return Candidates(
+                    candidates.node[:count], candidates.report[:count], candidates.cost[:count]
+                ), missed
             room = count
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
@@ -311,7 +313,9 @@ def _allocate(capacity: int, dim: int) -> Nodes:
     def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
         return np.empty((capacity, *shape), dtype=dtype)
 
-    whole = {name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits", "chosen")}
+    whole = {
+        name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits", "chosen")
+    }
     real = ("cost", "tail", "misses", "counted", "chances", "price", "time")
     size = 2 * dim
     return Nodes(

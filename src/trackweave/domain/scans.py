@@ -53,7 +53,9 @@ class Scan:
         else:
             sigma = float_array(self.sigma, "sigma", (n_reports, dim))
             if np.any(sigma <= 0) or np.any(np.isinf(sigma)):
-                raise InvalidInputError("sigma: expected positive numbers, or NaN for the sensor's")
+                raise InvalidInputError(
+                    "sigma: expected positive numbers, or NaN for the sensor's"
+                )
         if np.size(self.report) == 0:
             report = np.full(n_reports, -1, dtype=np.int64)
         else:
@@ -64,4 +66,4 @@ class Scan:
         set_field(self, "report", report)
 
     def __len__(self) -> int:
-        return self.measurement.shape[0]
+        return int(self.measurement.shape[0])

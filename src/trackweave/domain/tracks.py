@@ -46,12 +46,12 @@ class TrackTable:
     last_update: FloatArray
 
     def __len__(self) -> int:
-        return self.time.shape[0]
+        return int(self.time.shape[0])
 
     @property
     def dim(self) -> int:
         """Number of spatial dimensions, 2 or 3."""
-        return self.mean.shape[1] // 2
+        return int(self.mean.shape[1]) // 2
 
     @classmethod
     def concatenate(cls, tables: "list[TrackTable]", dim: int) -> "TrackTable":
@@ -70,6 +70,4 @@ class TrackTable:
         """Return a table without rows for objects in ``dim`` spatial dimensions."""
         none, nobody = np.empty(0), np.empty(0, dtype=np.int64)
         n = 2 * dim
-        return cls(
-            none, nobody, nobody, np.empty((0, n)), np.empty((0, n, n)), none, nobody, none
-        )
+        return cls(none, nobody, nobody, np.empty((0, n)), np.empty((0, n, n)), none, nobody, none)

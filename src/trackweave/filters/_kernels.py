@@ -48,9 +48,7 @@ def predict(
 
 
 @jit
-def invert_innovation(
-    covariance: FloatArray, sigma: FloatArray, inverse_out: FloatArray
-) -> float:
+def invert_innovation(covariance: FloatArray, sigma: FloatArray, inverse_out: FloatArray) -> float:
     """Write the inverse of S = P_position + diag(sigma²); return ln det S.
 
     Returns infinity where S is not positive definite.
@@ -88,9 +86,7 @@ def invert_innovation(
 
 
 @jit
-def squared_distance(
-    measurement: FloatArray, mean: FloatArray, inverse: FloatArray
-) -> float:
+def squared_distance(measurement: FloatArray, mean: FloatArray, inverse: FloatArray) -> float:
     """Return the squared Mahalanobis distance νᵀS⁻¹ν of a position from a predicted state."""
     dim = measurement.shape[0]
     total = 0.0

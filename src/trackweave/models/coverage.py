@@ -56,7 +56,8 @@ class FieldOfView:
     def __post_init__(self) -> None:
         if not 0 <= self.min_range < self.max_range:
             raise InvalidInputError(
-                f"field of view: ranges {self.min_range} to {self.max_range}; expected 0 ≤ min < max"
+                f"field of view: ranges {self.min_range} to {self.max_range}; "
+                "expected 0 ≤ min < max"
             )
         if not all(-360 <= angle <= 720 for angle in self.azimuth_deg):
             raise InvalidInputError(

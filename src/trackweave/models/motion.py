@@ -44,5 +44,14 @@ class ConstantVelocity:
         """Return the variance of a new object's velocity along one axis [m²/s²].
 
         A uniform ball of radius v in ``dim`` dimensions has variance v²/(dim + 2) along an axis.
+
+        Parameters
+        ----------
+        dim
+            Number of spatial dimensions.
+
+        Returns
+        -------
+        The variance.
         """
         return self.max_speed**2 / (dim + 2)

@@ -58,7 +58,16 @@ class Sensor:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
 
     def sigmas(self, dim: int) -> FloatArray:
-        """Return the standard deviation along each of ``dim`` axes [m].
+        """Return the standard deviation along each axis [m].
+
+        Parameters
+        ----------
+        dim
+            Number of axes.
+
+        Returns
+        -------
+        One number per axis.
 
         Raises
         ------

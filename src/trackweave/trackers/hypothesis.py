@@ -45,7 +45,7 @@ class Assignments:
     probability: FloatArray
 
     def __len__(self) -> int:
-        return self.report.shape[0]
+        return int(self.report.shape[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

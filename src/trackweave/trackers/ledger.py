@@ -2,7 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from trackweave.filters.kalman import predicted
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
 
-__all__ = ["Ledger", "LostTrack"]
+__all__ = ["Chosen", "Ledger", "LostTrack"]
 
 REPORTED_EXISTENCE = 0.5
 """A track is shown while its object lives at least as probably as not."""
@@ -38,6 +39,50 @@ class LostTrack:
     time: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Chosen:
+    """The sequences of a hypothesis, one column each.
+
+    Parameters
+    ----------
+    leaf
+        Last node, shape (sequences,).
+    family
+        Its family.
+    path
+        The nodes of each sequence, the last one first, shape (longest, sequences); -1 below.
+    slot
+        The slot of each node's report in the window, of the same shape; -1 for none.
+    track
+        Identifier of each sequence's track; -1 where it has none yet.
+    """
+
+    leaf: IntArray
+    family: IntArray
+    path: IntArray
+    slot: IntArray
+    track: IntArray
+
+    @classmethod
+    def of(cls, tree: AssociationTree, leaf: IntArray) -> Self:
+        """Return the sequences that end with the given nodes."""
+        levels = []
+        current = leaf
+        while np.any(current >= 0):
+            levels.append(current)
+            current = np.where(current >= 0, tree.nodes.parent[current], -1)
+        path = np.array(levels, dtype=np.int64).reshape(len(levels), leaf.shape[0])
+        family = tree.nodes.family[leaf]
+        slot = np.where(path >= 0, tree.nodes.report[path], -1)
+        return cls(leaf, family, path, slot, tree.track[family])
+
+    def chances(self, tree: AssociationTree, index: int) -> list[float]:
+        """Return the number of the chance that each report of a sequence took, ascending."""
+        own = self.path[self.slot[:, index] >= 0, index]
+        numbers: list[float] = tree.nodes.chances[own][::-1].tolist()
+        return numbers
+
+
 class Ledger:
     """Keeps the books of the live tracks and of the window's assignments."""
 
@@ -59,7 +104,7 @@ class Ledger:
     def update(
         self,
         tree: AssociationTree,
-        leaves: IntArray,
+        leaf: IntArray,
         report_of: IntArray,
         time: float,
         beliefs: Beliefs | None,
@@ -70,7 +115,7 @@ class Ledger:
         ----------
         tree
             The sequences.
-        leaves
+        leaf
             The last node of each chosen one.
         report_of
             Report number of each slot of the window.
@@ -83,80 +128,74 @@ class Ledger:
         -------
         The rows in order of identifier, and what changed of the last hypothesis.
         """
-        paths = paths_of(tree, leaves)
-        slots = np.where(paths >= 0, tree.nodes.report[paths], -1)
-        reports = [
-            report_of[own[own >= 0]].tolist()
-            for own in (slots.T if slots.size else np.empty((0, 0), dtype=np.int64))
-        ]
-        track = self._name(tree.track[tree.nodes.family[leaves]], reports)
-        before, self.assignment = self.assignment, self._assignment(
-            tree, paths, slots, report_of, track, beliefs
-        )
-        self._confirm(tree, leaves, paths, track, beliefs)
-        rows = self._rows(tree, leaves, track, time, beliefs)
+        chosen = Chosen.of(tree, leaf)
+        chosen = replace(chosen, track=self._name(chosen, report_of))
+        before, self.assignment = self.assignment, _assignment(chosen, report_of, beliefs)
+        self._confirm(tree, chosen, beliefs)
+        rows = self._rows(tree, chosen, time, beliefs)
         return rows, self._amendments(before, report_of.tolist())
 
-    def fix(
-        self, tree: AssociationTree, leaves: IntArray, n_fixed: int
-    ) -> tuple[LostTrack, ...]:
+    def fix(self, tree: AssociationTree, leaf: IntArray, n_fixed: int) -> tuple[LostTrack, ...]:
         """Make the chosen sequences' oldest slots final in the tree; return what was lost.
 
-        ``leaves`` are those of the last ``update``, whose slots have not changed since.
+        Parameters
+        ----------
+        tree
+            The sequences.
+        leaf
+            The last node of each one chosen at the last ``update``.
+        n_fixed
+            How many slots, the oldest, become final.
+
+        Returns
+        -------
+        The confirmed tracks that have ended.
         """
         nodes = tree.nodes
-        paths = paths_of(tree, leaves)
-        family = nodes.family[leaves]
-        report = np.where(paths >= 0, nodes.report[paths], tree.n_nodes)
+        chosen = Chosen.of(tree, leaf)
         # A path stands leaf first, so the last fixed node is the first below the limit.
-        is_fixed = (paths >= 0) & (report < n_fixed)
-        has_root = is_fixed.any(axis=0)
-        place = is_fixed.argmax(axis=0)
-        column = np.arange(leaves.shape[0])
-        root = np.full(tree.n_families, -1, dtype=np.int64)
-        root[family[has_root]] = paths[place, column][has_root]
-        track = tree.track.copy()
-        track[family[has_root]] = self._names[has_root]
-        for index in np.flatnonzero(has_root):
-            fixed = paths[is_fixed[:, index], index]
+        is_fixed = (chosen.path >= 0) & (chosen.slot < n_fixed)
+        has_root = np.flatnonzero(is_fixed.any(axis=0))
+        last_fixed = chosen.path[is_fixed.argmax(axis=0), np.arange(leaf.shape[0])][has_root]
+        for index, node in zip(has_root.tolist(), last_fixed.tolist(), strict=True):
             record = self._records[int(self._names[index])]
-            record.score += float(nodes.cost[fixed[0]])
-            own = fixed[nodes.report[fixed] >= 0][::-1]
-            kept = record.chances + nodes.chances[own].tolist()
-            record.chances = kept[-self._lifecycle.confirm_hits :]
+            record.score += float(nodes.cost[node])
+            count = int(np.count_nonzero(is_fixed[:, index] & (chosen.slot[:, index] >= 0)))
+            known = record.chances + chosen.chances(tree, index)[:count]
+            record.chances = known[-self._lifecycle.confirm_hits :]
         states = {
-            int(name): (nodes.mean[leaf].copy(), nodes.covariance[leaf].copy(), nodes.time[leaf])
-            for name, leaf in zip(self._names.tolist(), leaves.tolist(), strict=True)
+            name: (nodes.mean[node].copy(), nodes.covariance[node].copy(), float(nodes.time[node]))
+            for name, node in zip(self._names.tolist(), leaf.tolist(), strict=True)
         }
+        root, track = np.full(tree.n_families, -1, dtype=np.int64), tree.track.copy()
+        root[chosen.family[has_root]] = last_fixed
+        track[chosen.family[has_root]] = self._names[has_root]
         tree.fix(root, track, n_fixed)
-        return tuple(self._strike(set(tree.track.tolist()), states))
+        live = set(tree.track.tolist()) | set(np.delete(self._names, has_root).tolist())
+        return tuple(self._strike(live, states))
 
     def _strike(
         self, live: set[int], states: dict[int, tuple[FloatArray, FloatArray, float]]
     ) -> Iterable[LostTrack]:
-        """Forget the tracks that ended; yield the confirmed ones."""
-        open_tracks = {track for track, _ in self.assignment.values()}
-        for track in [name for name in self._records if name not in live | open_tracks]:
+        """Forget the tracks that are not live any more; yield the confirmed ones."""
+        for track in [name for name in self._records if name not in live]:
             record = self._records.pop(track)
             if record.confirmed and track in states:
                 mean, covariance, time = states[track]
                 dim = mean.shape[0] // 2
                 spread = 3.0 * float(np.sqrt(np.trace(covariance[:dim, :dim])))
-                yield LostTrack(mean[:dim], spread, float(time))
+                yield LostTrack(mean[:dim], spread, time)
 
-    def _name(self, track: IntArray, reports: list[list[int]]) -> IntArray:
-        """Return an identifier for each chosen sequence.
-
-        One that begins in the window keeps the identifier under which most of its reports were
-        known; each identifier serves once.
-        """
-        names = track.copy()
-        used = set(track[track >= 0].tolist())
-        for index in np.flatnonzero(track < 0).tolist():
+    def _name(self, chosen: Chosen, report_of: IntArray) -> IntArray:
+        """Return an identifier for each sequence; each serves once."""
+        # What begins in the window keeps the name under which most of its reports were known.
+        names = chosen.track.copy()
+        used = set(names[names >= 0].tolist())
+        for index in np.flatnonzero(names < 0).tolist():
+            own = chosen.slot[:, index]
+            holders = (self.assignment.get(report) for report in report_of[own[own >= 0]].tolist())
             known = Counter(
-                self.assignment[report][0]
-                for report in reports[index]
-                if report in self.assignment and self.assignment[report][0] not in used
+                holder[0] for holder in holders if holder is not None and holder[0] not in used
             )
             if known:
                 name = max(sorted(known), key=lambda key: known[key])
@@ -168,77 +207,45 @@ class Ledger:
         self._names = names
         return names
 
-    def _assignment(
-        self,
-        tree: AssociationTree,
-        paths: IntArray,
-        slots: IntArray,
-        report_of: IntArray,
-        track: IntArray,
-        beliefs: Beliefs | None,
-    ) -> dict[int, tuple[int, float]]:
-        """Return the track and the probability of each report that a sequence takes."""
-        taken = slots >= 0
-        holder = np.broadcast_to(track, slots.shape)[taken]
-        if beliefs is None:
-            probability = np.full(holder.shape[0], np.nan)
-        else:
-            probability = beliefs.edge_probability[beliefs.edge[paths[taken]]]
-        number = report_of[slots[taken]]
-        pairs = zip(holder.tolist(), probability.tolist(), strict=True)
-        return dict(zip(number.tolist(), pairs, strict=True))
-
-    def _confirm(
-        self,
-        tree: AssociationTree,
-        leaves: IntArray,
-        paths: IntArray,
-        track: IntArray,
-        beliefs: Beliefs | None,
-    ) -> None:
-        """Confirm the tracks that have been seen often enough."""
-        nodes, lifecycle = tree.nodes, self._lifecycle
-        for index, name in enumerate(track.tolist()):
+    def _confirm(self, tree: AssociationTree, chosen: Chosen, beliefs: Beliefs | None) -> None:
+        """Confirm the tracks that have been seen often enough, or are certain."""
+        lifecycle = self._lifecycle
+        for index, name in enumerate(chosen.track.tolist()):
             record = self._records[name]
             if record.confirmed:
                 continue
-            family = nodes.family[leaves[index]]
-            if beliefs and beliefs.existence[family] < lifecycle.confirm_probability:
-                continue
-            if beliefs and beliefs.existence[family] >= lifecycle.certain_probability:
-                record.confirmed = lifecycle.certain_probability < 1.0
-            path = paths[paths[:, index] >= 0, index][::-1]
-            own = path[nodes.report[path] >= 0]
-            chances = record.chances + nodes.chances[own].tolist()
+            if beliefs is not None:
+                existence = beliefs.existence[chosen.family[index]]
+                if lifecycle.certain_probability < 1.0:
+                    record.confirmed = bool(existence >= lifecycle.certain_probability)
+                if existence < lifecycle.confirm_probability:
+                    continue
+            chances = record.chances + chosen.chances(tree, index)
             record.confirmed = record.confirmed or lifecycle.is_confirmed_by(chances)
 
     def _rows(
-        self,
-        tree: AssociationTree,
-        leaves: IntArray,
-        track: IntArray,
-        time: float,
-        beliefs: Beliefs | None,
+        self, tree: AssociationTree, chosen: Chosen, time: float, beliefs: Beliefs | None
     ) -> TrackTable:
         """Return a row for each live track."""
         nodes = tree.nodes
-        family = nodes.family[leaves]
         if beliefs is not None:
-            live = beliefs.existence[family] >= REPORTED_EXISTENCE
+            live = beliefs.existence[chosen.family] >= REPORTED_EXISTENCE
         else:
-            live = nodes.tail[leaves] <= tree.rule.end_cost
-        order = np.flatnonzero(live)[np.argsort(track[live], kind="stable")]
-        leaves, track, family = leaves[order], track[order], family[order]
+            live = nodes.tail[chosen.leaf] <= tree.rule.end_cost
+        order = np.flatnonzero(live)[np.argsort(chosen.track[live], kind="stable")]
+        leaf, track, family = chosen.leaf[order], chosen.track[order], chosen.family[order]
         if beliefs is not None:
             mean, covariance = beliefs.mean[family], beliefs.covariance[family]
         else:
             mean, covariance = predicted(
-                nodes.mean[leaves], nodes.covariance[leaves], time - nodes.time[leaves],
+                nodes.mean[leaf],
+                nodes.covariance[leaf],
+                time - nodes.time[leaf],
                 tree.rule.process_noise,
-            )  # fmt: skip
+            )
         records = [self._records[name] for name in track.tolist()]
         confirmed = np.array([record.confirmed for record in records], dtype=np.bool_)
-        missed = nodes.misses[leaves] >= REPORTED_EXISTENCE
+        missed = nodes.misses[leaf] >= REPORTED_EXISTENCE
         fixed_score = np.array([record.score for record in records], dtype=np.float64)
         return TrackTable(
             time=np.full(track.shape[0], time),
@@ -246,9 +253,9 @@ class Ledger:
             status=np.where(confirmed, np.where(missed, COASTING, CONFIRMED), TENTATIVE),
             mean=mean,
             covariance=covariance,
-            score=fixed_score + nodes.cost[leaves],
-            hits=nodes.hits[leaves],
-            last_update=nodes.time[leaves],
+            score=fixed_score + nodes.cost[leaf],
+            hits=nodes.hits[leaf],
+            last_update=nodes.time[leaf],
         )
 
     def _amendments(
@@ -266,11 +273,16 @@ class Ledger:
         return tuple(changed)
 
 
-def paths_of(tree: AssociationTree, leaves: IntArray) -> IntArray:
-    """Return the nodes of each sequence, shape (longest, leaves), the leaf first, then -1."""
-    levels = []
-    current = leaves
-    while np.any(current >= 0):
-        levels.append(current)
-        current = np.where(current >= 0, tree.nodes.parent[current], -1)
-    return np.array(levels, dtype=np.int64).reshape(len(levels), leaves.shape[0])
+def _assignment(
+    chosen: Chosen, report_of: IntArray, beliefs: Beliefs | None
+) -> dict[int, tuple[int, float]]:
+    """Return the track and the probability of each report that a sequence takes."""
+    taken = chosen.slot >= 0
+    holder = np.broadcast_to(chosen.track, chosen.slot.shape)[taken]
+    if beliefs is None:
+        probability = np.full(holder.shape[0], np.nan)
+    else:
+        probability = beliefs.edge_probability[beliefs.edge[chosen.path[taken]]]
+    number = report_of[chosen.slot[taken]]
+    pairs = zip(holder.tolist(), probability.tolist(), strict=True)
+    return dict(zip(number.tolist(), pairs, strict=True))

@@ -64,7 +64,7 @@ class MultiScanTracker:
     .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
         motion: ConstantVelocity,
@@ -180,9 +180,7 @@ class MultiScanTracker:
         dim = scan.measurement.shape[1]
         expected = self._tree.dim if self._tree else self._priors.dim if self._priors else None
         if dim not in (2, 3) or (expected is not None and dim != expected):
-            raise InvalidInputError(
-                f"scan of {dim} dimensions; expected {expected or '2 or 3'}"
-            )
+            raise InvalidInputError(f"scan of {dim} dimensions; expected {expected or '2 or 3'}")
         report = scan.report.copy()
         unnumbered = np.flatnonzero(report < 0)
         report[unnumbered] = self._next_report + np.arange(unnumbered.shape[0])
@@ -284,7 +282,9 @@ class MultiScanTracker:
     def _roots(self, tree: AssociationTree) -> Beginning:
         """Return the states of the tracks as they enter the window."""
         nodes = tree.nodes
-        rows = np.flatnonzero((nodes.parent[: tree.n_nodes] < 0) & (nodes.report[: tree.n_nodes] < 0))
+        rows = np.flatnonzero(
+            (nodes.parent[: tree.n_nodes] < 0) & (nodes.report[: tree.n_nodes] < 0)
+        )
         # The misses of the window's scans will be counted again when the tree is grown anew.
         open_instants = len({scan.data.time for scan in self._open.scans})
         misses = np.maximum(nodes.misses[rows] - open_instants, 0.0)

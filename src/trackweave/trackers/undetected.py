@@ -57,7 +57,7 @@ class Undetected:
         self._uniform *= 1.0 - detection_probability
 
     def wait(self, time: float, interval: float) -> None:
-        """Let new objects come during an interval [s] that ends at a time; forget the long lost."""
+        """Let new objects come during an interval [s] up to a time; forget the long lost."""
         self._uniform += self._new * min(interval / self._period, 1e3)
         horizon = self.LOST_PERIODS * self._period
         self._lost = [lost for lost in self._lost if time - lost.time <= horizon]

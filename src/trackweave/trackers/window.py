@@ -74,9 +74,7 @@ class OpenScans:
 
     def reports(self) -> IntArray:
         """Return the report number of each slot."""
-        return np.concatenate(
-            [np.empty(0, dtype=np.int64), *(scan.report for scan in self.scans)]
-        )
+        return np.concatenate([np.empty(0, dtype=np.int64), *(scan.report for scan in self.scans)])
 
     def instants(self) -> IntArray:
         """Return the rank in time of each slot, equal within an instant."""
@@ -108,6 +106,15 @@ class OpenScans:
 
         A whole instant at a time where that is possible, so that the sensors of an instant stay
         together.
+
+        Parameters
+        ----------
+        sensor, time
+            The sensor of the scan that comes in, and its time [s]; later than all others.
+
+        Returns
+        -------
+        How many of the oldest scans have to go.
         """
         marks = {
             scan.data.time
@@ -133,8 +140,8 @@ class OpenScans:
         """Forget the oldest scans; return how many slots they had."""
         closing, self.scans = self.scans[:count], self.scans[count:]
         if closing:
-            self.fixed_until = closing[-1].data.time
-        n_slots = sum(scan.report.shape[0] for scan in closing)
+            self.fixed_until = float(closing[-1].data.time)
+        n_slots: int = sum(scan.report.shape[0] for scan in closing)
         self._renumber()
         return n_slots
 
