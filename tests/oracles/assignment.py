@@ -1,0 +1,144 @@
+"""Exhaustive optima of small assignment problems, and makers of random ones."""
+
+import numpy as np
+
+from trackweave.association.problem import AssignmentProblem
+
+Sequence = tuple[int, ...]
+
+
+def sequence(problem: AssignmentProblem, node: int) -> Sequence:
+    """Return the items of a node's sequence, the first first."""
+    items: list[int] = []
+    while node >= 0:
+        items.insert(0, int(problem.item[node]))
+        node = int(problem.parent[node])
+    return tuple(items)
+
+
+def least_cost(problem: AssignmentProblem) -> float:
+    """Return the optimum, trying every feasible answer that could be better."""
+    must = frozenset(np.flatnonzero(problem.must_cover).tolist())
+    nodes = [node for node in range(problem.n_nodes) if np.isfinite(problem.total[node])]
+    options = [
+        (frozenset(sequence(problem, node)), float(problem.total[node]))
+        for node in nodes
+        # Without an item that must be covered, a sequence that costs something never helps.
+        if problem.total[node] < 0 or must & set(sequence(problem, node))
+    ]
+    options.sort(key=lambda option: option[1])
+    gains = np.cumsum([min(cost, 0.0) for _, cost in reversed(options)])[::-1]
+    best = np.inf
+
+    def descend(index: int, used: frozenset[int], cost: float) -> None:
+        nonlocal best
+        if must <= used:
+            best = min(best, cost)
+        if index == len(options):
+            return
+        if must <= used and cost + gains[index] >= best:
+            return
+        items, price = options[index]
+        if not items & used:
+            descend(index + 1, used | items, cost + price)
+        descend(index + 1, used, cost)
+
+    descend(0, frozenset(), 0.0)
+    return float(problem.base_cost + best)
+
+
+def least_cost_of_tuples(tuples: np.ndarray, costs: np.ndarray) -> float:
+    """Return the optimum of tuples straight from their definition: each item once or alone."""
+    items = [(s, v) for s in range(tuples.shape[1]) for v in range(1, tuples[:, s].max() + 1)]
+    alone = dict.fromkeys(items, 0.0)
+    rows = []
+    singles: dict[tuple[int, int], float] = {}
+    for row, cost in zip(tuples.tolist(), costs.tolist(), strict=True):
+        taken = {(s, v) for s, v in enumerate(row) if v > 0}
+        if len(taken) == 1:
+            item = taken.pop()
+            singles[item] = min(cost, singles.get(item, np.inf))
+        else:
+            rows.append((taken, cost))
+    alone.update(singles)
+    best = np.inf
+
+    def descend(index: int, free: set[tuple[int, int]], cost: float) -> None:
+        nonlocal best
+        if index == len(rows):
+            best = min(best, cost + sum(alone[item] for item in free))
+            return
+        taken, price = rows[index]
+        if taken <= free:
+            descend(index + 1, free - taken, cost + price)
+        descend(index + 1, free, cost)
+
+    descend(0, set(items), 0.0)
+    return float(best)
+
+
+def random_tuples(
+    rng: np.random.Generator, n_rows: int, *, scale: float = 3.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return up to so many tuples over two to four lists of one to four items, with costs."""
+    size = rng.integers(1, 5, rng.integers(2, 5))
+    table = rng.integers(0, size + 1, (n_rows, size.shape[0]))
+    table = table[table.any(axis=1)]
+    if not table.shape[0]:
+        table = np.ones((1, size.shape[0]), dtype=np.int64)
+    return table, scale * rng.normal(-0.6, 1.0, table.shape[0])
+
+
+def random_window(
+    rng: np.random.Generator, *, n_tracks: int = 2, n_reports: int = 7, max_nodes: int = 26
+) -> AssignmentProblem:
+    """Return a forest such as a tracker's: scans of reports, tracks from before.
+
+    Some instants hold scans of two sensors; their items have one rank and may follow each other
+    in the order of their numbers. Costs belong to sets of items; some sequences may not end.
+    """
+    scan = np.sort(rng.integers(0, 4, n_reports))
+    instant = np.array([0, 0, 1, 2])[scan] if rng.random() < 0.5 else scan
+    parent, item, cost = [], [], []
+    for track in range(n_tracks):
+        parent.append(-1)
+        item.append(n_reports + track)
+        cost.append(float(rng.normal(0.5, 0.5)))
+    for report in rng.permutation(n_reports)[: n_reports - 1].tolist():
+        parent.append(-1)
+        item.append(report)
+        cost.append(float(rng.normal(1.5, 1.0)))
+    while len(parent) < max_nodes:
+        above = int(rng.integers(0, len(parent)))
+        later = [
+            report
+            for report in range(n_reports)
+            if item[above] >= n_reports or scan[report] > scan[item[above]]
+        ]
+        twins = [item[node] for node in range(len(parent)) if parent[node] == above]
+        free = [report for report in later if report not in twins]
+        if not free:
+            max_nodes -= 1
+            continue
+        parent.append(above)
+        item.append(free[int(rng.integers(0, len(free)))])
+        cost.append(cost[above] + float(rng.normal(-2.0, 2.0)))
+    total = np.array(cost) + rng.exponential(0.3, len(cost))
+    is_inner = np.array(parent) >= 0
+    total[is_inner & (rng.random(len(cost)) < 0.15)] = np.inf
+    return AssignmentProblem(
+        parent=np.array(parent),
+        item=np.array(item),
+        cost=np.array(cost),
+        total=total,
+        must_cover=np.arange(n_reports + n_tracks) >= n_reports,
+        instant=np.concatenate([instant, np.full(n_tracks, -1)]),
+        base_cost=float(rng.normal()),
+    )
+
+
+def random_problem(rng: np.random.Generator) -> AssignmentProblem:
+    """Return a small problem of either kind."""
+    if rng.random() < 0.5:
+        return AssignmentProblem.from_tuples(*random_tuples(rng, 14))
+    return random_window(rng, n_tracks=int(rng.integers(0, 4)))

@@ -1,0 +1,277 @@
+"""What every solver promises, whatever its method."""
+
+import time
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from oracles.assignment import least_cost, random_problem, random_tuples, random_window, sequence
+from trackweave.association.problem import Answer, AssignmentProblem, Status
+from trackweave.errors import InvalidInputError
+from trackweave.solvers import Dual, Exact, Genetic, Greedy, Hint, Solver, solve
+
+SMALL = {"population": 10, "generations": 12}
+LETTER = Genetic(
+    **SMALL, seeded=False, improvement=False, decompose=False, elite=0, selection="rank"
+)
+SOLVERS: dict[str, Solver] = {
+    "greedy": Greedy(),
+    "exact": Exact(),
+    "dual": Dual(),
+    "dual without enumeration": Dual(visits=0),
+    "genetic": Genetic(**SMALL),
+    "genetic, association list": Genetic(**SMALL, genotype="association-list"),
+    "genetic to the letter": LETTER,
+    "genetic to the letter, lone reports kept": replace(LETTER, settle=False),
+    "association list, unseeded": replace(LETTER, genotype="association-list"),
+}
+PROBLEMS = [random_problem(np.random.default_rng(seed)) for seed in range(40)]
+OPTIMA = [least_cost(problem) for problem in PROBLEMS]
+EMPTY = AssignmentProblem([], [], [], [], [], [], base_cost=3.0)
+
+
+def tol(cost: float) -> float:
+    return 1e-8 * max(1.0, abs(cost))
+
+
+def require_feasible(problem: AssignmentProblem, answer: Answer) -> None:
+    items = [item for node in answer.nodes.tolist() for item in sequence(problem, node)]
+    assert len(items) == len(set(items))
+    assert set(np.flatnonzero(problem.must_cover).tolist()) <= set(items)
+    cost = problem.base_cost + problem.total[answer.nodes].sum()
+    assert answer.cost == pytest.approx(cost, rel=1e-12, abs=1e-12)
+    assert np.isfinite(answer.cost)
+    assert answer.lower_bound <= answer.cost
+    assert (np.diff(answer.nodes) > 0).all()
+    assert answer.prices.shape == (problem.n_items,)
+    assert answer.stop_reason
+
+
+def require_same(first: Answer, second: Answer) -> None:
+    assert first.nodes.tolist() == second.nodes.tolist()
+    assert first.certificate == second.certificate
+    assert (first.evaluations, first.stop_reason) == (second.evaluations, second.stop_reason)
+    assert (first.prices == second.prices).all()
+
+
+def never() -> bool:
+    return False
+
+
+def at_once() -> bool:
+    return True
+
+
+@pytest.fixture(params=SOLVERS.values(), ids=SOLVERS.keys())
+def solver(request: pytest.FixtureRequest) -> Solver:
+    return request.param
+
+
+@pytest.fixture
+def rng() -> Callable[[], np.random.Generator]:
+    return lambda: np.random.default_rng(7)
+
+
+class TestSolver:
+    def test_answers_feasibly_between_its_bound_and_the_optimum(self, solver, rng) -> None:
+        for problem, optimum in zip(PROBLEMS, OPTIMA, strict=True):
+            answer = solver(problem, rng=rng())
+            require_feasible(problem, answer)
+            assert answer.lower_bound <= optimum + tol(optimum)
+            assert answer.cost >= optimum - tol(optimum)
+            if answer.status is Status.OPTIMAL:
+                assert answer.cost == pytest.approx(optimum, abs=tol(optimum))
+                assert answer.gap == 0.0
+                assert answer.stop_reason == "gap closed"
+            else:
+                assert answer.stop_reason != "gap closed"
+
+    def test_gives_the_same_answer_for_the_same_seed(self, solver, rng) -> None:
+        for problem in PROBLEMS[:12]:
+            require_same(solver(problem, rng=rng()), solver(problem, rng=rng()))
+
+    def test_leaves_the_problem_as_it_is(self, solver, rng) -> None:
+        for problem in PROBLEMS[:6]:
+            names = [field.name for field in fields(problem)]
+            before = [np.copy(getattr(problem, name)) for name in names]
+            solver(problem, rng=rng())
+            after = [getattr(problem, name) for name in names]
+            for old, new in zip(before, after, strict=True):
+                assert np.array_equal(old, np.asarray(new))
+
+    def test_takes_arrays_that_cannot_be_written(self, solver, rng) -> None:
+        problem = PROBLEMS[0]
+        frozen = replace(problem)
+        for name in ("parent", "item", "cost", "total", "must_cover", "instant"):
+            array = np.copy(getattr(problem, name))
+            array.flags.writeable = False
+            frozen = replace(frozen, **{name: array})
+        hint = Hint(prices=np.zeros(problem.n_items))
+        hint.prices.flags.writeable = False
+        assert solver(frozen, rng=rng(), hint=hint).cost == solver(problem, rng=rng()).cost
+
+    def test_answers_an_empty_problem(self, solver, rng) -> None:
+        answer = solver(EMPTY, rng=rng())
+        assert answer.nodes.tolist() == []
+        assert (answer.cost, answer.lower_bound, answer.status) == (3.0, 3.0, Status.OPTIMAL)
+
+    def test_answers_a_problem_without_anything_worth_taking(self, solver, rng) -> None:
+        if getattr(solver, "settle", True) is False:
+            pytest.skip("keeps lone reports at any price")
+        problem = AssignmentProblem([-1, 0], [0, 1], [1.0, 2.0], [1.0, 2.0], [0, 0], [0, 1])
+        answer = solver(problem, rng=rng())
+        assert (answer.nodes.tolist(), answer.cost) == ([], 0.0)
+
+    def test_covers_a_track_at_any_price(self, solver, rng) -> None:
+        problem = AssignmentProblem([-1], [0], [9.0], [9.0], [True], [-1])
+        assert solver(problem, rng=rng()).nodes.tolist() == [0]
+
+    def test_stopped_at_once_still_answers(self, solver, rng) -> None:
+        for problem, optimum in zip(PROBLEMS, OPTIMA, strict=True):
+            answer = solver(problem, rng=rng(), stop=at_once)
+            require_feasible(problem, answer)
+            assert answer.lower_bound <= optimum + tol(optimum)
+
+    def test_stopped_at_once_is_quick_on_a_large_problem(self, solver, rng) -> None:
+        problem = random_window(
+            np.random.default_rng(3), n_tracks=60, n_reports=400, max_nodes=3000
+        )
+        solver(PROBLEMS[0], rng=rng(), stop=at_once)
+        begin = time.process_time()
+        require_feasible(problem, solver(problem, rng=rng(), stop=at_once))
+        assert time.process_time() - begin < 1.0
+
+    def test_a_stop_that_never_comes_changes_nothing(self, solver, rng) -> None:
+        for problem in PROBLEMS[:8]:
+            stopless = solver(problem, rng=rng())
+            require_same(stopless, solver(problem, rng=rng(), stop=never))
+
+    def test_no_hint_makes_it_wrong(self, solver, rng) -> None:
+        maker = np.random.default_rng(11)
+        for problem, optimum in zip(PROBLEMS[:20], OPTIMA, strict=False):
+            n = problem.n_nodes
+            hints = [
+                Hint(prices=maker.exponential(20.0, problem.n_items)),
+                Hint(prices=maker.normal(0.0, 1.0, problem.n_items)),
+                Hint(nodes=np.arange(n)),
+                Hint(nodes=maker.integers(0, n, 3)),
+                Hint(nodes=np.empty(0, dtype=np.int64)),
+            ]
+            for hint in hints:
+                answer = solver(problem, rng=rng(), hint=hint)
+                require_feasible(problem, answer)
+                assert answer.lower_bound <= optimum + tol(optimum)
+
+    def test_a_constant_moves_cost_and_bound_alone(self, solver, rng) -> None:
+        for problem in PROBLEMS[:10]:
+            plain = solver(problem, rng=rng())
+            moved = solver(replace(problem, base_cost=problem.base_cost + 64.0), rng=rng())
+            assert moved.nodes.tolist() == plain.nodes.tolist()
+            assert moved.status == plain.status
+            assert moved.cost == pytest.approx(plain.cost + 64.0, abs=1e-9)
+            assert moved.lower_bound == pytest.approx(plain.lower_bound + 64.0, abs=1e-9)
+
+    @pytest.mark.parametrize("factor", [2.0**-30, 2.0**30])
+    def test_is_right_in_any_unit(self, solver, rng, factor: float) -> None:
+        for problem, optimum in zip(PROBLEMS[:20], OPTIMA, strict=False):
+            scaled = replace(
+                problem,
+                cost=problem.cost * factor,
+                total=problem.total * factor,
+                base_cost=problem.base_cost * factor,
+            )
+            answer = solver(scaled, rng=rng())
+            require_feasible(scaled, answer)
+            slack = tol(optimum * factor)
+            assert answer.lower_bound <= optimum * factor + slack
+            if answer.status is Status.OPTIMAL:
+                assert answer.cost == pytest.approx(optimum * factor, abs=slack)
+
+    def test_new_numbers_for_items_change_no_rule(self, solver, rng) -> None:
+        maker = np.random.default_rng(2)
+        for problem, optimum in zip(PROBLEMS[:20], OPTIMA, strict=False):
+            number = maker.permutation(problem.n_items)
+            old = np.argsort(number)
+            renamed = replace(
+                problem,
+                item=number[problem.item],
+                must_cover=problem.must_cover[old],
+                instant=problem.instant[old],
+            )
+            answer = solver(renamed, rng=rng())
+            require_feasible(renamed, answer)
+            assert answer.lower_bound <= optimum + tol(optimum) <= answer.cost + 2 * tol(optimum)
+            if answer.status is Status.OPTIMAL:
+                assert answer.cost == pytest.approx(optimum, abs=tol(optimum))
+
+    def test_settles_ties_the_same_way_each_time(self, solver, rng) -> None:
+        rows = [[a, b, c] for a in (1, 2) for b in (1, 2) for c in (1, 2)]
+        problem = AssignmentProblem.from_tuples(rows, np.full(8, -1.0))
+        answers = [solver(problem, rng=rng()) for _ in range(3)]
+        for answer in answers:
+            require_feasible(problem, answer)
+            require_same(answer, answers[0])
+
+    def test_has_no_memory(self, solver, rng) -> None:
+        first = solver(PROBLEMS[0], rng=rng())
+        for problem in PROBLEMS[1:6]:
+            solver(problem, rng=rng())
+        require_same(first, solver(PROBLEMS[0], rng=rng()))
+
+    def test_can_go_without_any_particular_bit_generator(self, solver) -> None:
+        generator = np.random.Generator(np.random.Philox(3))
+        require_feasible(PROBLEMS[1], solver(PROBLEMS[1], rng=generator))
+
+    @pytest.mark.parametrize("prices", [[np.nan], [np.inf], [0.0, 0.0]])
+    def test_refuses_prices_that_are_none(self, solver, rng, prices: list[float]) -> None:
+        if isinstance(solver, Greedy):
+            pytest.skip("reads no hint")
+        problem = AssignmentProblem([-1], [0], [-1.0], [-1.0], [0], [0])
+        with pytest.raises(InvalidInputError, match=r"hint\.prices"):
+            solver(problem, rng=rng(), hint=Hint(prices=np.array(prices)))
+
+
+PROVERS = [Exact(), Dual(visits=200_000), Genetic()]
+
+
+@pytest.mark.parametrize("prover", PROVERS, ids=["exact", "dual", "genetic"])
+def test_the_strong_ones_find_the_optimum(prover: Solver) -> None:
+    rng = np.random.default_rng(1)
+    for problem, optimum in zip(PROBLEMS, OPTIMA, strict=True):
+        assert prover(problem, rng=rng).cost == pytest.approx(optimum, abs=tol(optimum))
+
+
+@pytest.mark.parametrize("name", ["genetic", "genetic to the letter"])
+def test_a_search_draws_from_the_generator_it_is_given(name: str) -> None:
+    rng = np.random.default_rng(4)
+    problem = AssignmentProblem.from_tuples(*random_tuples(np.random.default_rng(8), 14))
+    searches = [SOLVERS[name].start(problem, rng=rng) for _ in range(2)]
+    draws = [state.rng.random(3).tolist() for state in searches]
+    assert draws[0] != draws[1]
+
+
+def test_a_search_draws_as_much_for_an_easy_problem_as_for_a_hard_one() -> None:
+    after = []
+    for problem in (EMPTY, PROBLEMS[0], PROBLEMS[3]):
+        rng = np.random.default_rng(4)
+        Genetic(**SMALL)(problem, rng=rng)
+        after.append((rng.spawn(1)[0].random(), rng.random()))
+    assert after[0] == after[1] == after[2]
+
+
+def test_solve_takes_any_solver_and_searches_by_default() -> None:
+    problem = PROBLEMS[2]
+    for solver in (None, Greedy(), Dual()):
+        chosen = Genetic() if solver is None else solver
+        answer = solve(problem, solver, rng=np.random.default_rng(1))
+        require_same(answer, chosen(problem, rng=np.random.default_rng(1)))
+
+
+def test_solve_passes_on_hint_and_stop() -> None:
+    asked = []
+    with pytest.raises(InvalidInputError, match=r"hint\.nodes"):
+        solve(PROBLEMS[0], rng=np.random.default_rng(1), hint=Hint(nodes=np.array([9999])))
+    solve(PROBLEMS[0], Exact(), rng=np.random.default_rng(1), stop=lambda: bool(asked.append(1)))
+    assert asked
