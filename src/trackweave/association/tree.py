@@ -55,7 +55,7 @@ class GrowthLimits:
     margin: float = 10.0
     keep: int = 150
     new_margin: float = 6.0
-    new_keep: int = 8
+    new_keep: int = 16
     new_ceiling: float = 4.5
     max_nodes: int = 500_000
 
