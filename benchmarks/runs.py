@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 from bench_data import Bench, Scene
 
-from trackweave.run.track import TrackingResult, track
+from trackweave import TrackingResult, track
 
 CONFIGURATION = Path(__file__).with_name("bench.toml")
 KEYS = ("gospa", "switches", "missed_per_scan", "false_per_scan", "rmse")

@@ -1,0 +1,68 @@
+"""Runs every benchmark and enters its tables into the page of measurements.
+
+    python -m benchmarks                      # all of them, about ten minutes without the peers
+    python -m benchmarks --only tracking latency
+    python -m benchmarks --peers-python peers/bin/python
+
+Text between ``<!-- begin NAME -->`` and ``<!-- end NAME -->`` is replaced; the rest is written by
+hand and stays.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parent / "docs" / "explanation" / "measurements.md"
+# The peers come first: tracking.py sets its own figures beside theirs.
+SCRIPTS = ("peers", "tracking", "estimates", "optimality", "opensky", "memory", "latency")
+ONE_THREAD = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "NUMBA_NUM_THREADS": "1",
+    "POLARS_MAX_THREADS": "1",
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
+    parser.add_argument("--only", nargs="+", choices=SCRIPTS, default=SCRIPTS)
+    parser.add_argument("--page", type=Path, default=PAGE)
+    parser.add_argument(
+        "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
+    )
+    arguments = parser.parse_args()
+    failed = []
+    for name in SCRIPTS:
+        if name not in arguments.only:
+            continue
+        print(f"==> {name}", flush=True)
+        python = arguments.peers_python if name == "peers" else sys.executable
+        done = subprocess.run(
+            [python, str(HERE / f"{name}.py")],
+            check=False, stdout=subprocess.PIPE, text=True, env={**os.environ, **ONE_THREAD},
+        )  # fmt: skip
+        print(done.stdout)
+        if done.returncode:
+            failed.append(name)
+        elif not done.stdout.startswith("Skipped"):
+            enter(arguments.page, name, done.stdout.strip())
+    if failed:
+        print(f"Failed: {', '.join(failed)}", file=sys.stderr)
+    return bool(failed)
+
+
+def enter(page: Path, name: str, text: str) -> None:
+    """Replace what stands between a script's marks on the page."""
+    old = page.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
+    if not pattern.search(old):
+        raise SystemExit(f"{page}: no marks for {name}")
+    page.write_text(pattern.sub(lambda m: f"{m[1]}{text}\n{m[2]}", old), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

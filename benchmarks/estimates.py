@@ -1,0 +1,45 @@
+"""What to report of a track: the average over its sequences, or the best hypothesis alone."""
+
+import argparse
+from pathlib import Path
+
+from bench_data import add_arguments, bench_of
+from runs import CONFIGURATION, KEYS, mean_of, measured
+from text_tables import heading, table
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_arguments(parser)
+    parser.add_argument("--config", type=Path, default=CONFIGURATION)
+    arguments = parser.parse_args()
+    bench = bench_of(arguments)
+    measured(bench, bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
+    rows = []
+    for priors in (True, False):
+        for targets in (20, 50, 100):
+            for estimate in ("average", "best"):
+                runs = [
+                    measured(
+                        bench, bench.scene(targets, 1, repeat), arguments.config, priors=priors,
+                        changes={"output": {"estimate": estimate}},
+                    )
+                    for repeat in range(1, arguments.seeds + 1)
+                ]  # fmt: skip
+                cpu = sum(float(run["cpu"].mean()) for run in runs) / len(runs)
+                start = "priors" if priors else "none"
+                rows.append(
+                    [f"T{targets}, {start}", estimate, *(mean_of(runs, key) for key in KEYS), cpu]
+                )
+    print(heading("python benchmarks/estimates.py"), end="\n\n")
+    print(
+        table(
+            ["scenes, start", "estimate", "GOSPA", "switches", "missed", "false", "RMSE m",
+             "CPU ms/scan, mean"],
+            rows,
+        )
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""Solvers against the proven optimum of random windows, and what pruning the tree loses."""
+
+import argparse
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from text_tables import heading, table
+from windows import Place, grown, scans_of
+
+from trackweave.association.problem import Answer, AssignmentProblem, Status
+from trackweave.association.tree import GrowthLimits
+from trackweave.solvers import Dual, Exact, Genetic, Greedy, Solver
+
+DEPTH = 5
+EQUAL = 1e-9
+# A proof by HiGHS is only as sharp as its own tolerances.
+BELOW = 1e-6
+SOLVERS: dict[str, Solver] = {
+    "Genetic": Genetic(),
+    "Genetic, unseeded": Genetic(seeded=False),
+    "Dual": Dual(),
+    "Greedy": Greedy(),
+}
+# Wide enough for small windows; a wider one does not fit into memory or patience.
+WIDE = GrowthLimits(
+    margin=40.0, keep=20_000, new_margin=40.0, new_keep=2_000, new_ceiling=16.0,
+    max_nodes=400_000,
+)  # fmt: skip
+
+
+@dataclass
+class Tally:
+    """What was found of a solver over the windows."""
+
+    equal: int = 0
+    below: int = 0
+    proven: int = 0
+    loss: list[float] = field(default_factory=list)
+    cpu: list[float] = field(default_factory=list)
+
+    def add(self, answer: Answer, best: float, cpu: float) -> None:
+        """Enter an answer to a window whose optimum is known."""
+        scale = max(1.0, abs(best))
+        self.equal += abs(answer.cost - best) <= EQUAL * scale
+        self.below += answer.cost < best - BELOW * scale
+        self.proven += answer.status == Status.OPTIMAL
+        self.loss.append((answer.cost - best) / scale)
+        self.cpu.append(1e3 * cpu)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--windows", type=int, default=300)
+    parser.add_argument("--small-windows", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    print(heading("python benchmarks/optimality.py"), end="\n\n")
+    print(solvers_table(arguments.windows, arguments.seed), end="\n\n")
+    print(pruning_table(arguments.small_windows, arguments.seed))
+
+
+def solvers_table(n_windows: int, seed: int) -> str:
+    """Return how the solvers do against the optimum over the same trees."""
+    rng = np.random.default_rng(seed)
+    tallies = {name: Tally() for name in ("Exact", *SOLVERS)}
+    n_unproven, sizes = 0, []
+    grown(Place(5, 1, 500.0, 5), scans_of(Place(5, 1, 500.0, 5), rng), DEPTH, GrowthLimits())
+    for number in range(n_windows + 1):
+        problem = _window(rng)
+        best, cpu = _timed(Exact(), problem)
+        if number == 0:
+            # The first window only compiles.
+            for solver in SOLVERS.values():
+                _timed(solver, problem)
+            continue
+        if best.status != Status.OPTIMAL:
+            n_unproven += 1
+            continue
+        sizes.append(problem.n_nodes)
+        tallies["Exact"].add(best, best.cost, cpu)
+        for name, solver in SOLVERS.items():
+            tallies[name].add(*_swapped(_timed(solver, problem), best.cost))
+    rows = [_row(name, tally) for name, tally in tallies.items()]
+    head = ["solver", "equal to the optimum", "below it", "proven by itself", "mean loss",
+            "worst loss", "CPU ms, median", "95 %", "worst"]  # fmt: skip
+    text = (
+        f"{len(sizes)} windows (5–20 targets in a square of 300–1000 m, 1–3 sensors, {DEPTH} "
+        f"scans; {np.median(sizes):.0f} sequences in the median, {max(sizes)} at most); "
+        f"{n_unproven} more without a proven optimum in a minute are left out."
+    )
+    return text + "\n\n" + table(head, rows)
+
+
+def pruning_table(n_windows: int, seed: int) -> str:
+    """Return what the default limits of growth lose against wide ones."""
+    rng = np.random.default_rng(seed + 1000)
+    losses, ratio, pruned = [], [], []
+    while len(losses) < n_windows:
+        place = Place(int(rng.integers(3, 9)), 1, float(rng.uniform(200, 600)), DEPTH)
+        scans = scans_of(place, rng)
+        narrow, _ = grown(place, scans, DEPTH, GrowthLimits())
+        wide, n_pruned = grown(place, scans, DEPTH, WIDE, estimate="best")
+        best, _ = _timed(Exact(max_sequences=WIDE.max_nodes), wide)
+        usual, _ = _timed(Exact(), narrow)
+        losses.append(usual.cost - best.cost)
+        ratio.append(wide.n_nodes / narrow.n_nodes)
+        pruned.append(n_pruned)
+    loss = np.maximum(np.array(losses), 0.0)
+    same = np.abs(losses) <= 1e-6
+    rows = [
+        [
+            len(losses), f"{100 * same.mean():.1f} %", f"{loss.mean():.4f}", f"{loss.max():.3f}",
+            f"{np.min(losses):.1e}", f"{np.mean(ratio):.0f} ×",
+            f"{100 * np.mean(np.array(pruned) == 0):.0f} %",
+        ]
+    ]  # fmt: skip
+    head = ["small windows", "same optimum", "mean loss, nats", "worst", "least",
+            "sequences, wide against default", "wide trees that left nothing out"]  # fmt: skip
+    return table(head, rows)
+
+
+def _window(rng: np.random.Generator) -> AssignmentProblem:
+    """Return the problem of a window in the middle of a run, with tracks from before it."""
+    place = Place(
+        int(rng.integers(5, 21)), int(rng.integers(1, 4)), float(rng.uniform(300, 1000)), 8
+    )
+    return grown(place, scans_of(place, rng), DEPTH, GrowthLimits())[0]
+
+
+def _timed(solver: Solver, problem: AssignmentProblem) -> tuple[Answer, float]:
+    begun = time.process_time()
+    answer = solver(problem, rng=np.random.default_rng(1))
+    return answer, time.process_time() - begun
+
+
+def _swapped(found: tuple[Answer, float], best: float) -> tuple[Answer, float, float]:
+    return found[0], best, found[1]
+
+
+def _row(name: str, tally: Tally) -> list[object]:
+    n = len(tally.loss)
+    return [
+        name, f"{100 * tally.equal / n:.1f} %", tally.below, f"{100 * tally.proven / n:.1f} %",
+        f"{100 * np.mean(tally.loss):.4f} %", f"{100 * np.max(tally.loss):.3f} %",
+        float(np.median(tally.cpu)), float(np.percentile(tally.cpu, 95)), float(np.max(tally.cpu)),
+    ]  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
