@@ -16,6 +16,8 @@ MAX_REPORTS_PER_SCAN = 1_000
 N_BLOCKS = 3
 # Scans further apart than this many periods are not followed through.
 LONGEST_GAP = 3.5
+# Nearer in time than this [s], scans say nothing of speeds.
+SHORTEST_GAP = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +56,7 @@ def scan_period(time: FloatArray) -> float | None:
     a sensor that reports whenever it likes.
     """
     gaps = np.diff(time)
-    gaps = gaps[gaps > 0]
+    gaps = gaps[gaps > SHORTEST_GAP]
     if gaps.size == 0:
         return None
     period = float(np.median(gaps))
@@ -91,8 +93,9 @@ def frames_of(reports: ReportTable, sensor: int) -> tuple[list[Frames], float | 
     by_time = np.argsort(time, kind="stable")
     time, starts, ends = time[by_time], starts[by_time], ends[by_time]
     period = scan_period(time)
-    gap = LONGEST_GAP * (period or (float(np.median(np.diff(time))) if time.size > 1 else 1.0))
-    cuts = np.flatnonzero((np.diff(time) > gap) | (np.diff(time) <= 0)) + 1
+    apart = np.diff(time)[np.diff(time) > SHORTEST_GAP]
+    gap = LONGEST_GAP * (period or (float(np.median(apart)) if apart.size else 1.0))
+    cuts = np.flatnonzero((np.diff(time) > gap) | (np.diff(time) <= SHORTEST_GAP)) + 1
     blocks = sorted(np.split(np.arange(time.size), cuts), key=len, reverse=True)
     blocks = _thin(blocks, ends - starts)
     keep, share = _window(reports.measurement[rows], rows.size / time.size)
