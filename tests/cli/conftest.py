@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from trackweave.cli import app
+from trackweave.cli.app import app
 
 Run = Callable[..., Result]
 

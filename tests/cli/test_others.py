@@ -125,6 +125,7 @@ def test_schema_accepts_what_the_configuration_accepts(run: Run) -> None:
     assert schema["title"] == "tracker.toml"
     assert set(schema["properties"]) == {
         "seed", "motion", "sensors", "window", "search", "lifecycle", "output", "frame",
+        "growth",
     }  # fmt: skip
     search = schema["$defs"]["SearchSection"]
     assert "population" in search["properties"]

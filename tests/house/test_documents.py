@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import trackweave
-from trackweave.cli import app
+from trackweave.cli.app import app
 from trackweave.config.search import METHODS
 from trackweave.config.sections import Configuration
 

@@ -1,7 +1,6 @@
 """The commands, their options and their help."""
 
 import os
-import sys
 import tempfile
 import warnings
 from enum import StrEnum
@@ -10,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import DEBUG, INTERRUPTED, Voice, show_json, with_status
+from trackweave.cli.edge import DEBUG, Voice, show_json, with_status
 
-__all__ = ["OnBadRow", "app", "main"]
+__all__ = ["OnBadRow", "app", "run"]
 
 app = typer.Typer(
     name="trackweave",
@@ -226,15 +225,12 @@ def _shown(value: float | int | None) -> str:
     return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def main() -> None:
-    """Run the command line; the entry point of the program."""
+def run() -> None:
+    """Run the command that the arguments name."""
     if not os.environ.get(DEBUG):
         # A library's warning is nothing that a user of the command could act on.
         warnings.simplefilter("ignore")
     if "MPLCONFIGDIR" not in os.environ and not os.access(Path.home(), os.W_OK):
         # Matplotlib warns at length where it finds no folder to write to.
         os.environ["MPLCONFIGDIR"] = tempfile.gettempdir()
-    try:
-        app()
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+    app()
