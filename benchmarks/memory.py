@@ -1,4 +1,7 @@
-"""Is memory flat over a run ten times as long? Targets cross a square and others take their place."""
+"""Memory of a live tracker over runs ten and a hundred times as long.
+
+Targets wander in a square; who leaves it is replaced by another.
+"""
 
 import argparse
 import gc
@@ -17,7 +20,7 @@ SIDE, MARGIN, SIGMA, DETECTION, PROCESS_NOISE = 1000.0, 100.0, 10.0, 0.9, 0.05
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--targets", type=int, default=20)
     parser.add_argument("--scans", type=int, default=500)
     parser.add_argument("--depth", type=int, default=7)
@@ -34,13 +37,13 @@ def main() -> None:
     print(heading("python benchmarks/memory.py"), end="\n\n")
     print(f"T{arguments.targets}, window {arguments.depth}; a live tracker, outputs dropped.\n")
     print(
-        table(["after scans", "held, MB", "peak since the row above, MB", "process's peak, MB"], rows)
+        table(
+            ["after scans", "held, MB", "peak since the row above, MB", "process's peak, MB"], rows
+        )
     )
 
 
-def _traced(
-    arguments: argparse.Namespace, lengths: list[int]
-) -> dict[int, tuple[float, float]]:
+def _traced(arguments: argparse.Namespace, lengths: list[int]) -> dict[int, tuple[float, float]]:
     """Return what Python and NumPy hold, and their peak since the last look, by scans done."""
     # Once without the tracer: compiling is not what is measured.
     _run(arguments.targets, 20, arguments.depth)
@@ -76,7 +79,9 @@ def _resident_mb(name: str) -> float:
     raise SystemExit("needs /proc/self/status")
 
 
-def _run(targets: int, n_scans: int, depth: int, look: Callable[[int], None] | None = None) -> None:
+def _run(
+    targets: int, n_scans: int, depth: int, look: Callable[[int], None] | None = None
+) -> None:
     clutter = targets / (SIDE + 2 * MARGIN) ** 2
     tracker = MultiScanTracker(
         motion=ConstantVelocity(PROCESS_NOISE, 20.0),

@@ -1,4 +1,4 @@
-"""Real aircraft, identities hidden: are the reports of each given to one track?"""
+"""Real aircraft, identities hidden: whether the reports of each are given to one track."""
 
 import argparse
 import time

@@ -12,6 +12,7 @@ kept in the cache folder, where ``tracking.py`` finds them.
 
 import argparse
 import datetime
+import importlib.util
 import json
 import sys
 import time
@@ -23,7 +24,7 @@ from text_tables import heading, table
 
 METHODS = ("JPDA", "GNN")
 GATE_PROBABILITY = 0.9999
-START = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 Stone Soup's times are without zone
+START = datetime.datetime(2000, 1, 1)
 
 
 def main() -> None:
@@ -77,12 +78,7 @@ def judged(bench: Bench, scene: Scene, method: str) -> dict[str, float]:
 
 
 def _installed() -> bool:
-    try:
-        import pyehm.plugins.stonesoup
-        import stonesoup  # noqa: F401
-    except ImportError:
-        return False
-    return True
+    return all(importlib.util.find_spec(name) is not None for name in ("stonesoup", "pyehm"))
 
 
 def _track(scene: Scene, method: str) -> list[tuple[int, int, float, float]]:

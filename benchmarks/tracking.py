@@ -84,9 +84,7 @@ def _best_peer(
     return float(np.mean([peers[key]["gospa"] for key in keys]))
 
 
-def _seed_rows(
-    size: tuple[int, int], priors: bool, runs: list[dict[str, Any]]
-) -> list[list[Any]]:
+def _seed_rows(size: tuple[int, int], priors: bool, runs: list[dict[str, Any]]) -> list[list[Any]]:
     return [
         [
             f"{_name(size, priors)}, r{number}",
