@@ -14,7 +14,7 @@ PUBLIC = [file for file in SOURCES if not file.name.startswith("_")]
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 EDGES = ("cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
          "simulation")  # fmt: skip
-CHECKS = ("assert", "raises", "warns", "fail")
+CHECKS = ("assert", "check", "fail", "raises", "warns")
 
 
 def name_of(file: Path) -> str:

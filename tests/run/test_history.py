@@ -6,8 +6,8 @@ import pytest
 from trackweave.config import load_configuration
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
-from trackweave.run.history import smoothed_history
 from trackweave.run import settings_for
+from trackweave.run.history import smoothed_history
 
 CONFIG = {
     "motion": {"process_noise": 0.1, "max_speed": 20.0},
