@@ -14,7 +14,7 @@ PUBLIC = [file for file in SOURCES if not file.name.startswith("_")]
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 EDGES = ("cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
          "simulation")  # fmt: skip
-CHECKS = ("assert", "check", "fail", "raises", "warns")
+CHECKS = ("assert", "check", "fail", "raises", "require", "warns")
 
 
 def name_of(file: Path) -> str:
