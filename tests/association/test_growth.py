@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from oracles.sequences import every_sequence
 from oracles.windows import Windows
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import kalman
 
+from oracles import kalman
 from trackweave.filters import _kernels as kernels
 from trackweave.filters.kalman import predicted, transition
 

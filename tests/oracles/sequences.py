@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from oracles import kalman
 
+from oracles import kalman
 from trackweave.models._kernels import is_covered
 from trackweave.models.sensors import Sensor
 

@@ -1,8 +1,8 @@
 """Small random windows, as the tree and as the oracle see them."""
 
 import numpy as np
-from oracles.sequences import Known, Look, Rules
 
+from oracles.sequences import Known, Look, Rules
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
 from trackweave.association.window_rule import scan_input, window_rule
 from trackweave.domain.scans import Scan
@@ -49,9 +49,7 @@ class Windows:
     def _known(self, rng):
         root = rng.normal(size=(2 * self.dim, 2 * self.dim + 1))
         root *= np.repeat([8.0, 3.0], self.dim)[:, None]
-        mean = np.concatenate(
-            [rng.normal(size=self.dim) * 20.0, rng.normal(size=self.dim) * 5.0]
-        )
+        mean = np.concatenate([rng.normal(size=self.dim) * 20.0, rng.normal(size=self.dim) * 5.0])
         return Known(mean, root @ root.T, self.times[0] - 1.0)
 
     def _look(self, rng, time):
@@ -64,9 +62,7 @@ class Windows:
         last = getattr(self, "_last", None)
         self._last = time
         waited = 0.0 if last is None else time - last
-        return Look(
-            time, sensor, positions, sigmas, self.log_density, -np.log(SURVIVAL) * waited
-        )
+        return Look(time, sensor, positions, sigmas, self.log_density, -np.log(SURVIVAL) * waited)
 
     def inputs(self):
         """Return what ``grow`` takes of each look, and which report each slot is."""

@@ -55,3 +55,13 @@ def covered_share(mean: FloatArray, covariance: FloatArray, coverage: Coverage) 
     if is_covered(mean[0], mean[1], coverage):
         share += 0.2
     return share
+
+
+@jit
+def thin_covered(
+    density: FloatArray, position: FloatArray, coverage: Coverage, factor: float
+) -> None:
+    """Multiply in place the density at each position in the field of view by a factor."""
+    for row in range(position.shape[0]):
+        if is_covered(position[row, 0], position[row, 1], coverage):
+            density[row] *= factor

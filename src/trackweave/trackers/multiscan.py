@@ -8,8 +8,10 @@ from typing import Literal
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._growth import ScanInput
 from trackweave.association.beliefs import believe
 from trackweave.association.problem import Answer, Certificate, Status
+from trackweave.association.rewind import rewound
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
 from trackweave.association.window_rule import scan_input, window_rule
 from trackweave.domain.scans import Scan
@@ -97,9 +99,11 @@ class MultiScanTracker:
         if initial is None or self._priors is not None:
             initial = new
         self._undetected = Undetected(initial, new, motion.max_speed, self._period)
+        self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)
         self._tree: AssociationTree | None = None
         self._beginning: Beginning | None = None
+        self._ahead: list[ScanInput] = []
         self._prices: FloatArray = np.empty(0)
         self._last: Hypothesis | None = None
         self._next_report = 0
@@ -183,7 +187,8 @@ class MultiScanTracker:
             raise InvalidInputError(f"scan of {dim} dimensions; expected {expected or '2 or 3'}")
         report = scan.report.copy()
         unnumbered = np.flatnonzero(report < 0)
-        report[unnumbered] = self._next_report + np.arange(unnumbered.shape[0])
+        first = max(self._next_report, int(report.max(initial=-1)) + 1)
+        report[unnumbered] = first + np.arange(unnumbered.shape[0])
         if np.unique(np.concatenate([report, self._open.reports()])).shape[0] < (
             report.shape[0] + self._open.n_slots
         ):
@@ -225,34 +230,45 @@ class MultiScanTracker:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
         tree = self._tree or self._begin(scan.measurement.shape[1])
         same = self._open.find(scan.sensor, scan.time)
-        if scan.time >= self._open.last_time and same is None:
+        last = self._open.last_time
+        if scan.time >= last and same is None:
             self._open.insert(self._opened(scan))
-            newest = self._open.scans[-1]
+            newest = self._looked(len(self._open.scans) - 1, last, self._undetected)
             tree.grow(newest.data, newest.log_density)
             self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
             return tree
         if same is not None:
             scan = _merged(self._open.remove(same), scan)
         self._open.insert(self._opened(scan))
-        tree = self._planted()
-        for known in self._open.scans:
+        return self._grown_anew()
+
+    def _grown_anew(self) -> AssociationTree:
+        """Return the tree grown by the window's scans as if they had come in order."""
+        assert self._beginning is not None
+        self._beginning, self._ahead = rewound(self._beginning, self._ahead, self._rule), []
+        self._undetected = self._undetected_before.copy()
+        tree, last = self._planted(), self._open.fixed_until
+        for place in range(len(self._open.scans)):
+            known = self._looked(place, last, self._undetected)
             tree.grow(known.data, known.log_density)
+            last = known.data.time
         self._prices = np.zeros(self._open.n_slots)
         return tree
 
     def _opened(self, scan: Scan) -> OpenScan:
-        """Return a scan as the tree grows by it, and let the undetected objects be thinned."""
-        sensor = self._sensors[scan.sensor]
-        last = self._open.last_time
-        interval = max(0.0, scan.time - last) if np.isfinite(last) else 0.0
-        data, order = scan_input(
-            scan, sensor, -np.log(self._lifecycle.survival) * min(interval / self._period, 1e6)
-        )
-        if interval > 0:
-            self._undetected.wait(scan.time, interval)
-        density = self._undetected.log_density(data.position, scan.time)
-        self._undetected.scanned(sensor.detection_probability)
-        return OpenScan(scan.sensor, data, scan.report[order], density)
+        """Return a scan of the window before it is known what came before it."""
+        data, order = scan_input(scan, self._sensors[scan.sensor], 0.0)
+        return OpenScan(scan.sensor, data, scan.report[order], np.zeros(len(scan)))
+
+    def _looked(self, place: int, last: float, undetected: Undetected) -> OpenScan:
+        """Return a scan of the window, ready to grow by; ``last`` is the time of the one before."""
+        known = self._open.scans[place]
+        waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
+        living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)
+        data = known.data._replace(survival_cost=float(living))
+        density = undetected.look(data, waited)
+        self._open.scans[place] = replace(known, data=data, log_density=density)
+        return self._open.scans[place]
 
     def _slide(self, scan: Scan) -> Assignments:
         """Fix what leaves the window before a scan comes in; return its assignments."""
@@ -264,10 +280,15 @@ class MultiScanTracker:
         n_fixed = sum(known.report.shape[0] for known in self._open.scans[:count])
         final = self._assignments(self._open.reports()[:n_fixed])
         for lost in self._ledger.fix(self._tree, self._chosen(self._tree), n_fixed):
-            self._undetected.lose(lost.position, lost.spread, lost.time)
+            for undetected in (self._undetected, self._undetected_before):
+                undetected.lose(lost.position, lost.spread, lost.time, self._open.last_time)
+        last = self._open.fixed_until
+        for place in range(count):
+            last = self._looked(place, last, self._undetected_before).data.time
         self._open.close(count)
         self._prices = self._prices[n_fixed:]
         self._beginning = self._roots(self._tree)
+        self._ahead = [known.data for known in self._open.scans]
         return final
 
     def _assignments(self, report: IntArray) -> Assignments:
@@ -280,17 +301,11 @@ class MultiScanTracker:
         )
 
     def _roots(self, tree: AssociationTree) -> Beginning:
-        """Return the states of the tracks as they enter the window."""
+        """Return the tracks that enter the window, with what its scans add if they miss all."""
         nodes = tree.nodes
         rows = np.flatnonzero(
             (nodes.parent[: tree.n_nodes] < 0) & (nodes.report[: tree.n_nodes] < 0)
         )
-        # The misses of the window's scans will be counted again when the tree is grown anew.
-        open_instants = len({scan.data.time for scan in self._open.scans})
-        misses = np.maximum(nodes.misses[rows] - open_instants, 0.0)
-        missed = nodes.misses[rows]
-        finite = np.where(np.isfinite(nodes.tail[rows]), nodes.tail[rows], 0.0)
-        tail = finite * np.divide(misses, missed, out=np.zeros_like(misses), where=missed > 0)
         return Beginning(
             track=tree.track[nodes.family[rows]],
             time=nodes.time[rows].copy(),
@@ -298,8 +313,8 @@ class MultiScanTracker:
             covariance=nodes.covariance[rows].copy(),
             hits=nodes.hits[rows].copy(),
             chances=nodes.chances[rows].copy(),
-            tail=tail,
-            misses=misses,
+            tail=nodes.tail[rows].copy(),
+            misses=nodes.misses[rows].copy(),
         )
 
     def _remember(self, tree: AssociationTree, answer: Answer) -> None:

@@ -1,50 +1,101 @@
 """Where objects may be that no track follows."""
 
+import copy
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association._growth import ScanInput
+from trackweave.models._kernels import thin_covered
+from trackweave.models.coverage import Coverage
 
 __all__ = ["Undetected"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lost:
-    """An object whose track ended: somewhere around its last place."""
+    """An object whose track ended: somewhere around its last place; known since a time."""
 
     position: FloatArray
     radius: float
     time: float
+    since: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    """A scan: what was new before it, what share of it all it left, and where it looked."""
+
+    new: float
+    left: float
+    coverage: Coverage
 
 
 class Undetected:
     """The expected density of objects that exist and are not tracked.
 
-    A uniform part is fed by new objects and thinned by every scan, because what is detected
-    begins a track. Around the last place of a track that ended, the chance that its object was
-    only lost is spread evenly over the ball that it can have reached since: so a lost object is
-    taken up again sooner than an unknown one.
+    A first part is fed by new objects everywhere and thinned by every scan where it looked,
+    because what is detected begins a track. Around the last place of a track that ended, the
+    chance that its object was only lost is spread evenly over the ball that it can have reached
+    since: so a lost object is taken up again sooner than an unknown one.
     """
 
     LOST_CHANCE = 0.5
     """How probable it is that an ended track's object lives on unseen."""
     LOST_PERIODS = 12
     """For how many scan periods it is looked for."""
+    MAX_LOOKS = 64
+    """How many scans are told apart by where they looked; what is older counts as everywhere."""
 
     def __init__(self, initial: float, new: float, max_speed: float, period: float) -> None:
         self._uniform = initial
         self._new = new
         self._max_speed = max_speed
         self._period = period
+        self._came = 0.0
+        self._looks: list[_Look] = []
         self._lost: list[_Lost] = []
+
+    def copy(self) -> Self:
+        """Return an independent copy."""
+        other = copy.copy(self)
+        other._looks, other._lost = self._looks.copy(), self._lost.copy()
+        return other
+
+    def look(self, scan: ScanInput, interval: float) -> FloatArray:
+        """Return the log density at a scan's reports, and take out what the scan detects.
+
+        Parameters
+        ----------
+        scan
+            The scan.
+        interval
+            Seconds since the scan before, 0 for one of the same instant.
+
+        Returns
+        -------
+        Log density at each report's place, shape (reports,) [m⁻² or m⁻³].
+        """
+        if interval > 0:
+            self.wait(scan.time, interval)
+        density = self.log_density(scan.position, scan.time)
+        self.scanned(scan.detection_probability, scan.coverage)
+        return density
 
     def log_density(self, position: FloatArray, time: float) -> FloatArray:
         """Return the log density at each position, shape (positions,) [m⁻² or m⁻³]."""
         dim = position.shape[1]
         density = np.full(position.shape[0], self._uniform)
+        for look in self._looks:
+            density += look.new
+            thin_covered(density, position, look.coverage, look.left)
+        density += self._came
         for lost in self._lost:
+            if lost.since >= time:
+                continue
             radius = lost.radius + self._max_speed * max(0.0, time - lost.time)
             volume = math.pi * radius**2 if dim == 2 else 4.0 / 3.0 * math.pi * radius**3
             near = np.sum((position - lost.position) ** 2, axis=1) <= radius**2
@@ -52,16 +103,26 @@ class Undetected:
         logarithm: FloatArray = np.log(np.maximum(density, 1e-300))
         return logarithm
 
-    def scanned(self, detection_probability: float) -> None:
+    def scanned(self, detection_probability: float, coverage: Coverage) -> None:
         """Take out what a scan has detected."""
-        self._uniform *= 1.0 - detection_probability
+        self._looks.append(_Look(self._came, 1.0 - detection_probability, coverage))
+        self._came = 0.0
+        # As long as all scans look everywhere, one number says it all.
+        while self._looks and (
+            self._looks[0].coverage.everywhere or len(self._looks) > self.MAX_LOOKS
+        ):
+            oldest = self._looks.pop(0)
+            self._uniform = (self._uniform + oldest.new) * oldest.left
 
     def wait(self, time: float, interval: float) -> None:
-        """Let new objects come during an interval [s] up to a time; forget the long lost."""
-        self._uniform += self._new * min(interval / self._period, 1e3)
+        """Let new objects come during an interval [s] that ends at a time; forget the long lost."""
+        self._came += self._new * min(interval / self._period, 1e3)
         horizon = self.LOST_PERIODS * self._period
         self._lost = [lost for lost in self._lost if time - lost.time <= horizon]
 
-    def lose(self, position: FloatArray, radius: float, time: float) -> None:
-        """Begin to look for an object last seen at a place and time, within a radius [m]."""
-        self._lost.append(_Lost(position.copy(), radius, time))
+    def lose(self, position: FloatArray, radius: float, time: float, since: float) -> None:
+        """Begin to look for an object last seen at a place and time, within a radius [m].
+
+        Scans up to ``since`` [s] are not affected.
+        """
+        self._lost.append(_Lost(position.copy(), radius, time, since))
