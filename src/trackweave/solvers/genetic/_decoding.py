@@ -103,8 +103,10 @@ def append(component: Component, lookup: Lookup, node: int, leaf: int, depth: in
 def precede(component: Component, lookup: Lookup, root: int, twin: int, leaf: int) -> int:
     """Return the node for the root's item and then the leaf's, -1 where there is none.
 
-    ``twin`` stands for the root's item and the leaf's first.
+    ``twin`` stands for the root's item and the leaf's first. All must be of one instant.
     """
+    if lookup.instant[component.item[leaf]] != lookup.instant[component.item[root]]:
+        return -1
     depth, climb = 0, component.parent[leaf]
     while climb >= 0:
         climb = component.parent[climb]
