@@ -75,6 +75,12 @@ def add_arguments(parser: argparse.ArgumentParser, seeds: int = 5) -> None:
     parser.add_argument("--bench", type=Path, default=BESIDE / "bench", help="folder of the bench")
     parser.add_argument("--cache", type=Path, default=CACHE, help="folder for what is made")
     parser.add_argument("--seeds", type=int, default=seeds, help="scenes of each size")
+    parser.add_argument("--first", type=int, default=1, help="number of the first scene, 1 and up")
+
+
+def repeats(arguments: argparse.Namespace) -> range:
+    """Return the numbers of the scenes to run."""
+    return range(arguments.first, arguments.first + arguments.seeds)
 
 
 def bench_of(arguments: argparse.Namespace) -> Bench:

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from bench_data import add_arguments, bench_of
+from bench_data import add_arguments, bench_of, repeats
 from runs import CONFIGURATION, KEYS, mean_of, measured
 from text_tables import heading, table
 
@@ -24,7 +24,7 @@ def main() -> None:
                         bench, bench.scene(targets, 1, repeat), arguments.config, priors=priors,
                         changes={"output": {"estimate": estimate}},
                     )
-                    for repeat in range(1, arguments.seeds + 1)
+                    for repeat in repeats(arguments)
                 ]  # fmt: skip
                 cpu = sum(float(run["cpu"].mean()) for run in runs) / len(runs)
                 start = "priors" if priors else "none"

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from bench_data import add_arguments, bench_of
+from bench_data import add_arguments, bench_of, repeats
 from runs import CONFIGURATION, cpu_by_instant, tracked
 from text_tables import heading, table
 
@@ -24,7 +24,7 @@ def main() -> None:
     for targets in arguments.targets:
         for depth in arguments.depths:
             cpu, reports = [], []
-            for repeat in range(1, arguments.seeds + 1):
+            for repeat in repeats(arguments):
                 scene = bench.scene(targets, 1, repeat)
                 changes = {"window": {"depth": depth}}
                 result = tracked(scene, arguments.config, priors=True, changes=changes)

@@ -19,7 +19,7 @@ import time
 from typing import Any
 
 import numpy as np
-from bench_data import Bench, Scene, add_arguments, bench_of
+from bench_data import Bench, Scene, add_arguments, bench_of, repeats
 from text_tables import heading, table
 
 METHODS = ("JPDA", "GNN")
@@ -37,7 +37,7 @@ def main() -> None:
     kept = arguments.cache / "peers.json"
     results: dict[str, Any] = json.loads(kept.read_text()) if kept.exists() else {}
     for targets in arguments.targets:
-        for repeat in range(1, arguments.seeds + 1):
+        for repeat in repeats(arguments):
             for method in METHODS:
                 key = f"{method} T{targets} r{repeat}"
                 if key in results and not arguments.again:
@@ -61,7 +61,7 @@ def per_seed(results: dict[str, Any], arguments: argparse.Namespace) -> str:
     rows = []
     for targets in arguments.targets:
         cells = []
-        for repeat in range(1, arguments.seeds + 1):
+        for repeat in repeats(arguments):
             found = [results[f"{method} T{targets} r{repeat}"] for method in METHODS]
             cells.append([float(result[name]) for result in found for name in names])
             rows.append([f"T{targets} r{repeat}", *cells[-1]])
