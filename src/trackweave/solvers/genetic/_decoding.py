@@ -115,35 +115,20 @@ def precede(component: Component, lookup: Lookup, root: int, twin: int, leaf: in
 
 
 @jit
-def cheapest_place(
-    component: Component, lookup: Lookup, item: int, current: IntArray
-) -> tuple[int, int]:
+def cheapest_place(component: Component, lookup: Lookup, item: int, current: IntArray) -> int:
     """Return the node that the cheapest assignment of an item leads to, -1 where none is allowed.
 
     The choice is between every growing sequence and a new one. Nodes that go back in time or
-    take two reports of one scan do not exist, which is what a prohibitive cost comes to. The
-    second number is the family whose sequence goes over to the node's own, because the item now
-    stands before its first; -1 where none does.
+    take two reports of one scan do not exist, which is what a prohibitive cost comes to.
     """
-    best, ceded, best_cost = -1, -1, math.inf
+    best, best_cost = -1, math.inf
     for entry in range(lookup.item_start[item], lookup.item_start[item + 1]):
         node = lookup.by_item[entry]
         leaf = current[component.family[node]]
         above = component.parent[node]
         if above < 0:
-            if leaf >= 0:
-                continue
-            grown, cost = node, lookup.cost[node]
-            for place in range(lookup.twin_start[node], lookup.twin_start[node + 1]):
-                twin = lookup.twin[place]
-                other = lookup.root_of[component.item[twin]]
-                end = current[component.family[other]] if other >= 0 else -1
-                joint = precede(component, lookup, node, twin, end) if end >= 0 else -1
-                if joint >= 0:
-                    joint_cost = lookup.cost[joint] - lookup.cost[end]
-                    if joint_cost < cost and joint_cost < best_cost:
-                        best, ceded = joint, component.family[other]
-                        best_cost = joint_cost
+            grown = node if leaf < 0 else -1
+            cost = lookup.cost[node]
         elif leaf == above:
             grown = node
             cost = lookup.cost[node] - lookup.cost[above]
@@ -153,7 +138,35 @@ def cheapest_place(
         else:
             continue
         if grown >= 0 and cost < best_cost:
-            best, ceded, best_cost = grown, -1, cost
+            best, best_cost = grown, cost
+    return best
+
+
+@jit
+def cheaper_before(
+    component: Component, lookup: Lookup, item: int, current: IntArray, place: int
+) -> tuple[int, int]:
+    """Return where it costs less than at ``place`` to stand before another sequence's first item.
+
+    The node, and the family whose sequence goes over to the node's own; -1 and -1 where no such
+    place is cheaper.
+    """
+    best, ceded, best_cost = -1, -1, math.inf
+    if place >= 0:
+        leaf = current[component.family[place]]
+        best_cost = lookup.cost[place] - (lookup.cost[leaf] if leaf >= 0 else 0.0)
+    for entry in range(lookup.item_start[item], lookup.item_start[item + 1]):
+        root = lookup.by_item[entry]
+        if component.parent[root] >= 0 or current[component.family[root]] >= 0:
+            continue
+        for index in range(lookup.twin_start[root], lookup.twin_start[root + 1]):
+            twin = lookup.twin[index]
+            other = lookup.root_of[component.item[twin]]
+            leaf = current[component.family[other]] if other >= 0 else -1
+            joint = precede(component, lookup, root, twin, leaf) if leaf >= 0 else -1
+            if joint >= 0 and lookup.cost[joint] - lookup.cost[leaf] < best_cost:
+                best, ceded = joint, component.family[other]
+                best_cost = lookup.cost[joint] - lookup.cost[leaf]
     return best, ceded
 
 
@@ -186,21 +199,26 @@ def decode_permutation(
     Only what differs from the last permutation is decoded: the trail is taken back to the end of
     the common beginning.
     """
+    has_twins = lookup.twin.shape[0] > 0
     shared = 0
     while shared < trail.length[0] and genes[shared] == trail.genes[shared]:
         shared += 1
     for place in range(trail.length[0] - 1, shared - 1, -1):
         if trail.family[place] >= 0:
             trail.current[trail.family[place]] = trail.before[place]
-        if trail.ceded[place] >= 0:
+        if has_twins and trail.ceded[place] >= 0:
             trail.current[trail.ceded[place]] = trail.ceded_node[place]
     for place in range(shared, genes.shape[0]):
-        node, ceded = cheapest_place(component, lookup, genes[place], trail.current)
+        node = cheapest_place(component, lookup, genes[place], trail.current)
         trail.genes[place] = genes[place]
-        trail.family[place], trail.ceded[place] = -1, ceded
-        if ceded >= 0:
-            trail.ceded_node[place] = trail.current[ceded]
-            trail.current[ceded] = -1
+        trail.family[place] = -1
+        if has_twins:
+            before, ceded = cheaper_before(component, lookup, genes[place], trail.current, node)
+            trail.ceded[place] = ceded
+            if ceded >= 0:
+                node = before
+                trail.ceded_node[place] = trail.current[ceded]
+                trail.current[ceded] = -1
         if node >= 0:
             family = component.family[node]
             trail.family[place] = family
