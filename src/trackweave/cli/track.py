@@ -101,7 +101,7 @@ def summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
     totals, timing = record["totals"], record["timing"]
     return {
         **totals,
-        "cpu_ms_per_scan": timing["cpu_ms"] / max(totals["scans"], 1),
+        "cpu_ms_per_scan": timing["median_cpu_ms"],
         "time_s": timing["wall_ms"] / 1e3,
         "seed": record["seed"],
         "out": str(out),

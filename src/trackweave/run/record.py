@@ -71,6 +71,8 @@ def record_of(
         "timing": {
             "cpu_ms": round(cpu, 3),
             "wall_ms": round(wall, 3),
+            # The median, because the first scan of a fresh installation compiles.
+            "median_cpu_ms": float(np.median([scan["cpu_ms"] for scan in log.timing])),
             "scans": log.timing,
         },
     }
