@@ -7,7 +7,7 @@ from oracles.assignment import least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Dual, Hint
-from trackweave.solvers._dual import ascend, enumerate_open
+from trackweave.solvers._dual import ascend, begin_ascent, enumerate_open
 from trackweave.solvers.components import Components
 
 N_PROBLEMS = 250
@@ -61,7 +61,9 @@ def test_enumeration_out_of_visits_claims_nothing() -> None:
     components = Components.of(TRIANGLE, None)
     component, price = components.component(0), components.price.copy()
     selection = components.taken.copy()
-    upper, lower, _ = ascend(component, price, selection, 5, 1e-9)
+    ascent = begin_ascent(price)
+    ascend(component, price, selection, ascent, 5, 5, 1e-9)
+    upper, lower = ascent.value[:2]
     cost, complete, visits = enumerate_open(component, price, selection, upper, 1)
     assert (complete, visits) == (False, 2)
     assert cost == upper > lower
@@ -110,6 +112,40 @@ def test_a_stop_is_asked_for_between_components(rng) -> None:
 
     assert Dual()(chains, rng=rng, stop=stop).cost == -3000.0
     assert len(asked) == 2
+
+
+def large() -> AssignmentProblem:
+    source = np.random.default_rng(5)
+    rows = source.integers(1, 25, (1500, 4))
+    return AssignmentProblem.from_tuples(rows, source.normal(-5.0, 1.0, 1500))
+
+
+def test_a_large_component_is_bounded_the_same_with_looks_at_the_clock(rng) -> None:
+    problem = large()
+    asked: list[int] = []
+    blind = Dual()(problem, rng=rng)
+    looking = Dual()(problem, rng=rng, stop=lambda: bool(asked.append(1)))
+    assert problem.n_nodes > 2000
+    assert len(asked) > 1
+    assert looking.certificate == blind.certificate
+    assert looking.nodes.tolist() == blind.nodes.tolist()
+    assert looking.evaluations == blind.evaluations
+
+
+def test_a_stop_is_seen_inside_a_large_component(rng) -> None:
+    answers = []
+    for patience in (1, 2, 100):
+        asked: list[int] = []
+
+        def stop(asked: list[int] = asked, patience: int = patience) -> bool:
+            asked.append(1)
+            return len(asked) > patience
+
+        answers.append(Dual(iterations=1000, visits=0)(large(), rng=rng, stop=stop))
+    first, second, third = answers
+    assert first.stop_reason == second.stop_reason == "stopped"
+    assert first.evaluations < second.evaluations < third.evaluations
+    assert first.lower_bound <= second.lower_bound <= third.lower_bound
 
 
 @pytest.mark.parametrize("wrong", [{"iterations": 0}, {"visits": -1}])

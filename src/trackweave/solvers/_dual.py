@@ -59,19 +59,42 @@ def choose(component: Component, reduced: FloatArray, choice: IntArray, best: Fl
             choice[family] = node
 
 
+class Ascent(NamedTuple):
+    """Where the climb of a component's bound stands.
+
+    ``current`` are the prices of the next bound; ``value`` holds the cost of the selection, the
+    bound and the factor of the step; ``iteration`` and ``stalled`` hold how many bounds were
+    computed, in all and since the last rise.
+    """
+
+    current: FloatArray
+    value: FloatArray
+    iteration: IntArray
+    stalled: IntArray
+
+
+@jit
+def begin_ascent(price: FloatArray) -> Ascent:
+    """Return the climb from these prices before its first bound."""
+    value = np.array([math.inf, -math.inf, 1.0])
+    return Ascent(price.copy(), value, np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64))
+
+
 @jit
 def ascend(
     component: Component,
     price: FloatArray,
     selection: IntArray,
+    ascent: Ascent,
+    more: int,
     max_iterations: int,
     tolerance: float,
-) -> tuple[float, float, int]:
+) -> bool:
     """Raise the bound by subgradient steps; write the best prices and the best selection.
 
     The step is Polyak's, with the best known cost as the target; its factor is halved when the
-    bound has not risen for a while. Returns the cost of the selection, the bound, and how many
-    bounds it computed.
+    bound has not risen for a while. Takes up to so many more steps, up to the greatest number in
+    all, and returns whether the climb is over.
     """
     n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
     priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
@@ -79,10 +102,10 @@ def ascend(
     trial = np.empty(n_families, dtype=np.int64)
     owner = np.empty(component.n_items, dtype=np.int64)
     count = np.empty(component.n_items)
-    current = price.copy()
-    upper, lower = math.inf, -math.inf
-    factor, stalled, iteration = 1.0, 0, 0
-    for iteration in range(max_iterations):
+    current, stalled, over = ascent.current, ascent.stalled[0], False
+    upper, lower, factor = ascent.value[0], ascent.value[1], ascent.value[2]
+    last = min(ascent.iteration[0] + more, max_iterations)
+    for iteration in range(ascent.iteration[0], last):
         price_nodes(component, current, priced, reduced)
         choose(component, reduced, choice, best)
         bound = 0.0
@@ -114,20 +137,25 @@ def ascend(
             if cost < upper:
                 upper = cost
                 selection[:] = trial
+        ascent.iteration[0] = iteration + 1
         if upper - lower <= tolerance or norm == 0.0:
+            over = True
             break
         if stalled >= 5:
             factor *= 0.5
             stalled = 0
             current[:] = price
-            if factor < 1e-3:
+            over = factor < 1e-3
+            if over:
                 break
             continue
         step = factor * (upper - bound) / norm if upper < math.inf else 1.0
         for item in range(component.n_items):
             if count[item] > 0.0 or current[item] > 0.0:
                 current[item] = max(0.0, current[item] + step * count[item])
-    return upper, lower, iteration + 1
+    ascent.stalled[0] = stalled
+    ascent.value[0], ascent.value[1], ascent.value[2] = upper, lower, factor
+    return over or ascent.iteration[0] >= max_iterations
 
 
 @jit
@@ -253,10 +281,11 @@ def solve_components(
         f0, f1 = parts.family_start[index], parts.family_start[index + 1]
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
         selection = taken[f0:f1]
-        upper, bound, tried = ascend(
-            component, own_price, selection, budget.iterations, budget.tolerance
-        )
-        evaluations += tried
+        ascent = begin_ascent(own_price)
+        n = budget.iterations
+        ascend(component, own_price, selection, ascent, n, n, budget.tolerance)
+        upper, bound = ascent.value[0], ascent.value[1]
+        evaluations += ascent.iteration[0]
         if upper - bound > budget.tolerance and budget.visits > 0:
             upper, complete, tried = enumerate_open(
                 component, own_price, selection, upper, budget.visits

@@ -6,12 +6,25 @@ import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers._dual import DualBudget, solve_components
+from trackweave.solvers._dual import (
+    DualBudget,
+    ascend,
+    begin_ascent,
+    enumerate_open,
+    solve_components,
+)
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.reduction import Reduction
 
 __all__ = ["Dual"]
+
+SLICE_NODES = 2_000
+"""Sequences of components that are bounded between two looks at the clock."""
+SLICE_WORK = 200_000
+"""Sequences priced between two looks at the clock, in a component that is larger."""
+TOLERANCE = 1e-9
+"""A gap below this is rounding [nats]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +103,41 @@ class Dual:
         starts = components.parts.node_start
         while first < len(components):
             # A slice of components worth a few milliseconds, so that a stop is seen in time.
-            last = int(np.searchsorted(starts, starts[first] + 2000, side="right")) - 1
+            last = int(np.searchsorted(starts, starts[first] + SLICE_NODES, side="right")) - 1
             last = min(max(last, first + 1), len(components))
             stopped = stopped or (stop is not None and stop())
-            effort = (1, 0) if stopped else (self.iterations, self.visits)
-            budget = DualBudget(*effort, tolerance=1e-9)
-            evaluations += solve_components(
-                components.parts, first, last, components.price, components.taken,
-                components.cost, components.lower, budget,
-            )  # fmt: skip
+            if stop is not None and not stopped and starts[last] - starts[first] > SLICE_NODES:
+                done, stopped = self._bound_large(components, first, stop)
+                evaluations += done
+            else:
+                effort = (1, 0) if stopped else (self.iterations, self.visits)
+                evaluations += solve_components(
+                    components.parts, first, last, components.price, components.taken,
+                    components.cost, components.lower, DualBudget(*effort, TOLERANCE),
+                )  # fmt: skip
             first = last
+        return evaluations, stopped
+
+    def _bound_large(self, components: Components, index: int, stop: Stop) -> tuple[int, bool]:
+        """Bound and answer a component that takes long, as ``solve_components`` would."""
+        component = components.component(index)
+        price = components.price[components.items(index)]
+        selection = components.taken[components.families(index)]
+        ascent = begin_ascent(price)
+        more = max(1, SLICE_WORK // component.parent.shape[0])
+        over = stopped = False
+        while not over and not stopped:
+            over = ascend(
+                component, price, selection, ascent, more, self.iterations, TOLERANCE
+            )  # fmt: skip
+            stopped = stop()
+        upper, lower = float(ascent.value[0]), float(ascent.value[1])
+        evaluations = int(ascent.iteration[0])
+        if upper - lower > TOLERANCE and self.visits > 0 and not stopped:
+            upper, complete, tried = enumerate_open(
+                component, price, selection, upper, self.visits
+            )  # fmt: skip
+            evaluations += tried
+            lower = upper if complete else lower
+        components.cost[index], components.lower[index] = upper, min(lower, upper)
         return evaluations, stopped
