@@ -183,8 +183,11 @@ def average_states(
     mean_out[:] = 0.0
     covariance_out[:] = 0.0
     moved = np.empty(size)
+    largest, kept = np.zeros(n_families), np.zeros(n_families)
     for node in range(n_nodes):
-        existence_out[nodes.family[node]] += weight[node]
+        family = nodes.family[node]
+        existence_out[family] += weight[node]
+        largest[family] = max(largest[family], weight[node])
     for node in range(n_nodes):
         family = nodes.family[node]
         share = weight[node] / existence_out[family] if existence_out[family] > 0.0 else 0.0
@@ -196,9 +199,10 @@ def average_states(
     predicted = np.empty((size, size))
     for node in range(n_nodes):
         family = nodes.family[node]
-        share = weight[node] / existence_out[family] if existence_out[family] > 0.0 else 0.0
-        # Sequences of less than a ten-thousandth cannot be seen in the covariance.
-        if share > 1e-4:
+        # Sequences of less than a ten-thousandth of the best cannot be seen in the covariance.
+        share = weight[node] if weight[node] > 1e-4 * largest[family] else 0.0
+        if share > 0.0:
+            kept[family] += share
             predict(
                 nodes.mean[node], nodes.covariance[node], time - nodes.time[node], process_noise,
                 moved, predicted,
@@ -214,3 +218,5 @@ def average_states(
         if existence_out[family] <= 0.0:
             mean_out[family, :] = math.nan
             covariance_out[family, :, :] = math.nan
+        else:
+            covariance_out[family, :, :] /= kept[family]

@@ -322,6 +322,14 @@ def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
 
 
 @jit
+def raise_ancestors(parent: IntArray, value: FloatArray) -> None:
+    """Give every ancestor at most the value of its descendants, in place."""
+    for node in range(parent.shape[0] - 1, -1, -1):
+        if parent[node] >= 0:
+            value[parent[node]] = min(value[parent[node]], value[node])
+
+
+@jit
 def keep_below(nodes: Nodes, n_nodes: int, root: IntArray, n_fixed: int) -> np.ndarray:
     """Mark what goes on when the slots below ``n_fixed`` are fixed.
 

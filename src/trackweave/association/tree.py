@@ -19,6 +19,7 @@ from trackweave.association._growth import (
     keep_ancestors,
     keep_below,
     propose,
+    raise_ancestors,
     rank_bounds,
 )
 from trackweave.association.problem import AssignmentProblem
@@ -44,7 +45,7 @@ class GrowthLimits:
     new_ceiling
         How far above the price of its first report such a sequence's rank may lie [nats].
     max_nodes
-        Greatest number of sequences in all; the worst ranked give way.
+        Greatest number of sequences in all; the worst ranked give way, never a beginning.
 
     Raises
     ------
@@ -111,7 +112,7 @@ class AssociationTree:
         self.start_cost = np.empty(0)
         """What each family's first report cost if it began in the window, at least 0 [nats]."""
         self.n_pruned = 0
-        """Sequences left out so far, over which a bound on the tree says nothing."""
+        """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
     @property
     def n_families(self) -> int:
@@ -157,13 +158,14 @@ class AssociationTree:
         ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
         grown = candidates.cost + priced[candidates.node]
         bound = self._bounds(family, np.concatenate([ended, grown]))
-        chosen = np.flatnonzero(grown <= bound[family[n_old:]])
-        room = max(0, self.limits.max_nodes - n_old - n_new)
-        if chosen.shape[0] > room:
-            excess = grown[chosen] - bound[family[n_old:][chosen]]
-            chosen = np.sort(chosen[np.argsort(excess, kind="stable")[:room]])
-        self.n_pruned += grown.shape[0] - chosen.shape[0]
-        within = ended <= bound[family[:n_old]]
+        excess = np.concatenate([ended, grown]) - bound[family]
+        excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
+        parent = np.concatenate([nodes.parent[:n_old], candidates.node])
+        kept = _kept(parent, excess, max(0, self.limits.max_nodes - n_new))
+        chosen = np.flatnonzero(kept[n_old:])
+        stopped = np.isfinite(missed.tail) & (alive > bound[family[:n_old]])
+        self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
+        self.n_pruned += int(np.count_nonzero(stopped & kept[:n_old]))
         nodes.tail[:n_old] = np.where(alive <= bound[family[:n_old]], missed.tail, np.inf)
         nodes.misses[:n_old] = missed.misses
         nodes.counted[:n_old] = missed.counted
@@ -172,8 +174,7 @@ class AssociationTree:
         self.n_nodes += chosen.shape[0]
         self._append_roots(scan, log_density)
         keep = np.ones(self.n_nodes, dtype=np.bool_)
-        keep[:n_old] = within | (self.nodes.parent[:n_old] < 0)
-        keep_ancestors(self.nodes.parent, self.n_nodes, keep)
+        keep[:n_old] = kept[:n_old]
         self._compact(keep)
 
     def totals(self) -> FloatArray:
@@ -307,6 +308,21 @@ class AssociationTree:
         parent = self.nodes.parent[: rows.shape[0]]
         parent[parent >= 0] = number[parent[parent >= 0]]
         self.n_nodes = rows.shape[0]
+
+
+def _kept(parent: IntArray, excess: FloatArray, room: int) -> NDArray[np.bool_]:
+    """Return which sequences stay: without excess, or below such; under a cap the best."""
+    # Beginnings, of excess minus infinity, stay whatever the cap.
+    kept = excess <= 0.0
+    keep_ancestors(parent, parent.shape[0], kept)
+    if np.count_nonzero(kept) > room:
+        worth = excess.copy()
+        raise_ancestors(parent, worth)
+        best = np.argsort(worth, kind="stable")[:room]
+        inside = np.isneginf(excess)
+        inside[best] = True
+        kept &= inside
+    return kept
 
 
 def _allocate(capacity: int, dim: int) -> Nodes:

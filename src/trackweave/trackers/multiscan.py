@@ -261,7 +261,7 @@ class MultiScanTracker:
         return OpenScan(scan.sensor, data, scan.report[order], np.zeros(len(scan)))
 
     def _looked(self, place: int, last: float, undetected: Undetected) -> OpenScan:
-        """Return a scan of the window, ready to grow by; ``last`` is the time of the one before."""
+        """Return a scan of the window, ready to grow by; ``last`` is when the one before was."""
         known = self._open.scans[place]
         waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
         living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)

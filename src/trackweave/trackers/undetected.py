@@ -61,9 +61,7 @@ class Undetected:
 
     def copy(self) -> Self:
         """Return an independent copy."""
-        other = copy.copy(self)
-        other._looks, other._lost = self._looks.copy(), self._lost.copy()
-        return other
+        return copy.deepcopy(self)
 
     def look(self, scan: ScanInput, interval: float) -> FloatArray:
         """Return the log density at a scan's reports, and take out what the scan detects.
@@ -115,7 +113,7 @@ class Undetected:
             self._uniform = (self._uniform + oldest.new) * oldest.left
 
     def wait(self, time: float, interval: float) -> None:
-        """Let new objects come during an interval [s] that ends at a time; forget the long lost."""
+        """Let new objects come in an interval [s] that ends at a time; forget the long lost."""
         self._came += self._new * min(interval / self._period, 1e3)
         horizon = self.LOST_PERIODS * self._period
         self._lost = [lost for lost in self._lost if time - lost.time <= horizon]

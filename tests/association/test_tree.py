@@ -1,0 +1,191 @@
+"""What the tree keeps when it prunes, slides and is cut."""
+
+import numpy as np
+import pytest
+
+from oracles.windows import WIDE, Windows
+from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.errors import InvalidInputError
+
+TIMES = [0.0, 1.0, 1.0, 2.0, 3.0]
+
+
+def sequences(window, tree, offset=0):
+    """Return cost, total, misses and place of each sequence, by the reports that it has."""
+    _, reports = window.inputs()
+    found = {}
+    totals = tree.totals()
+    for node in range(tree.n_nodes):
+        track = int(tree.track[tree.nodes.family[node]])
+        slots, climb = [], node
+        while climb >= 0:
+            if tree.nodes.report[climb] >= 0:
+                slots.append(reports[tree.nodes.report[climb] + offset])
+            climb = int(tree.nodes.parent[climb])
+        key = track, frozenset(slots)
+        assert key not in found
+        found[key] = (
+            tree.nodes.cost[node], totals[node], tree.nodes.misses[node], *tree.nodes.mean[node]
+        )  # fmt: skip
+    return found
+
+
+def assert_same(mine, theirs):
+    assert mine.keys() == theirs.keys()
+    for key, values in mine.items():
+        np.testing.assert_allclose(values, theirs[key], atol=1e-9)
+
+
+def grow(tree, window, inputs):
+    for data in inputs:
+        tree.grow(data, np.full(data.position.shape[0], window.log_density))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_growing_on_after_a_slide_is_growing_anew_from_the_roots(seed):
+    """Two tracks go on from their own best sequences over the first two instants."""
+    window = Windows(seed, n_known=2, times=TIMES)
+    inputs, _ = window.inputs()
+    n_fixed = int(inputs[2].slot[-1]) + 1 if len(inputs[2].slot) else 0
+    n_fixed = max(n_fixed, *(int(d.slot[-1]) + 1 if len(d.slot) else 0 for d in inputs[:3]))
+    tree = AssociationTree(window.dim, window.rule, WIDE)
+    tree.add_tracks(window.beginning())
+    grow(tree, window, inputs[:3])
+    # For each track, the longest sequence that ends in the fixed part.
+    root = np.full(tree.n_families, -1)
+    for node in range(tree.n_nodes):
+        family = tree.nodes.family[node]
+        if tree.track[family] >= 0 and (
+            root[family] < 0 or tree.nodes.hits[node] >= tree.nodes.hits[root[family]]
+        ):
+            root[family] = node
+    grow(tree, window, inputs[3:])
+    anew = AssociationTree(window.dim, window.rule, WIDE)
+    anew.add_tracks(
+        window.beginning().__class__(
+            track=np.array([100, 101]),
+            **{
+                name: getattr(_grown(window, inputs[:3]).nodes, name)[root[root >= 0]].copy()
+                for name in ("time", "mean", "covariance", "hits", "chances", "tail", "misses")
+            },
+        )
+    )
+    shifted = [data._replace(slot=data.slot - n_fixed) for data in inputs[3:]]
+    grow(anew, window, shifted)
+    again = _grown(window, inputs)
+    again.fix(_same_nodes(tree, again, root), again.track, n_fixed)
+    assert_same(sequences(window, again, n_fixed), sequences(window, anew, n_fixed))
+    assert again.nodes.report[: again.n_nodes].max(initial=-1) < sum(
+        len(data.slot) for data in inputs[3:]
+    )
+
+
+def _grown(window, inputs):
+    tree = AssociationTree(window.dim, window.rule, WIDE)
+    tree.add_tracks(window.beginning())
+    grow(tree, window, inputs)
+    return tree
+
+
+def _same_nodes(before, after, root):
+    """Return the nodes of a tree grown further that are nodes of the one before."""
+    found = np.full(after.n_families, -1)
+    for family in np.flatnonzero(root >= 0):
+        path, climb = [], root[family]
+        while climb >= 0:
+            path.append(int(before.nodes.report[climb]))
+            climb = before.nodes.parent[climb]
+        for node in range(after.n_nodes):
+            own, climb = [], node
+            while climb >= 0:
+                own.append(int(after.nodes.report[climb]))
+                climb = after.nodes.parent[climb]
+            if own == path and after.nodes.family[node] == family:
+                found[family] = node
+    assert np.count_nonzero(found >= 0) == np.count_nonzero(root >= 0)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_family_that_begins_later_stays_whole_when_the_past_is_fixed(seed):
+    window = Windows(seed, times=TIMES)
+    inputs, _ = window.inputs()
+    n_fixed = sum(len(data.slot) for data in inputs[:3])
+    tree = _grown(window, inputs)
+    later = {key: value for key, value in sequences(window, tree).items() if min(
+        place for place, _ in key[1]) >= 3}  # fmt: skip
+    tree.fix(np.full(tree.n_families, -1), tree.track, n_fixed)
+    assert_same(sequences(window, tree, n_fixed), later)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_counts_every_sequence_that_it_leaves_out(seed):
+    """What is there and what is counted make up all there is, where nothing grew on it."""
+    window = Windows(seed, n_known=1, times=[0.0, 1.0])
+    whole = window.tree()
+    narrow = window.tree(GrowthLimits(margin=4.0, keep=6, new_margin=2.0, new_keep=2))
+    mine, all_there = sequences(window, narrow), sequences(window, whole)
+    assert mine.keys() <= all_there.keys()
+    n_stopped = 0
+    for key, (cost, total, _, *state) in mine.items():
+        np.testing.assert_allclose([cost, *state], np.delete(all_there[key], [1, 2]), atol=1e-9)
+        assert total >= all_there[key][1] - 1e-9
+        n_stopped += total > all_there[key][1] + 1e-9
+    assert whole.n_pruned == 0
+    # What grew on something left out was never counted; with two scans that is one level.
+    missing = len(all_there) - len(mine)
+    assert n_stopped <= narrow.n_pruned <= missing + len(mine)
+    assert (narrow.n_pruned > 0) == (missing + n_stopped > 0)
+
+
+@pytest.mark.parametrize("cap", [10, 30, 100])
+def test_obeys_its_cap(cap):
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    assert window.tree().n_nodes > 100
+    limits = GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, cap)
+    tree = window.tree(limits)
+    n_beginnings = tree.n_families
+    assert tree.n_nodes <= max(cap, n_beginnings)
+    assert tree.n_pruned > 0
+
+
+def test_the_worst_sequences_give_way_under_a_cap():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    best = window.tree().totals().min()
+    capped = window.tree(GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, 60))
+    assert capped.totals().min() == pytest.approx(best, abs=3.0)
+
+
+def test_grows_beyond_its_first_room():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    assert window.tree().n_nodes > 256
+    assert_same(sequences(window, window.tree()), sequences(window, window.tree()))
+
+
+@pytest.mark.parametrize("name", GrowthLimits.__dataclass_fields__)
+@pytest.mark.parametrize("value", [0, -1, np.nan])
+def test_refuses_limits_that_leave_nothing(name, value):
+    with pytest.raises(InvalidInputError, match=name):
+        GrowthLimits(**{name: value})
+
+
+def test_an_empty_scan_charges_every_sequence_a_miss():
+    window = Windows(3, n_known=1)
+    tree = window.tree()
+    before, tails = tree.n_nodes, tree.nodes.tail[: tree.n_nodes].copy()
+    data = window.inputs()[0][-1]
+    empty = data._replace(
+        time=data.time + 1.0, new_instant=True, position=np.empty((0, 2)),
+        sigma=np.empty((0, 2)), slot=np.empty(0, dtype=np.int64),
+    )  # fmt: skip
+    tree.grow(empty, np.empty(0))
+    assert tree.n_nodes == before
+    charged = empty.survival_cost - np.log(1 - empty.detection_probability)
+    np.testing.assert_allclose(tree.nodes.tail[:before] - tails, charged)
+
+
+def test_a_tree_without_anything_is_a_problem_without_anything():
+    window = Windows(1)
+    tree = AssociationTree(2, window.rule, WIDE)
+    problem = tree.problem(np.empty(0, dtype=np.int64))
+    assert (problem.n_nodes, problem.n_items) == (0, 0)
