@@ -292,11 +292,15 @@ def _search(ledger: _Ledger, configuration: Configuration) -> tuple[Any, float |
     """Return the solver and the deadline [ms]."""
     section = configuration.search
     preset = dict(ledger.preset.get("search", {}))
+    if section.method not in {None, preset.get("method")}:
+        # The preset's options are its own method's.
+        preset = {}
     chosen = section.model_copy(update={**preset, **section.model_dump(exclude_unset=True)})
     solver = make_solver(chosen)
     ledger.choose(("search", "method"), default=DEFAULT_METHOD)
     for option in {**preset, **(section.model_extra or {})}:
-        ledger.choose(("search", option))
+        if option != "method":
+            ledger.choose(("search", option))
     return solver, ledger.choose(("search", "deadline_ms"))
 
 

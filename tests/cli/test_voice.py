@@ -1,0 +1,48 @@
+"""Bars and tables on a terminal, plain lines elsewhere, silence when asked."""
+
+import io
+
+import pytest
+
+from trackweave.cli.edge import Voice
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    screen = Terminal()
+    monkeypatch.setattr("sys.stderr", screen)
+    return screen
+
+
+def test_a_terminal_gets_a_bar_and_a_table(terminal: Terminal) -> None:
+    voice = Voice(quiet=False)
+    with voice.progress("tracking") as advance:
+        assert advance is not None
+        advance(5, 10)
+    voice.table("Result", [("switches", "0")])
+    said = terminal.getvalue()
+    assert "5/10" in said
+    assert "Result" in said
+    assert "switches" in said
+
+
+def test_a_quiet_terminal_gets_nothing(terminal: Terminal) -> None:
+    voice = Voice(quiet=True)
+    with voice.progress("tracking") as advance:
+        assert advance is None
+    voice.table("Result", [("switches", "0")])
+    voice.say("hello")
+    assert terminal.getvalue() == ""
+
+
+def test_a_file_gets_plain_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    voice = Voice(quiet=False)
+    with voice.progress("tracking") as advance:
+        assert advance is None
+    voice.table("Result", [("switches", "0")])
+    assert capsys.readouterr().err == "switches: 0\n"

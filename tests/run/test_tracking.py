@@ -1,0 +1,114 @@
+"""From Python: tables in, the same kind of tables out."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+
+import trackweave
+from trackweave.errors import InvalidInputError
+
+CONFIG = {
+    "motion": {"process_noise": 0.1, "max_speed": 30.0},
+    "sensors": {
+        "default": {
+            "sigma": 3.0,
+            "detection_probability": 0.9,
+            "clutter_density": 2e-6,
+            "scan_period": 1.0,
+        }
+    },
+    "lifecycle": {"new_target_density": 1e-6},
+}
+
+
+def columns() -> dict[str, Any]:
+    rng = np.random.default_rng(2)
+    time = np.repeat(np.arange(10.0), 2)
+    truth = np.stack([10 * time, np.tile([0.0, 300.0], 10)], axis=1)
+    place = truth + rng.normal(0, 3, truth.shape)
+    return {"time": time, "x": place[:, 0], "y": place[:, 1], "note": ["n"] * 20}
+
+
+def tracked(reports: Any, config: Any = CONFIG, **options: Any) -> trackweave.TrackingResult:
+    return trackweave.track(reports, config, rng=np.random.default_rng(1), **options)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [(pd.DataFrame, pd.DataFrame), (pl.DataFrame, pl.DataFrame), (pa.table, pa.Table)],
+)
+def test_the_same_kind_of_table_comes_out(make: Callable[[Any], Any], kind: type) -> None:
+    result = tracked(make(columns()))
+    for table in (result.tracks, result.assignments, result.history):
+        assert isinstance(table, kind)
+    assert len(result.assignments) == 20
+
+
+def test_two_objects_give_two_tracks_with_all_their_reports() -> None:
+    result = tracked(pl.DataFrame(columns()))
+    assert result.assignments["track"].to_list() == [
+        *([result.assignments["track"][0], result.assignments["track"][1]] * 10)
+    ]
+    assert result.run["totals"]["tracks"] == 2
+    assert len(result.history) == 20
+
+
+def test_an_empty_scan_between_is_a_scan() -> None:
+    table = pl.DataFrame(columns()).filter(pl.col("time") != 5.0)
+    result = tracked(table)
+    assert result.run["totals"]["empty_scans"] == 1
+    assert 5.0 in result.tracks["time"].to_list()
+
+
+def test_rows_keep_their_distance_when_asked() -> None:
+    result = tracked(pl.DataFrame(columns()), {**CONFIG, "output": {"period": 3.0}})
+    assert sorted(set(result.tracks["time"].to_list())) == [3.0, 6.0, 9.0]
+
+
+def test_progress_is_told_scan_by_scan() -> None:
+    told: list[tuple[int, int]] = []
+    tracked(pl.DataFrame(columns()), progress=lambda done, total: told.append((done, total)))
+    assert told == [(k, 10) for k in range(1, 11)]
+
+
+def test_the_caller_s_table_is_left_as_it_is() -> None:
+    table = pd.DataFrame(columns())
+    before = table.copy()
+    tracked(table)
+    pd.testing.assert_frame_equal(table, before)
+
+
+def test_same_generator_same_result() -> None:
+    one, two = tracked(pl.DataFrame(columns())), tracked(pl.DataFrame(columns()))
+    assert one.tracks.equals(two.tracks)
+    assert one.run["scans"] == two.run["scans"]
+
+
+@pytest.mark.parametrize("deadline", [0.0, -1.0, float("nan")])
+def test_refuses_a_deadline_that_is_none(deadline: float) -> None:
+    with pytest.raises(InvalidInputError, match="deadline"):
+        tracked(pl.DataFrame(columns()), deadline=deadline)
+
+
+def test_a_deadline_still_gives_an_answer() -> None:
+    assert len(tracked(pl.DataFrame(columns()), deadline=1e-6).assignments) == 20
+
+
+def test_refuses_priors_of_another_dimension() -> None:
+    priors = trackweave.TrackTable(
+        time=np.zeros(1),
+        track=np.ones(1, np.int64),
+        status=np.ones(1, np.int64),
+        mean=np.zeros((1, 6)),
+        covariance=np.eye(6)[None],
+        score=np.zeros(1),
+        hits=np.ones(1, np.int64),
+        last_update=np.zeros(1),
+    )
+    with pytest.raises(InvalidInputError, match="3 dimensions; expected 2"):
+        tracked(pl.DataFrame(columns()), priors=priors)
