@@ -66,8 +66,9 @@ class Chosen:
     @classmethod
     def of(cls, tree: AssociationTree, leaf: IntArray) -> Self:
         """Return the sequences that end with the given nodes."""
-        levels = []
-        current = leaf
+        # One level at least, so that no sequences at all are no special case.
+        levels = [leaf]
+        current = tree.nodes.parent[leaf]
         while np.any(current >= 0):
             levels.append(current)
             current = np.where(current >= 0, tree.nodes.parent[current], -1)
@@ -161,8 +162,9 @@ class Ledger:
             record = self._records[int(self._names[index])]
             record.score += float(nodes.cost[node])
             count = int(np.count_nonzero(is_fixed[:, index] & (chosen.slot[:, index] >= 0)))
-            known = record.chances + chosen.chances(tree, index)[:count]
-            record.chances = known[-self._lifecycle.confirm_hits :]
+            record.chances = self._lifecycle.recent(
+                record.chances + chosen.chances(tree, index)[:count]
+            )
         states = {
             name: (nodes.mean[node].copy(), nodes.covariance[node].copy(), float(nodes.time[node]))
             for name, node in zip(self._names.tolist(), leaf.tolist(), strict=True)

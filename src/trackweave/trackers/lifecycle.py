@@ -84,12 +84,32 @@ class Lifecycle:
         -------
         Whether some M of them lie within N chances.
         """
-        distinct: list[float] = []
-        for chance in chances:
-            if not distinct or chance - distinct[-1] > 0.5:
-                distinct.append(chance)
+        distinct = _distinct(chances)
         needed = self.confirm_hits - 1
         return any(
             late - early <= self.confirm_opportunities - 0.5
             for early, late in zip(distinct, distinct[needed:], strict=False)
         )
+
+    def recent(self, chances: list[float]) -> list[float]:
+        """Return of hits at these chances the last ones, as many as may confirm with later ones.
+
+        Parameters
+        ----------
+        chances
+            As for ``is_confirmed_by``.
+
+        Returns
+        -------
+        One number for each chance taken, ascending.
+        """
+        return _distinct(chances)[-self.confirm_hits :]
+
+
+def _distinct(chances: list[float]) -> list[float]:
+    """Return one number for each chance: sensors of one instant share theirs."""
+    distinct: list[float] = []
+    for chance in chances:
+        if not distinct or chance - distinct[-1] > 0.5:
+            distinct.append(chance)
+    return distinct

@@ -1,0 +1,133 @@
+import numpy as np
+import pytest
+
+from oracles.scenes import run, scan, sensor, tracker
+from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE
+from trackweave.errors import InvalidInputError
+from trackweave.models.coverage import FieldOfView
+from trackweave.trackers.lifecycle import Lifecycle
+
+PATIENT = Lifecycle(certain_probability=1.0, confirm_probability=0.0, new_target_density=1e-5)
+
+
+def statuses(hypotheses):
+    return [hypothesis.tracks.status.tolist() for hypothesis in hypotheses]
+
+
+def at(time, name="radar"):
+    return scan(time, [(10.0 * time, 0.0)], name)
+
+
+@pytest.mark.parametrize(
+    ("hits", "expected"),
+    [
+        ([1.0, 2.0, 3.0], True),
+        ([1.0, 2.0, 4.0], True),
+        ([1.0, 2.0, 5.0], False),
+        ([1.0, 2.0], False),
+        ([], False),
+        ([1.0, 1.0, 1.0, 2.0], False),
+        ([1.0, 5.0, 6.0, 8.0], True),
+        ([1.0, 1.6, 2.4], True),
+    ],
+)
+def test_three_of_four_chances_confirm(hits, expected):
+    assert Lifecycle(confirm_hits=3, confirm_opportunities=4).is_confirmed_by(hits) is expected
+
+
+def test_one_of_one_confirms_at_once():
+    assert Lifecycle(confirm_hits=1, confirm_opportunities=1).is_confirmed_by([7.0])
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"confirm_hits": 0}, "1 ≤ M ≤ N"),
+        ({"confirm_hits": 5}, "1 ≤ M ≤ N"),
+        ({"delete_after_misses": 0}, "at least 1"),
+        ({"survival": 1.0}, "survival"),
+        ({"survival": 0.0}, "survival"),
+        ({"new_target_density": 0.0}, "new_target_density"),
+        ({"new_target_density": np.nan}, "new_target_density"),
+        ({"initial_target_density": -1.0}, "initial_target_density"),
+        ({"confirm_probability": 1.0}, "confirm_probability"),
+        ({"certain_probability": 0.0}, "certain_probability"),
+    ],
+)
+def test_refuses_a_life_that_is_none(changed, message):
+    with pytest.raises(InvalidInputError, match=message):
+        Lifecycle(**changed)
+
+
+def test_a_track_is_confirmed_by_its_third_hit():
+    hypotheses = run(tracker(lifecycle=PATIENT), [at(float(time)) for time in range(4)])
+    assert statuses(hypotheses)[-3:] == [[TENTATIVE], [CONFIRMED], [CONFIRMED]]
+
+
+@pytest.mark.parametrize("depth", [1, 2, 4])
+def test_several_sensors_at_one_instant_are_one_chance(depth):
+    names = ("a", "b", "c")
+    target = tracker(*(sensor(name) for name in names), lifecycle=PATIENT, window=depth)
+    scans = [at(float(time), name) for time in range(3) for name in names]
+    hypotheses = run(target, scans)
+    assert statuses(hypotheses)[5] == [TENTATIVE]
+    assert statuses(hypotheses)[6] == [CONFIRMED]
+
+
+def test_a_track_seen_by_one_of_two_simultaneous_sensors_has_missed_nothing():
+    target = tracker(sensor("a"), sensor("b"), lifecycle=PATIENT)
+    scans = []
+    for time in range(10):
+        scans += [at(float(time), "a"), scan(float(time), [], "b")]
+    hypotheses = run(target, scans)
+    assert statuses(hypotheses)[-1] == [CONFIRMED]
+    assert hypotheses[-1].tracks.hits.tolist() == [10]
+
+
+@pytest.mark.parametrize("misses", [2, 3])
+def test_a_track_coasts_and_then_ends_after_so_many_misses(misses):
+    life = Lifecycle(
+        delete_after_misses=misses, survival=0.9999, new_target_density=1e-5,
+    )  # fmt: skip
+    target = tracker(sensor(detection_probability=0.6), lifecycle=life)
+    scans = [at(float(time)) for time in range(6)]
+    scans += [scan(float(time), []) for time in range(6, 14)]
+    after = [s for s in statuses(run(target, scans))[6:]]
+    assert after[: misses - 1] == [[COASTING]] * (misses - 1)
+    assert after[misses:] == [[]] * (8 - misses)
+
+
+def test_a_track_that_comes_back_in_time_keeps_its_name():
+    scans = [at(float(time)) for time in range(6)]
+    scans += [scan(6.0, []), scan(7.0, [])]
+    scans += [at(float(time)) for time in range(8, 11)]
+    hypotheses = run(tracker(), scans)
+    assert len({name for each in hypotheses[3:] for name in each.tracks.track.tolist()}) == 1
+
+
+def test_a_lost_object_is_taken_up_again_under_a_new_name():
+    scans = [at(float(time)) for time in range(8)]
+    scans += [scan(float(time), []) for time in range(8, 18)]
+    scans += [at(float(time)) for time in range(18, 26)]
+    hypotheses = run(tracker(), scans)
+    before, after = hypotheses[7].tracks, hypotheses[-1].tracks
+    assert len(before) == len(after) == 1
+    assert after.track[0] > before.track[0]
+
+
+def test_out_of_sight_a_track_coasts_but_not_for_ever():
+    view = FieldOfView(polygon=[(-500.0, -500.0), (55.0, -500.0), (55.0, 500.0), (-500.0, 500.0)])
+    life = Lifecycle(delete_after_misses=5, survival=0.99999, new_target_density=1e-5)
+    target = tracker(sensor(field_of_view=view), lifecycle=life)
+    scans = [at(float(time)) for time in range(6)]
+    scans += [scan(float(time), []) for time in range(6, 80)]
+    after = statuses(run(target, scans))
+    # Ten scans unseen are no misses where nobody looks.
+    assert after[16] == [COASTING] or after[16] == [CONFIRMED]
+    assert after[-1] == []
+
+
+def test_a_lone_false_alarm_is_no_track():
+    scans = [scan(0.0, [(5.0, 5.0)]), *(scan(float(time), []) for time in range(1, 9))]
+    hypotheses = run(tracker(), scans)
+    assert len(hypotheses[-1].tracks) == 0
