@@ -45,6 +45,12 @@ CONFIGURATION: dict[str, Any] = {
         "decompose": False,
         "settle": False,
     },
-    "growth": {"margin": 25.0, "keep": 500, "new_margin": 25.0, "new_keep": 60, "new_ceiling": 25.0},
+    "growth": {
+        "margin": 25.0,
+        "keep": 500,
+        "new_margin": 25.0,
+        "new_keep": 60,
+        "new_ceiling": 25.0,
+    },
     "output": {"estimate": "best"},
 }
