@@ -18,7 +18,16 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "docs" / "explanation" / "measurements.md"
 # The peers come first: tracking.py sets its own figures beside theirs.
-SCRIPTS = ("peers", "tracking", "estimates", "optimality", "opensky", "memory", "latency")
+SCRIPTS = {
+    "peers": ["peers.py"],
+    "tracking": ["tracking.py"],
+    "unseen": ["tracking.py", "--first", "6"],
+    "estimates": ["estimates.py"],
+    "optimality": ["optimality.py"],
+    "opensky": ["opensky.py"],
+    "memory": ["memory.py"],
+    "latency": ["latency.py"],
+}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -29,20 +38,20 @@ ONE_THREAD = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
-    parser.add_argument("--only", nargs="+", choices=SCRIPTS, default=SCRIPTS)
+    parser.add_argument("--only", nargs="+", choices=list(SCRIPTS), default=list(SCRIPTS))
     parser.add_argument("--page", type=Path, default=PAGE)
     parser.add_argument(
         "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
     )
     arguments = parser.parse_args()
     failed = []
-    for name in SCRIPTS:
+    for name, (script, *options) in SCRIPTS.items():
         if name not in arguments.only:
             continue
         print(f"==> {name}", flush=True)
         python = arguments.peers_python if name == "peers" else sys.executable
         done = subprocess.run(
-            [python, str(HERE / f"{name}.py")],
+            [python, str(HERE / script), *options],
             check=False, stdout=subprocess.PIPE, text=True, env={**os.environ, **ONE_THREAD},
         )  # fmt: skip
         print(done.stdout)

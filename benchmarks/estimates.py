@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bench_data import add_arguments, bench_of, repeats
 from runs import CONFIGURATION, KEYS, mean_of, measured
-from text_tables import heading, table
+from text_tables import command, heading, table
 
 
 def main() -> None:
@@ -31,7 +31,7 @@ def main() -> None:
                 rows.append(
                     [f"T{targets}, {start}", estimate, *(mean_of(runs, key) for key in KEYS), cpu]
                 )
-    print(heading("python benchmarks/estimates.py"), end="\n\n")
+    print(heading(command("estimates.py")), end="\n\n")
     print(
         table(
             ["scenes, start", "estimate", "GOSPA", "switches", "missed", "false", "RMSE m",

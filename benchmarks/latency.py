@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from bench_data import add_arguments, bench_of, repeats
 from runs import CONFIGURATION, cpu_by_instant, tracked
-from text_tables import heading, table
+from text_tables import command, heading, table
 
 WARM_UP_SCANS = 8
 
@@ -36,7 +36,7 @@ def main() -> None:
                 [f"T{targets}", depth, *np.percentile(each, [50, 95, 100]).tolist(),
                  float(each.mean()), f"{per_second:,.0f}"]
             )  # fmt: skip
-    print(heading("python benchmarks/latency.py"), end="\n\n")
+    print(heading(command("latency.py")), end="\n\n")
     print(
         table(
             ["scene", "window", "CPU ms/scan, median", "95 %", "worst", "mean", "reports/s"], rows

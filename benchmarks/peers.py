@@ -8,22 +8,30 @@ Needs ``stonesoup`` and ``pyehm``, which need not live beside trackweave:
 Both are told what the scenes were made with: noise, detection probability, clutter density, the
 motion and noisy states of all targets at the first scan; no track is begun or ended. Results are
 kept in the cache folder, where ``tracking.py`` finds them.
+
+JPDA's hypotheses can grow without bound where many targets share reports: one scene took 24 GB.
+Each run is therefore a process of its own with bounded memory and time, and one that exceeds a
+bound counts as not finished.
 """
 
 import argparse
 import datetime
 import importlib.util
 import json
+import multiprocessing
+import resource
 import sys
 import time
 from typing import Any
 
 import numpy as np
 from bench_data import Bench, Scene, add_arguments, bench_of, repeats
-from text_tables import heading, table
+from text_tables import command, heading, table
 
 METHODS = ("JPDA", "GNN")
 GATE_PROBABILITY = 0.9999
+MOST_MEMORY = 3 * 1024**3
+MOST_SECONDS = 180
 START = datetime.datetime(2000, 1, 1)
 
 
@@ -45,10 +53,10 @@ def main() -> None:
                 if not _installed():
                     print("Skipped: needs stonesoup and pyehm (pip install stonesoup pyehm).")
                     return
-                results[key] = judged(bench, bench.scene(targets, 1, repeat), method)
+                results[key] = bounded(bench, bench.scene(targets, 1, repeat), method)
                 kept.write_text(json.dumps(results, indent=1))
                 print(key, results[key], file=sys.stderr, flush=True)
-    print(heading("python benchmarks/peers.py"), end="\n\n")
+    print(heading(command("peers.py")), end="\n\n")
     print(per_seed(results, arguments))
 
 
@@ -63,10 +71,42 @@ def per_seed(results: dict[str, Any], arguments: argparse.Namespace) -> str:
         cells = []
         for repeat in repeats(arguments):
             found = [results[f"{method} T{targets} r{repeat}"] for method in METHODS]
-            cells.append([float(result[name]) for result in found for name in names])
-            rows.append([f"T{targets} r{repeat}", *cells[-1]])
-        rows.append([f"**T{targets} mean**", *np.mean(cells, axis=0).tolist()])
+            cells.append(
+                [float(result[name]) if result else np.nan for result in found for name in names]
+            )
+            rows.append([f"T{targets} r{repeat}", *_readable(cells[-1])])
+        rows.append([f"**T{targets} mean**", *_readable(np.mean(cells, axis=0).tolist())])
     return table(head, rows)
+
+
+def _readable(values: list[float]) -> list[float | str]:
+    return ["not finished" if np.isnan(value) else value for value in values]
+
+
+def bounded(bench: Bench, scene: Scene, method: str) -> dict[str, float] | None:
+    """Return a method's measures on a scene, None where it exceeds its memory or time."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe(duplex=False)
+    child = context.Process(target=_child, args=(theirs, bench, scene, method))
+    child.start()
+    theirs.close()
+    found: dict[str, float] | None = None
+    try:
+        if ours.poll(MOST_SECONDS):
+            found = ours.recv()
+    except EOFError:
+        pass
+    if child.is_alive() and found is None:
+        child.kill()
+    child.join()
+    return found
+
+
+def _child(answer: Any, bench: Bench, scene: Scene, method: str) -> None:
+    # Before anything is imported: an allocation beyond it fails here and starves nobody else.
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+    answer.send(judged(bench, scene, method))
 
 
 def judged(bench: Bench, scene: Scene, method: str) -> dict[str, float]:

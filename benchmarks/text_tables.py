@@ -3,6 +3,7 @@
 import datetime
 import os
 import platform
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,15 @@ def table(head: Sequence[str], rows: Rows) -> str:
     return "\n".join(lines)
 
 
-def heading(command: str) -> str:
+def heading(line: str) -> str:
     """Return the line that says how, when and on what a table was measured."""
     day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    return f"`{command}` · {machine()} · {day}"
+    return f"`{line}` · {machine()} · {day}"
+
+
+def command(script: str) -> str:
+    """Return the command that runs a script with the options that this process was given."""
+    return " ".join(["python", f"benchmarks/{script}", *sys.argv[1:]])
 
 
 def machine() -> str:

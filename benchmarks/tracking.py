@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from bench_data import Bench, add_arguments, bench_of, repeats
 from runs import CONFIGURATION, KEYS, mean_of, measured, told
-from text_tables import heading, table
+from text_tables import command, heading, table
 
 WARM_UP_SCANS = 8
 SIZES = ((20, 1), (50, 1), (100, 1), (20, 3))
@@ -26,7 +26,7 @@ def main() -> None:
     measured(bench, bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
     peers_file = arguments.cache / "peers.json"
     peers = json.loads(peers_file.read_text()) if peers_file.exists() else {}
-    print(heading("python benchmarks/tracking.py"), end="\n\n")
+    print(heading(command("tracking.py")), end="\n\n")
     means, each = [], []
     for priors in (True, False):
         for size in SIZES:
@@ -41,7 +41,8 @@ def main() -> None:
     print(
         table(
             ["scenes, start", "GOSPA", "best peer", "told the truth", "switches",
-             "best peer's", "missed", "false", "RMSE m", "CPU ms/scan, median", "mean", "proven", "peak MB"],
+             "best peer's", "missed", "false", "RMSE m", "CPU ms/scan, median", "mean", "proven",
+             "peak MB"],
             means,
         )
     )  # fmt: skip
@@ -84,7 +85,7 @@ def _best_peer(
         known = WITHOUT_PRIORS.get(size)
         return None if known is None else f"{known} (one scene)"
     names = [f"JPDA T{size[0]} r{k}" for k in scenes]
-    if size[1] > 1 or any(name not in peers for name in names):
+    if size[1] > 1 or any(peers.get(name) is None for name in names):
         return None
     return float(np.mean([peers[name][key] for name in names]))
 
