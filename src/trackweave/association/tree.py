@@ -111,6 +111,8 @@ class AssociationTree:
         """Identifier of each family's track; -1 for families that begin in the window."""
         self.start_cost = np.empty(0)
         """What each family's first report cost if it began in the window, at least 0 [nats]."""
+        self.fixed_slot = np.empty(0, dtype=np.int64)
+        """For each family the slot of its last report among those fixed last; -1 for none."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
@@ -233,6 +235,7 @@ class AssociationTree:
         base = np.zeros(self.n_families)
         base[nodes.family[roots]] = nodes.cost[roots]
         nodes.cost[:n] -= base[nodes.family[:n]]
+        self.fixed_slot = np.where(root >= 0, nodes.report[root], -1)
         nodes.parent[roots] = -1
         nodes.report[roots] = -1
         nodes.price[roots] = 0.0
@@ -250,6 +253,7 @@ class AssociationTree:
         number = np.cumsum(present) - 1
         nodes.family[:n] = number[nodes.family[:n]]
         self.track, self.start_cost = self.track[present], self.start_cost[present]
+        self.fixed_slot = self.fixed_slot[present]
         report = nodes.report[:n]
         report[report >= 0] -= n_fixed
 

@@ -11,8 +11,8 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._growth import ScanInput
 from trackweave.association.beliefs import believe
 from trackweave.association.problem import Answer, Certificate, Status
-from trackweave.association.rewind import rewound
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+from trackweave.association.waiting import waited
 from trackweave.association.window_rule import scan_input, window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -59,7 +59,7 @@ class MultiScanTracker:
     Raises
     ------
     InvalidInputError
-        If there is no sensor, or two have one name.
+        If there is no sensor, or two have one name, or two priors.
 
     References
     ----------
@@ -83,6 +83,10 @@ class MultiScanTracker:
             raise InvalidInputError("sensors: expected at least one, and names that differ")
         if estimate not in ("average", "best"):
             raise InvalidInputError(f"estimate: {estimate!r}; expected 'average' or 'best'")
+        if priors is not None and (
+            np.any(priors.track < 0) or np.unique(priors.track).shape[0] < len(priors)
+        ):
+            raise InvalidInputError("priors: expected one row for each track, and no name below 0")
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Genetic()
@@ -103,7 +107,6 @@ class MultiScanTracker:
         self._ledger = Ledger(self._lifecycle)
         self._tree: AssociationTree | None = None
         self._beginning: Beginning | None = None
-        self._ahead: list[ScanInput] = []
         self._prices: FloatArray = np.empty(0)
         self._last: Hypothesis | None = None
         self._next_report = 0
@@ -245,7 +248,6 @@ class MultiScanTracker:
     def _grown_anew(self) -> AssociationTree:
         """Return the tree grown by the window's scans as if they had come in order."""
         assert self._beginning is not None
-        self._beginning, self._ahead = rewound(self._beginning, self._ahead, self._rule), []
         self._undetected = self._undetected_before.copy()
         tree, last = self._planted(), self._open.fixed_until
         for place in range(len(self._open.scans)):
@@ -285,10 +287,10 @@ class MultiScanTracker:
         last = self._open.fixed_until
         for place in range(count):
             last = self._looked(place, last, self._undetected_before).data.time
+        closing = [known.data for known in self._open.scans[:count]]
+        self._beginning = self._roots(self._tree, closing)
         self._open.close(count)
         self._prices = self._prices[n_fixed:]
-        self._beginning = self._roots(self._tree)
-        self._ahead = [known.data for known in self._open.scans]
         return final
 
     def _assignments(self, report: IntArray) -> Assignments:
@@ -300,22 +302,31 @@ class MultiScanTracker:
             probability=np.array([probability for _, probability in known], dtype=np.float64),
         )
 
-    def _roots(self, tree: AssociationTree) -> Beginning:
-        """Return the tracks that enter the window, with what its scans add if they miss all."""
-        nodes = tree.nodes
-        rows = np.flatnonzero(
-            (nodes.parent[: tree.n_nodes] < 0) & (nodes.report[: tree.n_nodes] < 0)
+    def _roots(self, tree: AssociationTree, closing: list[ScanInput]) -> Beginning:
+        """Return the tracks as they enter the window behind the scans that close."""
+        assert self._beginning is not None
+        nodes, n = tree.nodes, tree.n_nodes
+        rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
+        track, slot = tree.track[nodes.family[rows]], tree.fixed_slot[nodes.family[rows]]
+        # A track without a report among the closing ones goes on waiting as it did before.
+        before = {name: place for place, name in enumerate(self._beginning.track.tolist())}
+        old = [before[name] for name in track[slot < 0].tolist()]
+        tail, misses = np.zeros((2, rows.shape[0]))
+        tail[slot < 0] = self._beginning.tail[old]
+        misses[slot < 0] = self._beginning.misses[old]
+        end = np.cumsum([data.slot.shape[0] for data in closing])
+        first = np.where(slot < 0, 0, np.searchsorted(end, slot, side="right") + 1)
+        last = Beginning(
+            track=track,
+            time=nodes.time[rows],
+            mean=nodes.mean[rows],
+            covariance=nodes.covariance[rows],
+            hits=nodes.hits[rows],
+            chances=nodes.chances[rows],
+            tail=tail,
+            misses=misses,
         )
-        return Beginning(
-            track=tree.track[nodes.family[rows]],
-            time=nodes.time[rows].copy(),
-            mean=nodes.mean[rows].copy(),
-            covariance=nodes.covariance[rows].copy(),
-            hits=nodes.hits[rows].copy(),
-            chances=nodes.chances[rows].copy(),
-            tail=nodes.tail[rows].copy(),
-            misses=nodes.misses[rows].copy(),
-        )
+        return waited(last, first, closing, self._rule)
 
     def _remember(self, tree: AssociationTree, answer: Answer) -> None:
         """Keep what starts the next search: the answer and the reports' prices."""

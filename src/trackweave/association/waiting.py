@@ -1,0 +1,54 @@
+"""Tracks that wait: what scans without a report of them add to their costs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.arrays import IntArray
+from trackweave.association._growth import Candidates, Misses, ScanInput, WindowRule, propose
+from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+
+__all__ = ["waited"]
+
+
+def waited(
+    beginning: Beginning, first: IntArray, scans: Sequence[ScanInput], rule: WindowRule
+) -> Beginning:
+    """Return tracks after scans that had no report of them.
+
+    Parameters
+    ----------
+    beginning
+        The tracks before the scans, or at their last report if that is among them.
+    first
+        For each track the first of the scans that may have missed it: 0, or the one behind
+        that of its last report.
+    scans
+        The scans in order of time.
+    rule
+        What a miss costs; nothing is given up here.
+
+    Returns
+    -------
+    The tracks with tails and misses as they are then.
+    """
+    count, dim = beginning.track.shape[0], beginning.mean.shape[1] // 2
+    tree = AssociationTree(dim, rule, GrowthLimits())
+    tree.add_tracks(beginning)
+    nodes = tree.nodes
+    nodes.counted[:count] = first > 0
+    patient = rule._replace(max_misses=np.inf, max_unseen=np.inf)
+    nobody = Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
+    for place, scan in enumerate(scans):
+        missed = Misses(np.empty(count), np.empty(count), np.empty(count))
+        unseen = scan._replace(
+            position=scan.position[:0], sigma=scan.sigma[:0], slot=scan.slot[:0]
+        )
+        propose(nodes, count, unseen, patient, nobody, missed)
+        concerned = np.flatnonzero(first <= place)
+        for name in Misses._fields:
+            getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]
+    return replace(
+        beginning, tail=nodes.tail[:count].copy(), misses=nodes.misses[:count].copy()
+    )

@@ -1,0 +1,414 @@
+"""The tracker as a whole: every report once, names once, late scans, odd input."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from oracles.scenes import (
+    MOTION,
+    WIDE,
+    all_assignments,
+    groups,
+    run,
+    scan,
+    scene,
+    sensor,
+    tracker,
+)
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.errors import InvalidInputError
+from trackweave.solvers import Dual, Exact, Genetic, Greedy
+from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.window import Window
+
+SOLVERS = {
+    "greedy": Greedy(),
+    "dual": Dual(),
+    "exact": Exact(),
+    "permutation": Genetic(population=20, generations=10),
+    "association-list": Genetic(population=20, generations=10, genotype="association-list"),
+}
+
+
+def numbers(scans):
+    return sorted(int(number) for each in scans for number in each.report)
+
+
+def assert_sound(target, scans, hypotheses):
+    """Check what must hold of any run: reports once, no scan twice in a track, sound rows."""
+    assignment = all_assignments(target, hypotheses)
+    late = [number for hypothesis in hypotheses for number in hypothesis.late]
+    assert sorted([*assignment, *late]) == numbers(scans)
+    for each in scans:
+        own = [assignment[n] for n in each.report.tolist() if assignment.get(n, -1) >= 0]
+        assert len(set(own)) == len(own)
+    for hypothesis in hypotheses:
+        tracks = hypothesis.tracks
+        assert len(set(tracks.track.tolist())) == len(tracks)
+        assert np.all(np.isfinite(tracks.mean))
+        for covariance in tracks.covariance:
+            assert np.linalg.eigvalsh(covariance).min() > 0.0
+        assert hypothesis.certificate.lower_bound <= hypothesis.certificate.cost + 1e-6
+    return assignment
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_any_solver_covers_every_report_once(name):
+    scans = scene(1)
+    target = tracker(search=SOLVERS[name])
+    hypotheses = run(target, scans)
+    assert_sound(target, scans, hypotheses)
+    assert len(hypotheses[-1].tracks) == 3
+
+
+@pytest.mark.parametrize("depth", [1, 2, 5, 30])
+@pytest.mark.parametrize("estimate", ["average", "best"])
+def test_any_depth_covers_every_report_once(depth, estimate):
+    scans = scene(2, names=("a", "b"))
+    target = tracker(sensor("a"), sensor("b"), window=Window(depth, 60), estimate=estimate)
+    assert_sound(target, scans, run(target, scans))
+
+
+def test_a_short_window_of_many_scans_covers_every_report_once():
+    scans = scene(2, names=("a", "b", "c"))
+    target = tracker(*(sensor(name) for name in "abc"), window=Window(depth=5, max_scans=2))
+    assert_sound(target, scans, run(target, scans))
+
+
+def test_a_deadline_that_is_over_still_gives_a_sound_hypothesis():
+    scans = scene(3, objects=6, clutter=6, area=400.0)
+    target = tracker(search=Genetic())
+    assert_sound(target, scans, run(target, scans, deadline=1e-9))
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_same_seed_gives_the_same_hypotheses(name):
+    scans = scene(4, objects=5, clutter=5, area=300.0)
+    runs = [run(tracker(search=SOLVERS[name]), scans, seed=7) for _ in range(2)]
+    for mine, theirs in zip(*runs, strict=True):
+        np.testing.assert_array_equal(mine.tracks.mean, theirs.tracks.mean)
+        np.testing.assert_array_equal(mine.tracks.track, theirs.tracks.track)
+        assert mine.amendments == theirs.amendments
+        assert mine.certificate == theirs.certificate
+
+
+def test_amendments_are_what_changed_between_successive_assignments():
+    scans = scene(5, objects=6, clutter=8, area=300.0, detection=0.7, times=range(20))
+    target, before, count = tracker(sensor(detection_probability=0.7)), {}, 0
+    for each in scans:
+        (hypothesis,) = run(target, [each])
+        pending = target.pending()
+        after = dict(zip(pending.report.tolist(), pending.track.tolist(), strict=True))
+        expected = {
+            (report, before[report], track)
+            for report, track in after.items()
+            if report in before and before[report] != track
+        }
+        told = {
+            (a.report, -1 if a.before is None else a.before, -1 if a.after is None else a.after)
+            for a in hypothesis.amendments
+        }
+        assert told == expected
+        for report, track in zip(
+            hypothesis.final.report.tolist(), hypothesis.final.track.tolist(), strict=True
+        ):
+            assert before[report] == track
+        before, count = after, count + len(told)
+    assert count > 0
+
+
+def test_a_name_never_comes_back():
+    scans = scene(6, objects=5, clutter=8, area=300.0, detection=0.5, times=range(40))
+    life = Lifecycle(delete_after_misses=2)
+    target = tracker(sensor(detection_probability=0.5), lifecycle=life)
+    gone, live = set(), set()
+    for each in scans:
+        run(target, [each])
+        pending = target.pending()
+        held = set(target._tree.track.tolist()) | set(pending.track.tolist())
+        named = (held | set(target._ledger._records)) - {-1}
+        assert not named & gone
+        gone |= live - named
+        live = named
+    assert len(gone) > 3
+
+
+def test_empty_scans_are_scans():
+    target = tracker()
+    hypotheses = run(target, [scan(float(time), []) for time in range(10)])
+    assert all(len(hypothesis.tracks) == 0 for hypothesis in hypotheses)
+    assert hypotheses[-1].time == 9.0
+    assert hypotheses[-1].certificate.cost == 0.0
+
+
+def test_reports_may_come_alone_at_any_time():
+    rng = np.random.default_rng(1)
+    target = tracker(
+        sensor(scan_period=None, detection_probability=0.5, clutter_density=1e-7), window=8
+    )
+    times = np.cumsum(rng.uniform(0.05, 2.0, size=30))
+    scans = [
+        scan(time, [(5.0 * time + rng.normal() * 5.0, 3.0)], report=[number])
+        for number, time in enumerate(times)
+    ]
+    hypotheses = run(target, scans)
+    assert_sound(target, scans, hypotheses)
+    assert hypotheses[-1].tracks.hits.tolist() == [30]
+
+
+def test_sensors_of_unequal_pace_feed_one_track():
+    target = tracker(sensor("slow", scan_period=4.0), sensor("fast", scan_period=1.0))
+    rng, scans, number = np.random.default_rng(1), [], 0
+    for time in np.arange(0.0, 20.0, 0.5):
+        for name, period in (("slow", 4.0), ("fast", 1.0)):
+            if time % period == (0.5 if name == "fast" else 0.0):
+                place = [(8.0 * time + rng.normal() * 10.0, rng.normal() * 10.0)]
+                scans.append(scan(time, place, name, [number]))
+                number += 1
+    hypotheses = run(target, scans)
+    assignment = assert_sound(target, scans, hypotheses)
+    assert len(set(assignment.values())) == 1
+
+
+def late_and_in_time(scans, moved, by, sensors, window):
+    """Return both trackers and their hypotheses when one scan comes late."""
+    delayed = scans.copy()
+    delayed.insert(moved + by, delayed.pop(moved))
+    options = {"window": window, "limits": WIDE}
+    one, other = tracker(*sensors, **options), tracker(*sensors, **options)
+    first, second = run(one, scans), run(other, delayed)
+    assert not any(hypothesis.late for hypothesis in second)
+    return one, first, other, second
+
+
+def assert_same_end(one, first, other, second):
+    """Check that two runs end with the same hypothesis, whatever the tracks are called."""
+    assert second[-1].certificate.cost == pytest.approx(first[-1].certificate.cost, abs=1e-6)
+    assert groups(all_assignments(one, first)) == groups(all_assignments(other, second))
+    mine, theirs = (
+        each[-1].tracks.mean[np.lexsort(each[-1].tracks.mean.T)] for each in (first, second)
+    )
+    np.testing.assert_allclose(mine, theirs, atol=0.5)
+
+
+PAIR = (sensor("a", detection_probability=0.8), sensor("b", detection_probability=0.6))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("moved", [0, 1, 4])
+def test_a_late_scan_gives_what_it_would_have_given_in_time(seed, moved):
+    scans = scene(
+        seed, objects=2, clutter=1, detection=0.8, area=400.0, names=("a", "b"), times=range(4)
+    )
+    assert_same_end(*late_and_in_time(scans, moved, 3, PAIR, 30))
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3, 4, 5])
+@pytest.mark.parametrize("moved", [9, 13, 17])
+def test_a_late_scan_after_many_slides_gives_what_it_would_have_given_in_time(seed, moved):
+    """Far objects and seeds for which what was fixed meanwhile is the same."""
+    scans = scene(seed, objects=3, clutter=1, detection=0.6, area=4000.0, names=("a", "b"))
+    scans = scans[: moved + 3]
+    assert_same_end(*late_and_in_time(scans, moved, 2, PAIR, 5))
+
+
+def test_the_first_scan_may_come_late():
+    scans = scene(3, objects=2, clutter=1)[:4]
+    one, other = tracker(limits=WIDE), tracker(limits=WIDE)
+    first, second = run(one, scans), run(other, [scans[1], scans[2], scans[3], scans[0]])
+    assert second[-1].certificate.cost == pytest.approx(first[-1].certificate.cost, abs=1e-6)
+
+
+def test_a_scan_in_two_parts_is_one_scan():
+    scans = scene(3, objects=3, clutter=2)[:4]
+    parts = []
+    for each in scans:
+        half = len(each) // 2
+        for rows in (slice(None, half), slice(half, None)):
+            parts.append(
+                Scan(each.time, each.sensor, each.measurement[rows], report=each.report[rows])
+            )
+    one, other = tracker(limits=WIDE), tracker(limits=WIDE)
+    first, second = run(one, scans), run(other, parts)
+    assert second[-1].certificate.cost == pytest.approx(first[-1].certificate.cost, abs=1e-6)
+    assert groups(all_assignments(one, first)) == groups(all_assignments(other, second))
+
+
+def test_a_scan_too_late_is_counted_and_changes_nothing():
+    scans = scene(3)
+    one, other = tracker(), tracker()
+    first, second = run(one, scans[:9]), run(other, scans[:9])
+    (late,) = run(other, [scan(1.0, [(1.0, 1.0), (2.0, 2.0)], report=[900, 901])])
+    assert late.late == (900, 901)
+    assert late.amendments == ()
+    assert len(late.final) == 0
+    np.testing.assert_array_equal(late.tracks.mean, second[-1].tracks.mean)
+    assert late.certificate == second[-1].certificate
+    first += run(one, scans[9:])
+    second += run(other, scans[9:])
+    assert all_assignments(one, first) == all_assignments(other, second)
+    assert 900 not in all_assignments(other, second)
+
+
+def priors(dim=2, track=(7,), time=0.0):
+    n = len(track)
+    none = np.zeros(n)
+    return TrackTable(
+        time=np.full(n, time),
+        track=np.array(track),
+        status=np.full(n, CONFIRMED),
+        mean=np.tile([0.0] * dim + [10.0] + [0.0] * (dim - 1), (n, 1)),
+        covariance=np.tile(np.diag([100.0] * dim + [4.0] * dim), (n, 1, 1)),
+        score=none,
+        hits=np.full(n, 5),
+        last_update=np.full(n, time),
+    )
+
+
+def test_a_track_known_beforehand_is_there_from_the_first_scan():
+    target = tracker(priors=priors())
+    hypotheses = run(target, [scan(float(time), [(10.0 * time, 0.0)]) for time in range(1, 7)])
+    for hypothesis in hypotheses:
+        assert hypothesis.tracks.track.tolist() == [7]
+        assert hypothesis.tracks.status.tolist() == [CONFIRMED]
+    assert hypotheses[-1].tracks.hits.tolist() == [11]
+    assert set(all_assignments(target, hypotheses).values()) == {7}
+
+
+def test_a_scan_before_the_known_tracks_is_late():
+    target = tracker(priors=priors(time=10.0))
+    (early,) = run(target, [scan(9.0, [(1.0, 1.0)], report=[4])])
+    assert early.late == (4,)
+    (first,) = run(target, [scan(10.0, [(0.0, 0.0)], report=[5])])
+    assert first.late == ()
+    assert first.tracks.track.tolist() == [7]
+
+
+def test_new_names_go_on_behind_the_known_ones():
+    target = tracker(priors=priors())
+    scans = [scan(float(t), [(10.0 * t, 0.0), (5.0 * t, 500.0)]) for t in range(1, 7)]
+    assert run(target, scans)[-1].tracks.track.tolist() == [7, 8]
+
+
+@pytest.mark.parametrize("track", [(7, 7), (-1,)])
+def test_refuses_known_tracks_without_names_of_their_own(track):
+    with pytest.raises(InvalidInputError, match="priors"):
+        tracker(priors=priors(track=track))
+
+
+def test_the_states_given_in_are_left_as_they_are():
+    known = priors()
+    before = known.mean.copy(), known.covariance.copy()
+    scans = scene(1, objects=2)
+    copies = [each.measurement.copy() for each in scans]
+    run(tracker(priors=known), scans)
+    np.testing.assert_array_equal(known.mean, before[0])
+    np.testing.assert_array_equal(known.covariance, before[1])
+    for each, copy in zip(scans, copies, strict=True):
+        np.testing.assert_array_equal(each.measurement, copy)
+
+
+def test_tracks_in_three_dimensions():
+    scans = scene(2, dim=3, clutter=1)
+    target = tracker(sensor(clutter_density=1e-9), lifecycle=Lifecycle(new_target_density=1e-9))
+    hypotheses = run(target, scans)
+    assert_sound(target, scans, hypotheses)
+    assert hypotheses[-1].tracks.dim == 3
+    assert len(hypotheses[-1].tracks) == 3
+
+
+def test_refuses_an_unknown_sensor_by_name():
+    with pytest.raises(InvalidInputError, match="'sonar'; expected one of a, b"):
+        run(tracker(sensor("a"), sensor("b")), [scan(0.0, [], "sonar")])
+
+
+@pytest.mark.parametrize("dim", [1, 4])
+def test_refuses_worlds_of_other_dimensions(dim):
+    with pytest.raises(InvalidInputError, match=f"{dim} dimensions; expected 2 or 3"):
+        run(tracker(), [Scan(0.0, "radar", np.zeros((1, dim)))])
+
+
+def test_refuses_a_change_of_dimensions_and_goes_on():
+    target = tracker()
+    run(target, [scan(0.0, [(0, 0)])])
+    with pytest.raises(InvalidInputError, match="3 dimensions; expected 2"):
+        run(target, [Scan(1.0, "radar", np.zeros((1, 3)))])
+    assert len(run(target, [scan(1.0, [(1, 0)])])) == 1
+
+
+def test_refuses_a_number_that_was_used_before():
+    target = tracker()
+    run(target, [scan(0.0, [(0, 0)], report=[3])])
+    with pytest.raises(InvalidInputError, match="used before"):
+        run(target, [scan(1.0, [(0, 0)], report=[3])])
+    with pytest.raises(InvalidInputError, match="used before"):
+        run(target, [scan(1.0, [(0, 0), (9, 9)], report=[4, 4])])
+
+
+def test_reports_without_numbers_get_free_ones():
+    target = tracker()
+    run(target, [scan(0.0, [(0, 0), (500, 500)]), scan(1.0, [(1, 1), (400, 0)], report=[2, -1])])
+    assert sorted(target.pending().report.tolist()) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("sensors", [(), (sensor("a"), sensor("a"))])
+def test_refuses_sensors_without_names_of_their_own(sensors):
+    with pytest.raises(InvalidInputError, match="sensors: expected at least one"):
+        MultiScanTracker(motion=MOTION, sensors=sensors)
+
+
+def test_refuses_an_unknown_estimate():
+    with pytest.raises(InvalidInputError, match="'median'; expected 'average' or 'best'"):
+        tracker(estimate="median")
+
+
+def test_years_between_scans_end_the_tracks_and_nothing_else():
+    target = tracker()
+    scans = [scan(float(time), [(10.0 * time, 0.0)], report=[time]) for time in range(6)]
+    later = 3.0e8
+    scans += [
+        scan(later + time, [(10.0 * time, 0.0)], report=[10 + int(time)]) for time in range(6)
+    ]
+    hypotheses = run(target, scans)
+    assignment = assert_sound(target, scans, hypotheses)
+    assert assignment[15] != assignment[5]
+    assert hypotheses[-1].tracks.hits.tolist() == [6]
+
+
+def test_the_same_report_twice_gives_a_track_and_a_false_alarm():
+    target = tracker()
+    scans = [
+        scan(float(time), [(10.0 * time, 0.0)] * 2, report=[2 * time, 2 * time + 1])
+        for time in range(8)
+    ]
+    hypotheses = run(target, scans)
+    assert_sound(target, scans, hypotheses)
+    assert len(hypotheses[-1].tracks) in (1, 2)
+
+
+def test_coordinates_of_a_hundred_million_metres_are_no_trouble():
+    scans = [scan(float(time), [(1e8 + 10.0 * time, -1e8)]) for time in range(8)]
+    tracks = run(tracker(), scans)[-1].tracks
+    np.testing.assert_allclose(tracks.mean, [[1e8 + 70.0, -1e8, 10.0, 0.0]], atol=3.0)
+
+
+def test_memory_stays_flat_over_a_long_run():
+    target = tracker(sensor(detection_probability=0.8), search=Greedy())
+    scans = scene(3, clutter=3, detection=0.8, times=range(330))
+    for each in scans[:30]:
+        run(target, [each])
+    tracemalloc.start()
+    try:
+        held = []
+        for place, each in enumerate(scans[30:]):
+            run(target, [each])
+            if place % 30 == 29:
+                held.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert max(held[5:]) < 1.3 * max(held[:5]) + 50_000
+    assert len(target._ledger._records) < 40
+    assert len(target._ledger.assignment) < 60
