@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from bench_data import add_arguments, bench_of, repeats
-from runs import CONFIGURATION, KEYS, mean_of, measured
+from runs import CONFIGURATION, KEYS, mean_of, measured, warm_up
 from text_tables import command, heading, table
 
 
@@ -14,7 +14,7 @@ def main() -> None:
     parser.add_argument("--config", type=Path, default=CONFIGURATION)
     arguments = parser.parse_args()
     bench = bench_of(arguments)
-    measured(bench, bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
+    warm_up(bench, arguments.config)
     rows = []
     for priors in (True, False):
         for targets in (20, 50, 100):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from bench_data import add_arguments, bench_of, repeats
-from runs import CONFIGURATION, cpu_by_instant, tracked
+from runs import CONFIGURATION, cpu_by_instant, tracked, warm_up
 from text_tables import command, heading, table
 
 WARM_UP_SCANS = 8
@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--depths", type=int, nargs="+", default=[5, 7])
     arguments = parser.parse_args()
     bench = bench_of(arguments)
-    tracked(bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
+    warm_up(bench, arguments.config)
     rows = []
     for targets in arguments.targets:
         for depth in arguments.depths:

@@ -37,6 +37,12 @@ def tracked(
     )
 
 
+def warm_up(bench: Bench, path: Path) -> None:
+    """Compile everything that scenes may need: crowded ones leave gaps that the search closes."""
+    for targets in (20, 100):
+        tracked(bench.scene(targets, 1, 1), path, priors=True)
+
+
 def measured(
     bench: Bench, scene: Scene, path: Path, *, priors: bool,
     changes: Mapping[str, Any] | None = None,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from bench_data import Bench, add_arguments, bench_of, repeats
-from runs import CONFIGURATION, KEYS, mean_of, measured, told
+from runs import CONFIGURATION, KEYS, mean_of, measured, told, warm_up
 from text_tables import command, heading, table
 
 WARM_UP_SCANS = 8
@@ -23,7 +23,7 @@ def main() -> None:
     parser.add_argument("--config", type=Path, default=CONFIGURATION)
     arguments = parser.parse_args()
     bench = bench_of(arguments)
-    measured(bench, bench.scene(20, 1, 1), arguments.config, priors=True)  # compiles
+    warm_up(bench, arguments.config)
     peers_file = arguments.cache / "peers.json"
     peers = json.loads(peers_file.read_text()) if peers_file.exists() else {}
     print(heading(command("tracking.py")), end="\n\n")
@@ -83,7 +83,7 @@ def _best_peer(
     """Return a measure of the best peer: JPDA where it was run on all these scenes."""
     if not priors:
         known = WITHOUT_PRIORS.get(size)
-        return None if known is None else f"{known} (one scene)"
+        return None if known is None or 1 not in scenes else f"{known} (one scene)"
     names = [f"JPDA T{size[0]} r{k}" for k in scenes]
     if size[1] > 1 or any(peers.get(name) is None for name in names):
         return None
