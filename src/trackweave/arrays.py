@@ -67,9 +67,10 @@ def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntA
     raw = np.asarray(values)
     if raw.size == 0:
         raw = raw.astype(np.int64)
-    if raw.dtype.kind == "f" and np.all(np.isfinite(raw)) and np.all(raw == np.floor(raw)):
-        raw = raw.astype(np.int64)
-    if raw.dtype.kind not in "iu":
+    fits = raw.dtype.kind == "i"
+    if raw.dtype.kind in "fu":
+        fits = bool(np.all((raw >= -(2.0**63)) & (raw < 2.0**63) & (raw == np.floor(raw))))
+    if not fits:
         raise InvalidInputError(f"{name}: {values!r:.80}; expected whole numbers")
     _require_shape(raw, name, shape)
     return np.ascontiguousarray(raw, dtype=np.int64)

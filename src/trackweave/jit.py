@@ -1,11 +1,7 @@
 """The one decorator that compiles kernels."""
 
-import os
-import tempfile
 from collections.abc import Callable
-from functools import partial
-from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 import numba
 
@@ -15,35 +11,11 @@ _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
 
 
-def _cache_is_writable() -> bool:
-    """Tell whether compiled code can be kept.
-
-    Numba refuses to import a cached function at all where neither the package's folder nor the
-    user's cache folder can be written, so a read-only install needs to know beforehand.
-
-    Returns
-    -------
-    Whether some folder that Numba would use can be written.
-    """
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    places = [Path(chosen)] if chosen else [Path(__file__).parent, Path.home() / ".cache"]
-    for place in places:
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=place):
-                return True
-        except OSError:
-            continue
-    return False
-
-
-_compile: Callable[..., Any] = partial(numba.njit, nogil=True, cache=_cache_is_writable())
-
-
 def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
     """Compile a kernel: no interpreter lock, cached on disk, strict floating point.
 
-    Fast-math is never used: it drops infinity, which is how a gate says no.
+    Fast-math is never used: it drops infinity, which is how a gate says no. Where no cache can be
+    written, each process compiles anew.
 
     Parameters
     ----------
@@ -54,5 +26,11 @@ def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Resu
     -------
     The compiled kernel, called in the same way.
     """
-    compiled: Callable[_Parameters, _Result] = _compile(function)
+    compiled: Callable[_Parameters, _Result]
+    try:
+        compiled = numba.njit(nogil=True, cache=True)(function)
+    except RuntimeError:
+        # Numba refuses a function outright when neither the package's folder nor the user's
+        # can be written, or when the user has no home.
+        compiled = numba.njit(nogil=True)(function)
     return compiled

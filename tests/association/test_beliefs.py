@@ -162,9 +162,7 @@ def test_the_mean_state_is_that_of_the_mixture(seed):
         np.testing.assert_allclose(beliefs.mean[family], mean, atol=1e-8)
         # Sequences of less than a ten-thousandth are left out of the covariance.
         scale = np.abs(spread).max() / weight
-        np.testing.assert_allclose(
-            beliefs.covariance[family], spread / weight, atol=0.01 * scale
-        )
+        np.testing.assert_allclose(beliefs.covariance[family], spread / weight, atol=0.01 * scale)
         assert np.linalg.eigvalsh(beliefs.covariance[family]).min() > 0.0
 
 

@@ -47,10 +47,14 @@ class Nodes(NamedTuple):
 
 
 class ScanInput(NamedTuple):
-    """A scan as the kernels read it; reports are sorted along the first axis."""
+    """A scan as the kernels read it; reports are sorted along the first axis.
+
+    ``is_silence_telling`` says whether the scan tells anything of objects that it does not report.
+    """
 
     time: float
     new_instant: bool
+    is_silence_telling: bool
     position: FloatArray
     sigma: FloatArray
     slot: IntArray
@@ -163,10 +167,12 @@ def propose(
                         - math.log(seen)
                     )
                 count += 1
-        missed.tail[node] += scan.survival_cost - math.log(1.0 - seen)
-        chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
-        missed.counted[node] += chance
-        missed.misses[node] += chance
+        missed.tail[node] += scan.survival_cost
+        if scan.is_silence_telling:
+            missed.tail[node] -= math.log(1.0 - seen)
+            chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
+            missed.counted[node] += chance
+            missed.misses[node] += chance
         if missed.misses[node] >= rule.max_misses or interval > rule.max_unseen:
             missed.tail[node] = math.inf
     return count

@@ -49,6 +49,4 @@ def waited(
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]
-    return replace(
-        beginning, tail=nodes.tail[:count].copy(), misses=nodes.misses[:count].copy()
-    )
+    return replace(beginning, tail=nodes.tail[:count].copy(), misses=nodes.misses[:count].copy())

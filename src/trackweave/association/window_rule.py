@@ -82,6 +82,8 @@ def scan_input(scan: Scan, sensor: Sensor, survival_cost: float) -> tuple[ScanIn
     return ScanInput(
         time=float(scan.time),
         new_instant=True,
+        # A lone report of a sensor that does not scan says nothing of other objects.
+        is_silence_telling=sensor.scan_period is not None or len(scan) != 1,
         position=np.ascontiguousarray(scan.measurement[order]),
         sigma=np.ascontiguousarray(sigma[order]),
         slot=np.arange(order.shape[0]),

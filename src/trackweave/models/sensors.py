@@ -27,7 +27,8 @@ class Sensor:
     clutter_density
         False alarms per m² (m³) of covered space and scan. Must be positive.
     scan_period
-        Seconds from scan to scan, None for a sensor that does not scan. Must be positive.
+        Seconds from scan to scan, None for a sensor that does not scan: a single report of it
+        says nothing of other objects, and makes no track miss a chance. Must be positive.
     field_of_view
         What it covers; None for everywhere.
 

@@ -29,6 +29,9 @@ from trackweave.trackers.window import OpenScan, OpenScans, Window
 
 __all__ = ["MultiScanTracker"]
 
+UNSEEN_WITHOUT_PERIOD = 600.0
+"""After how long without a report a track ends where no sensor has a scan period [s]."""
+
 
 class MultiScanTracker:
     """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
@@ -220,7 +223,9 @@ class MultiScanTracker:
     def _lifecycle_costs(self) -> tuple[float, float, float]:
         """Return what the rule needs of the lifecycle: survival, misses, seconds unseen."""
         misses = self._lifecycle.delete_after_misses
-        return self._lifecycle.survival, misses, 10.0 * misses * self._period
+        periodic = any(sensor.scan_period is not None for sensor in self._sensors.values())
+        unseen = 10.0 * misses * self._period if periodic else UNSEEN_WITHOUT_PERIOD
+        return self._lifecycle.survival, misses, unseen
 
     def _planted(self) -> AssociationTree:
         """Return a tree of the tracks from before the window alone, and make it the tracker's."""

@@ -80,7 +80,11 @@ class Undetected:
         if interval > 0:
             self.wait(scan.time, interval)
         density = self.log_density(scan.position, scan.time)
-        self.scanned(scan.detection_probability, scan.coverage)
+        detected = scan.detection_probability
+        if not scan.is_silence_telling:
+            # Lone reports come to a look at everything over a period, not each by itself.
+            detected = 1.0 - (1.0 - detected) ** min(interval / self._period, 1.0)
+        self.scanned(detected, scan.coverage)
         return density
 
     def log_density(self, position: FloatArray, time: float) -> FloatArray:
