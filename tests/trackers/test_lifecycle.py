@@ -2,10 +2,14 @@ import numpy as np
 import pytest
 
 from oracles.scenes import run, scan, sensor, tracker
+from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE
 from trackweave.errors import InvalidInputError
 from trackweave.models.coverage import FieldOfView
+from trackweave.models.motion import ConstantVelocity
+from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.multiscan import MultiScanTracker
 
 PATIENT = Lifecycle(certain_probability=1.0, confirm_probability=0.0, new_target_density=1e-5)
 
@@ -113,6 +117,26 @@ def test_a_lost_object_is_taken_up_again_under_a_new_name():
     before, after = hypotheses[7].tracks, hypotheses[-1].tracks
     assert len(before) == len(after) == 1
     assert after.track[0] > before.track[0]
+
+
+@pytest.mark.parametrize("estimate", ["average", "best"])
+def test_misses_end_a_confirmed_track_and_nothing_sooner(estimate):
+    """With the usual survival the best explanation is an end after three misses already."""
+    target = MultiScanTracker(
+        motion=ConstantVelocity(0.1, 20.0),
+        sensors=[Sensor("radar", 5.0, 0.9, 1e-7, scan_period=1.0)],
+        lifecycle=Lifecycle(delete_after_misses=5),
+        estimate=estimate,
+    )
+    rng = np.random.default_rng(2)
+    for time in range(12):
+        place = np.array([[10.0 * time, 0.0]]) + rng.normal(0, 5.0, (1, 2))
+        target.step(Scan(float(time), "radar", place), rng=rng)
+    shown = []
+    for time in range(12, 18):
+        tracks = target.step(Scan(float(time), "radar", np.empty((0, 2))), rng=rng).tracks
+        shown.append(tracks.status.tolist())
+    assert shown == [[COASTING]] * 4 + [[], []]
 
 
 def test_out_of_sight_a_track_coasts_but_not_for_ever():

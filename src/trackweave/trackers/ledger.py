@@ -17,8 +17,10 @@ from trackweave.trackers.lifecycle import Lifecycle
 
 __all__ = ["Chosen", "Ledger", "LostTrack"]
 
-REPORTED_EXISTENCE = 0.5
-"""A track is shown while its object lives at least as probably as not."""
+TENTATIVE_EXISTENCE = 0.5
+"""A tentative track is shown while its object lives at least as probably as not."""
+COASTING_EXISTENCE = 0.01
+"""A confirmed track is shown until it is all but certain that its object is gone."""
 
 
 @dataclass(slots=True)
@@ -230,10 +232,14 @@ class Ledger:
     ) -> TrackTable:
         """Return a row for each live track."""
         nodes = tree.nodes
+        known = [self._records[name].confirmed for name in chosen.track.tolist()]
+        is_known = np.array(known, dtype=np.bool_)
         if beliefs is not None:
-            live = beliefs.existence[chosen.family] >= REPORTED_EXISTENCE
+            needed = np.where(is_known, COASTING_EXISTENCE, TENTATIVE_EXISTENCE)
+            live = beliefs.existence[chosen.family] >= needed
         else:
-            live = nodes.tail[chosen.leaf] <= tree.rule.end_cost
+            tail = nodes.tail[chosen.leaf]
+            live = tail <= np.where(is_known, np.finfo(np.float64).max, tree.rule.end_cost)
         order = np.flatnonzero(live)[np.argsort(chosen.track[live], kind="stable")]
         leaf, track, family = chosen.leaf[order], chosen.track[order], chosen.family[order]
         if beliefs is not None:
@@ -245,14 +251,12 @@ class Ledger:
                 time - nodes.time[leaf],
                 tree.rule.process_noise,
             )
-        records = [self._records[name] for name in track.tolist()]
-        confirmed = np.array([record.confirmed for record in records], dtype=np.bool_)
-        missed = nodes.misses[leaf] >= REPORTED_EXISTENCE
-        fixed_score = np.array([record.score for record in records], dtype=np.float64)
+        missed = nodes.misses[leaf] >= 0.5
+        fixed_score = np.array([self._records[name].score for name in track.tolist()])
         return TrackTable(
             time=np.full(track.shape[0], time),
             track=track,
-            status=np.where(confirmed, np.where(missed, COASTING, CONFIRMED), TENTATIVE),
+            status=np.where(is_known[order], np.where(missed, COASTING, CONFIRMED), TENTATIVE),
             mean=mean,
             covariance=covariance,
             score=fixed_score + nodes.cost[leaf],
