@@ -4,7 +4,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 
-__all__ = ["predicted", "transition"]
+__all__ = ["predicted", "transition", "updated"]
 
 
 def transition(
@@ -60,3 +60,29 @@ def predicted(
     ahead = np.einsum("kij,kj->ki", moving, mean)
     spread = moving @ covariance @ moving.transpose(0, 2, 1) + noise
     return ahead, spread
+
+
+def updated(
+    mean: FloatArray, covariance: FloatArray, position: FloatArray, sigma: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return states after a position report each.
+
+    Parameters
+    ----------
+    mean, covariance
+        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
+    position
+        Reports [m], shape (rows, dim).
+    sigma
+        Their standard deviation along each axis [m], of the same shape.
+
+    Returns
+    -------
+    Mean and covariance, of the same shapes as those given.
+    """
+    dim = position.shape[1]
+    spread = covariance[:, :dim, :dim] + sigma[:, :, None] ** 2 * np.eye(dim)
+    gain = np.linalg.solve(spread, covariance[:, :dim, :]).swapaxes(1, 2)
+    after = covariance - gain @ covariance[:, :dim, :]
+    shift = np.einsum("kij,kj->ki", gain, position - mean[:, :dim])
+    return mean + shift, (after + after.swapaxes(1, 2)) / 2
