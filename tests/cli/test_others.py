@@ -83,6 +83,30 @@ def test_simulate_track_evaluate_is_a_circle(run: Run, scenario: Path, tmp_path:
     assert found["gospa"] < 50
 
 
+def test_tracking_into_a_simulation_is_refused_and_loses_nothing(
+    run: Run, scenario: Path, tmp_path: Path
+) -> None:
+    scene = tmp_path / "scene"
+    run("simulate", scenario, "--out", scene)
+    before = {path.name: path.read_bytes() for path in scene.iterdir()}
+    done = run("track", scene / "reports.csv", "--out", scene)
+    assert done.exit_code == 2
+    assert "holds a run of `trackweave simulate`" in done.stderr
+    assert {path.name: path.read_bytes() for path in scene.iterdir()} == before
+
+
+def test_a_run_does_not_replace_its_own_priors(run: Run, scenario: Path, tmp_path: Path) -> None:
+    scene, out = tmp_path / "scene", tmp_path / "out"
+    run("simulate", scenario, "--out", scene)
+    reports = scene / "reports.csv"
+    assert run("track", reports, "--out", out).exit_code == 0
+    before = (out / "tracks.csv").read_bytes()
+    done = run("track", reports, "--priors", out / "tracks.csv", "--out", out)
+    assert done.exit_code == 2
+    assert "its tracks.csv is an input of this run" in done.stderr
+    assert (out / "tracks.csv").read_bytes() == before
+
+
 def test_simulate_gives_the_same_bytes_for_the_same_seed(
     run: Run, scenario: Path, tmp_path: Path
 ) -> None:

@@ -47,7 +47,7 @@ def place(request, area):
     if request.param != "new":
         path.mkdir()
     if request.param == "ours":
-        OutputDirectory(path).write(OLD, RUN)
+        OutputDirectory(path, "track").write(OLD, RUN)
         (path / "notes.txt").write_text("mine")
         (path / "folder").mkdir()
         (path / "folder" / "tracks.csv").write_text("mine too")
@@ -55,26 +55,30 @@ def place(request, area):
 
 
 def test_writes_all_files_and_a_record_that_lists_them(place, area):
-    output = OutputDirectory(place)
+    output = OutputDirectory(place, "track")
     output.check()
     output.write(NEW, RUN)
     for name, content in NEW.items():
         assert (place / name).read_bytes() == content
     record = json.loads((place / RECORD).read_bytes())
-    assert record == {**RUN, "files": ["assignments.csv", "run.json", "tracks.csv"]}
+    assert record == {
+        **RUN,
+        "command": "track",
+        "files": ["assignments.csv", "run.json", "tracks.csv"],
+    }
     assert not any(map(is_staging, area.rglob("*")))
 
 
 def test_replaces_only_the_files_of_the_earlier_run(tmp_path):
-    OutputDirectory(tmp_path).write(OLD, RUN)
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
     (tmp_path / "notes.txt").write_text("mine")
-    OutputDirectory(tmp_path).write(NEW, RUN)
+    OutputDirectory(tmp_path, "track").write(NEW, RUN)
     assert names(tmp_path) == ["assignments.csv", "notes.txt", "run.json", "tracks.csv"]
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_leaves_the_permissions_to_the_user(tmp_path):
-    OutputDirectory(tmp_path / "run").write(NEW, RUN)
+    OutputDirectory(tmp_path / "run", "track").write(NEW, RUN)
     (tmp_path / "by_hand").mkdir()
     (tmp_path / "by_hand" / "file").write_bytes(b"")
     for ours, by_hand in (("run", "by_hand"), ("run/tracks.csv", "by_hand/file")):
@@ -82,11 +86,11 @@ def test_leaves_the_permissions_to_the_user(tmp_path):
 
 
 def test_a_file_that_the_earlier_run_did_not_write_is_not_replaced(tmp_path):
-    OutputDirectory(tmp_path).write(OLD, RUN)
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
     (tmp_path / "assignments.csv").write_text("mine")
     before = contents(tmp_path)
     with pytest.raises(OutputError, match=r"assignments\.csv that is not of the earlier run"):
-        OutputDirectory(tmp_path).write(NEW, RUN)
+        OutputDirectory(tmp_path, "track").write(NEW, RUN)
     assert contents(tmp_path) == before
 
 
@@ -100,8 +104,8 @@ def test_refuses_a_directory_of_others(tmp_path, record):
         (tmp_path / RECORD).write_bytes(record)
     before = contents(tmp_path)
     for attempt in (
-        OutputDirectory(tmp_path).check,
-        lambda: OutputDirectory(tmp_path).write(NEW, RUN),
+        OutputDirectory(tmp_path, "track").check,
+        lambda: OutputDirectory(tmp_path, "track").write(NEW, RUN),
     ):
         with pytest.raises(OutputError, match="not empty and not a run of trackweave"):
             attempt()
@@ -114,15 +118,92 @@ def test_a_record_that_lists_what_is_not_ours_to_list_does_no_harm(tmp_path):
     run.mkdir()
     listed = ["../precious", "/etc/passwd", "..", "", 3, None, "gone.csv"]
     (run / RECORD).write_text(json.dumps({"trackweave": "0", "files": listed}))
-    OutputDirectory(run).write(NEW, RUN)
+    OutputDirectory(run, "track").write(NEW, RUN)
     assert (tmp_path / "precious").read_text() == "mine"
     assert names(run) == ["assignments.csv", "run.json", "tracks.csv"]
+
+
+def simulated(folder: Path) -> Path:
+    OutputDirectory(folder, "simulate").write({"reports.csv": b"mine", "truth.csv": b"mine"}, RUN)
+    return folder
+
+
+@pytest.mark.parametrize("says_so", [True, False])
+def test_refuses_a_run_of_another_command_and_leaves_its_files(tmp_path, says_so):
+    simulated(tmp_path)
+    if not says_so:
+        listed = json.loads((tmp_path / RECORD).read_bytes())["files"]
+        (tmp_path / RECORD).write_text(json.dumps({**RUN, "files": listed}))
+    before = contents(tmp_path)
+    message = (
+        "holds a run of `trackweave simulate`; expected a new or empty directory, or an earlier "
+        "run of `trackweave track`"
+    )
+    output = OutputDirectory(tmp_path, "track")
+    for attempt in (output.check, lambda: output.write(NEW, RUN)):
+        with pytest.raises(OutputError, match=message):
+            attempt()
+    assert contents(tmp_path) == before
+
+
+def test_never_removes_what_the_command_does_not_write(tmp_path):
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
+    (tmp_path / "thesis.tex").write_text("mine")
+    (tmp_path / "reports.csv").write_text("mine too")
+    listed = ["thesis.tex", "tracks.csv", "history.csv", "reports.csv"]
+    record = {**RUN, "command": "track", "files": listed}
+    (tmp_path / RECORD).write_text(json.dumps(record))
+    OutputDirectory(tmp_path, "track").write(NEW, RUN)
+    assert (tmp_path / "thesis.tex").read_text() == "mine"
+    assert (tmp_path / "reports.csv").read_text() == "mine too"
+    assert not (tmp_path / "history.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["tracks.csv", "history.csv", RECORD])
+def test_refuses_to_replace_an_input_of_the_run(tmp_path, name):
+    OutputDirectory(tmp_path / "run", "track").write(OLD, RUN)
+    (tmp_path / "link").symlink_to(tmp_path / "run" / name)
+    output = OutputDirectory(tmp_path / "run", "track")
+    for path in (tmp_path / "run" / name, tmp_path / "link"):
+        with pytest.raises(OutputError, match=f"its {name} is an input of this run"):
+            output.check([None, path])
+    output.check([tmp_path / "absent", tmp_path / "run" / "other.csv"])
+
+
+def test_an_input_beside_the_results_is_no_trouble(tmp_path):
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
+    (tmp_path / "reports.csv").write_text("mine")
+    OutputDirectory(tmp_path, "track").check([tmp_path / "reports.csv"])
+    OutputDirectory(tmp_path, "track").write(NEW, RUN)
+    assert (tmp_path / "reports.csv").read_text() == "mine"
+
+
+def test_says_early_that_a_name_is_taken(tmp_path):
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
+    (tmp_path / "assignments.csv").write_text("mine")
+    with pytest.raises(OutputError, match=r"assignments\.csv that is not of the earlier run"):
+        OutputDirectory(tmp_path, "track").check()
+
+
+def test_names_the_directory_and_not_the_staging(tmp_path, monkeypatch):
+    real = os.mkdir
+
+    def refuse(path, *arguments, **keywords):
+        if "staging" in str(path):
+            raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path))
+        real(path, *arguments, **keywords)
+
+    monkeypatch.setattr(os, "mkdir", refuse)
+    with pytest.raises(OutputError) as caught:
+        OutputDirectory(tmp_path / "run", "track").write(NEW, RUN)
+    assert str(caught.value).startswith(f"{tmp_path / 'run'}: cannot be written")
+    assert "staging" not in str(caught.value)
 
 
 def test_follows_a_symbolic_link_to_a_directory(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to("real")
-    OutputDirectory(tmp_path / "link").write(NEW, RUN)
+    OutputDirectory(tmp_path / "link", "track").write(NEW, RUN)
     assert (tmp_path / "link").is_symlink()
     assert "tracks.csv" in names(tmp_path / "real")
 
@@ -131,7 +212,7 @@ def test_follows_a_symbolic_link_to_a_directory(tmp_path):
 def test_refuses_a_symbolic_link_to_nowhere(tmp_path, aim):
     (tmp_path / "link").symlink_to(aim)
     with pytest.raises(OutputError, match="a symbolic link to nowhere"):
-        OutputDirectory(tmp_path / "link").check()
+        OutputDirectory(tmp_path / "link", "track").check()
 
 
 @pytest.mark.parametrize("below", ["", "below"])
@@ -140,34 +221,34 @@ def test_refuses_a_file(tmp_path, below):
     for attempt in ("check", "write"):
         arguments = () if attempt == "check" else (NEW, RUN)
         with pytest.raises(OutputError, match="file"):
-            getattr(OutputDirectory(tmp_path / "file" / below), attempt)(*arguments)
+            getattr(OutputDirectory(tmp_path / "file" / below, "track"), attempt)(*arguments)
     assert (tmp_path / "file").read_text() == "mine"
 
 
 @pytest.mark.parametrize("path", ["a\0b", "x" * 300])
 def test_refuses_what_cannot_be_a_name(tmp_path, path):
     with pytest.raises(OutputError):
-        OutputDirectory(tmp_path / path).check()
+        OutputDirectory(tmp_path / path, "track").check()
 
 
 def test_says_early_where_it_may_not_write(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(OutputError, match="no permission to write in"):
-        OutputDirectory(tmp_path / "a" / "b").check()
+        OutputDirectory(tmp_path / "a" / "b", "track").check()
 
 
 def test_writes_where_one_stands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    OutputDirectory(".").write(NEW, RUN)
+    OutputDirectory(".", "track").write(NEW, RUN)
     assert names(Path()) == ["assignments.csv", "run.json", "tracks.csv"]
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "run.json", ".hidden"])
 def test_our_own_slips_are_not_the_users_trouble(tmp_path, name):
     with pytest.raises(ValueError, match="expected the name of a file"):
-        OutputDirectory(tmp_path).write({name: b""}, RUN)
+        OutputDirectory(tmp_path, "track").write({name: b""}, RUN)
     with pytest.raises(ValueError, match="trackweave"):
-        OutputDirectory(tmp_path).write(NEW, {})
+        OutputDirectory(tmp_path, "track").write(NEW, {})
 
 
 STEPS = ("mkdir", "open", "write", "fsync", "rename")
@@ -210,7 +291,9 @@ class Faults:
 def wanted(before: dict[str, bytes | None]) -> dict[str, bytes | None]:
     """Return what the place holds after a whole run, given what it held before."""
     kept = {name: data for name, data in before.items() if name not in {*OLD, RECORD}}
-    record = encode_json({**RUN, "files": sorted([*NEW, RECORD])})
+    record = encode_json(
+        {"trackweave": "0.1.0", "command": "track", "seed": 1, "files": sorted([*NEW, RECORD])}
+    )
     return {**kept, **NEW, RECORD: record}
 
 
@@ -218,7 +301,7 @@ def run_with(place, monkeypatch, *arguments, **keywords) -> tuple[BaseException 
     with monkeypatch.context() as patch:
         faults = Faults(patch, *arguments, **keywords)
         try:
-            OutputDirectory(place).write(NEW, RUN)
+            OutputDirectory(place, "track").write(NEW, RUN)
         except BaseException as err:
             return err, faults
     return None, faults
@@ -252,7 +335,7 @@ def test_a_full_disk_at_any_step_changes_nothing(place, area, monkeypatch, lasti
     full = OSError(errno.ENOSPC, "No space left on device")
     for copy, there, err in attempts(area, place, monkeypatch, full, lasting=lasting):
         if err is None:  # a last flush or tidying up, which are not worth a complaint
-            OutputDirectory(there).check()
+            OutputDirectory(there, "track").check()
             assert contents(there) == after
             continue
         n_refused += 1
@@ -273,7 +356,7 @@ def test_ctrl_c_at_any_step_leaves_the_old_or_the_new_whole(place, area, monkeyp
             continue
         n_new += 1
         if any(map(is_staging, copy.rglob("*"))):  # interrupted while tidying up
-            OutputDirectory(there).check()
+            OutputDirectory(there, "track").check()
         assert contents(there) == wanted(held)
         assert not any(map(is_staging, copy.rglob("*")))
     assert n_old > 10
@@ -287,16 +370,16 @@ def test_a_killed_run_is_undone_by_the_next(place, area, monkeypatch):
     for copy, there, _ in attempts(area, place, monkeypatch, SystemExit(), lasting=STEPS):
         if there.exists():
             n_halves += contents(there) not in (held, wanted(held))
-            OutputDirectory(there).check()
+            OutputDirectory(there, "track").check()
         assert contents(there) in (held, wanted(held))
-        OutputDirectory(there).write(NEW, RUN)
+        OutputDirectory(there, "track").write(NEW, RUN)
         assert contents(there) == wanted(held)
         assert not any(map(is_staging, copy.rglob("*")))
     assert n_halves > 5 or not place.exists()
 
 
 def test_a_failing_disk_that_recovers_loses_nothing(tmp_path, monkeypatch):
-    OutputDirectory(tmp_path).write(OLD, RUN)
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
     before = contents(tmp_path)
     broken = OSError(errno.EIO, "Input/output error")
     for step in range(60):
@@ -304,7 +387,7 @@ def test_a_failing_disk_that_recovers_loses_nothing(tmp_path, monkeypatch):
         if err is None:
             break
         assert isinstance(err, OutputError)
-        OutputDirectory(tmp_path).check()
+        OutputDirectory(tmp_path, "track").check()
         assert contents(tmp_path) == before
     assert 15 < step < 50
 
@@ -313,9 +396,9 @@ def test_a_failing_disk_that_recovers_loses_nothing(tmp_path, monkeypatch):
 def test_two_runs_at_once_do_not_meddle(tmp_path):
     staging = Staging(tmp_path)
     with pytest.raises(OutputError, match="another run is writing there"):
-        OutputDirectory(tmp_path).write(NEW, RUN)
+        OutputDirectory(tmp_path, "track").write(NEW, RUN)
     staging.remove()
-    OutputDirectory(tmp_path).write(NEW, RUN)
+    OutputDirectory(tmp_path, "track").write(NEW, RUN)
 
 
 def test_staging_of_a_change_around_us_is_left_alone(tmp_path):
@@ -324,5 +407,5 @@ def test_staging_of_a_change_around_us_is_left_alone(tmp_path):
     (left / "old").mkdir(parents=True)
     (left / "old" / "tracks.csv").write_bytes(b"old tracks")
     (left / "journal.json").write_text('{"new": [], "old": ["tracks.csv"]}')
-    OutputDirectory(tmp_path / "run").write(NEW, RUN)
+    OutputDirectory(tmp_path / "run", "track").write(NEW, RUN)
     assert (left / "old" / "tracks.csv").exists()

@@ -72,7 +72,7 @@ def _options(
 def demo(
     out: Annotated[
         Path,
-        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
     ] = Path("trackweave-demo"),
     seed: SeedOption = None,
     json: JsonOption = False,
@@ -103,7 +103,7 @@ def track(
     ],
     out: Annotated[
         Path,
-        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
     ],
     config: Annotated[
         Path | None,
@@ -155,7 +155,7 @@ def simulate(
     ],
     out: Annotated[
         Path,
-        typer.Option(help="Directory for the files: a new or empty one, or an earlier run's."),
+        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
     ],
     seed: SeedOption = None,
     json: JsonOption = False,

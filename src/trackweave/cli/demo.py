@@ -24,7 +24,7 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
     """Simulate, track, compare with the truth and write everything; return the comparison."""
     import tomllib
 
-    place = OutputDirectory(out)
+    place = OutputDirectory(out, "demo")
     place.check()
     scenario = demo_scenario()
     rng = np.random.default_rng(seed)

@@ -17,8 +17,8 @@ __all__ = ["run_simulate", "simulated_tables"]
 
 def run_simulate(scenario: Path, out: Path, seed: int | None, voice: Voice) -> dict[str, Any]:
     """Simulate a scenario file and write reports and truth; return how many."""
-    place = OutputDirectory(out)
-    place.check()
+    place = OutputDirectory(out, "simulate")
+    place.check([scenario])
     planned = read_scenario(scenario)
     if seed is None:
         seed = planned.seed

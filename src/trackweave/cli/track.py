@@ -54,8 +54,8 @@ class Request:
 
 def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     """Track a file of reports and write what was found; return the run's totals."""
-    place = OutputDirectory(request.out)
-    place.check()
+    place = OutputDirectory(request.out, "track")
+    place.check([request.reports, request.config, request.priors])
     if request.deadline_ms is not None and not 0 < request.deadline_ms < float("inf"):
         raise InvalidInputError(
             f"--deadline-ms: {request.deadline_ms}; expected a number > 0 of milliseconds"

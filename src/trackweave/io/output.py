@@ -11,48 +11,69 @@ change and removes it.
 import contextlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
-from trackweave.io.staging import Staging, is_staging, recover, remove_abandoned
+from trackweave.io.staging import STAGING_PREFIX, Staging, is_staging, recover, remove_abandoned
 
-__all__ = ["RECORD", "OutputDirectory"]
+__all__ = ["FILES", "RECORD", "OutputDirectory"]
 
 RECORD = "run.json"
+# What each command writes besides the record. No other file is ever replaced or removed.
+_SIMULATED = frozenset({"reports.csv", "truth.csv"})
+_TRACKED = frozenset({"tracks.csv", "assignments.csv", "history.csv"})
+FILES = {
+    "simulate": _SIMULATED,
+    "track": _TRACKED,
+    "demo": _SIMULATED | _TRACKED | {"tracker.toml", "demo.png"},
+}
 
 
 class OutputDirectory:
-    """A directory for the files of one run: new, empty, or that of an earlier run of ours.
+    """A directory for the files of one run: new, empty, or that of the command's earlier run.
 
-    A directory is ours when its run.json is an object with the key ``trackweave``; only the files
-    that it lists under ``files`` are ever replaced or removed. A missing parent is created. A
-    symbolic link to a directory is followed; a dangling one is refused.
+    A directory is ours when its run.json is an object with the key ``trackweave``. Only files
+    that it lists under ``files`` and that the command itself writes are ever replaced or removed;
+    a run of another command is refused, because its files are no result of this one, and yet
+    would look like it. A missing parent is created. A symbolic link to a directory is followed; a
+    dangling one is refused.
 
     Parameters
     ----------
     path
         Where the files go.
+    command
+        Who writes them, a key of ``FILES``.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], command: str) -> None:
         self.path = Path(path)
+        self.command = command
 
-    def check(self) -> None:
+    def check(self, inputs: Iterable[str | os.PathLike[str] | None] = ()) -> None:
         """Refuse a place where ``write`` would fail, before any work is done.
+
+        Parameters
+        ----------
+        inputs
+            Files that the run reads, which it must not replace or remove; None for one not given.
 
         Raises
         ------
         OutputError
-            If the path is a file, a directory that is not empty and not ours, or not writable.
+            If the path is a file, a directory that is not empty and not ours, or not writable, or
+            if an input would be lost.
         """
         with _translated(self.path):
             target = self._target()
             if target.is_dir():
                 self._recover_in(target)
-                self._old_files(target)
+                old = self._old_files(target)
+                self._spare(target, [Path(path) for path in inputs if path is not None])
+                self._refuse_strangers(target, FILES[self.command], old)
             place = target
             while not place.exists():
                 place = place.parent
@@ -69,18 +90,18 @@ class OutputDirectory:
         files
             Each file's name, without folders, and content.
         record
-            Content of run.json; it must have the key ``trackweave``, the version. The names of
-            all files are added to it as ``files``.
+            Content of run.json; it must have the key ``trackweave``, the version. The command and
+            the names of all files are added to it as ``command`` and ``files``.
 
         Raises
         ------
         InvalidInputError
-            If a name is no plain file name, or the record has no version.
+            If a file is none that the command writes, or the record has no version.
         OutputError
             If the place is refused as by ``check``, or the environment fails, such as by a full
             disk; then nothing has changed.
         """
-        contents = _contents(files, record)
+        contents = _contents(files, record, self.command)
         with _translated(self.path):
             target = self._target()
             if target.is_dir():
@@ -114,18 +135,38 @@ class OutputDirectory:
                 "directory, or an earlier run's"
             )
         listed = record.get("files")
-        names = listed if isinstance(listed, list) else []
-        ours = {name for name in names if isinstance(name, str) and _is_plain(name)} | {RECORD}
+        names = {name for name in listed if isinstance(name, str)} if _is_list(listed) else set()
+        writer = record.get("command") or _writer_of(names)
+        if writer != self.command:
+            raise OutputError(
+                f"{self.path}: holds a run of `trackweave {writer}`; expected a new or empty "
+                f"directory, or an earlier run of `trackweave {self.command}`"
+            )
+        ours = (names & FILES[self.command]) | {RECORD}
         return sorted(name for name in ours & present if (target / name).is_file())
 
-    def _replace(self, target: Path, contents: Mapping[str, bytes]) -> None:
-        old = self._old_files(target)
-        for name in contents:
-            if name not in old and (target / name).exists():
+    def _spare(self, target: Path, inputs: Iterable[Path]) -> None:
+        """Refuse to replace or remove what the run reads."""
+        for path in inputs:
+            for name in sorted(FILES[self.command] | {RECORD}):
+                place = target / name
+                if place.exists() and path.exists() and place.samefile(path):
+                    raise OutputError(
+                        f"{self.path}: its {name} is an input of this run and would be replaced; "
+                        "expected another directory"
+                    )
+
+    def _refuse_strangers(self, target: Path, names: Iterable[str], old: list[str]) -> None:
+        for name in sorted(names):
+            if name not in old and os.path.lexists(target / name):
                 raise OutputError(
                     f"{self.path}: has a {name} that is not of the earlier run; "
                     "expected only our own files under our names"
                 )
+
+    def _replace(self, target: Path, contents: Mapping[str, bytes]) -> None:
+        old = self._old_files(target)
+        self._refuse_strangers(target, contents, old)
         # Inside the target: it may be the only place on its disk where we may write.
         staging = Staging(target)
         try:
@@ -155,18 +196,30 @@ class OutputDirectory:
         staging.remove()
 
 
-def _contents(files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
+def _contents(
+    files: Mapping[str, bytes], record: Mapping[str, Any], command: str
+) -> dict[str, bytes]:
     if "trackweave" not in record:
         raise InvalidInputError("record: no key trackweave; expected the version under it")
     for name in files:
-        if not _is_plain(name) or name == RECORD:
-            raise InvalidInputError(f"{name!r}: expected the name of a file, without folders")
+        if name not in FILES[command]:
+            raise InvalidInputError(
+                f"{name!r}: expected the name of a file that `trackweave {command}` writes"
+            )
     names = sorted([*files, RECORD])
-    return {**files, RECORD: encode_json({**record, "files": names})}
+    # The command stands beside the version, where a reader looks first.
+    begin = {"trackweave": record["trackweave"], "command": command}
+    return {**files, RECORD: encode_json({**begin, **record, "files": names})}
 
 
-def _is_plain(name: str) -> bool:
-    return name not in {"", ".", ".."} and Path(name).name == name and not name.startswith(".")
+def _is_list(listed: Any) -> TypeGuard[list[Any]]:
+    return isinstance(listed, list)
+
+
+def _writer_of(names: set[str]) -> str:
+    """Return which command wrote a run whose record does not say so."""
+    known = names & FILES["demo"]
+    return next((name for name, files in FILES.items() if known and known <= files), "track")
 
 
 def _read_record(path: Path) -> dict[str, Any] | None:
@@ -186,6 +239,8 @@ def _translated(path: Path) -> Iterator[None]:
         raise
     except OSError as err:
         place = err.filename if isinstance(err.filename, str) else str(path)
+        if STAGING_PREFIX in place:  # nobody asked for that one
+            place = str(path)
         raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
     except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
         raise OutputError(f"{str(path)!r}: not a place for files ({err})") from err

@@ -21,9 +21,9 @@ except ImportError:  # Windows: every staging directory then counts as left behi
 else:
     _HAS_LOCKS = True
 
-__all__ = ["Staging", "is_staging", "recover", "remove_abandoned"]
+__all__ = ["STAGING_PREFIX", "Staging", "is_staging", "recover", "remove_abandoned"]
 
-_PREFIX = ".trackweave-staging-"
+STAGING_PREFIX = ".trackweave-staging-"
 _JOURNAL = "journal.json"
 
 
@@ -38,7 +38,7 @@ class Staging:
 
     def __init__(self, folder: Path) -> None:
         # Named before it is made, so that an interruption in between leaves nothing behind.
-        self.path = folder / f"{_PREFIX}{secrets.token_hex(8)}"
+        self.path = folder / f"{STAGING_PREFIX}{secrets.token_hex(8)}"
         self._lock: int | None = None
         try:
             self.path.mkdir(mode=0o700)
@@ -150,7 +150,7 @@ def remove_abandoned(folder: Path) -> None:
 
 def is_staging(entry: Path) -> bool:
     """Return whether a directory's entry is a staging directory."""
-    return entry.name.startswith(_PREFIX) and entry.is_dir() and not entry.is_symlink()
+    return entry.name.startswith(STAGING_PREFIX) and entry.is_dir() and not entry.is_symlink()
 
 
 def _stagings(folder: Path) -> list[Path]:
