@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
 
-from trackweave.arrays import float_array, int_array, require_finite
+from trackweave.arrays import (
+    float_array,
+    int_array,
+    is_number,
+    is_whole,
+    name_text,
+    require_finite,
+    require_instance,
+)
 from trackweave.errors import InvalidInputError
 
 
@@ -66,3 +74,35 @@ def test_names_the_first_place_that_is_not_finite(value):
     with pytest.raises(InvalidInputError, match=r"points\[1, 0\]: .*; expected a finite number"):
         require_finite(array, "points")
     require_finite(np.zeros((0, 2)), "points")
+
+
+def test_refuses_rows_of_different_lengths_among_whole_numbers():
+    with pytest.raises(InvalidInputError, match=r"tuples: .*; expected whole numbers, and rows"):
+        int_array([(1, 1), (1,)], "tuples", (None, None))
+
+
+@pytest.mark.parametrize("value", [True, "1", None, np.nan, np.inf, 10**400, [1.0], 1j])
+def test_takes_for_a_number_only_a_finite_one(value):
+    assert not is_number(value)
+    assert all(is_number(number) for number in (1, 2.5, np.float32(1), np.int64(3)))
+
+
+@pytest.mark.parametrize("value", [True, "1", None, 1.0, np.float64(2), [1]])
+def test_takes_for_a_whole_number_only_an_integer(value):
+    assert not is_whole(value)
+    assert is_whole(3)
+    assert is_whole(np.int32(3))
+
+
+def test_takes_a_name_as_text_or_whole_number():
+    assert name_text(0, "sensor") == name_text(np.int64(0), "sensor") == name_text("0", "sensor")
+    for value in (None, 1.5, True, b"0"):
+        with pytest.raises(InvalidInputError, match=r"sensor: .*; expected a text"):
+            name_text(value, "sensor")
+
+
+def test_refuses_a_class_in_the_place_of_its_instance():
+    require_instance(1.5, float, "speed")
+    for value in (float, "fast"):
+        with pytest.raises(InvalidInputError, match=r"speed: .*; expected an instance of float"):
+            require_instance(value, float, "speed")

@@ -1,13 +1,25 @@
-"""The one place that casts and checks arrays that come from outside."""
+"""The one place that casts and checks arrays and plain values that come from outside."""
 
 from collections.abc import Sequence
+from math import isfinite
+from numbers import Integral, Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trackweave.errors import InvalidInputError
 
-__all__ = ["FloatArray", "IntArray", "float_array", "int_array", "require_finite"]
+__all__ = [
+    "FloatArray",
+    "IntArray",
+    "float_array",
+    "int_array",
+    "is_number",
+    "is_whole",
+    "name_text",
+    "require_finite",
+    "require_instance",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,7 +76,12 @@ def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntA
     InvalidInputError
         If the values are not whole numbers or the shape differs.
     """
-    raw = np.asarray(values)
+    try:
+        raw = np.asarray(values)
+    except ValueError as err:
+        raise InvalidInputError(
+            f"{name}: {values!r:.80}; expected whole numbers, and rows of one length"
+        ) from err
     if raw.size == 0:
         raw = raw.astype(np.int64)
     fits = raw.dtype.kind == "i"
@@ -95,6 +112,85 @@ def require_finite(array: FloatArray, name: str) -> None:
     if bad.size:
         place = tuple(int(index) for index in bad[0])
         raise InvalidInputError(f"{name}{list(place)}: {array[place]}; expected a finite number")
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value is one finite number; True and False are none.
+
+    Parameters
+    ----------
+    value
+        Anything.
+
+    Returns
+    -------
+    Whether it can be reckoned with.
+    """
+    # An integer beyond all floats counts as infinite.
+    try:
+        return not isinstance(value, bool) and isinstance(value, Real) and isfinite(value)
+    except OverflowError:
+        return False
+
+
+def is_whole(value: object) -> bool:
+    """Tell whether a value is one whole number of an integer type; True and False are none.
+
+    Parameters
+    ----------
+    value
+        Anything.
+
+    Returns
+    -------
+    Whether it can count or number something.
+    """
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def name_text(value: object, name: str) -> str:
+    """Return a name, which may be text or a whole number, as text: 0 and "0" are one name.
+
+    Parameters
+    ----------
+    value
+        The name.
+    name
+        What the error message calls it.
+
+    Returns
+    -------
+    The text.
+
+    Raises
+    ------
+    InvalidInputError
+        If the value is neither.
+    """
+    if not isinstance(value, str) and not is_whole(value):
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a text or a whole number")
+    return str(value)
+
+
+def require_instance(value: object, kind: type, name: str) -> None:
+    """Refuse a value of another kind.
+
+    Parameters
+    ----------
+    value
+        The value.
+    kind
+        What it has to be an instance of.
+    name
+        What the error message calls it.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is none.
+    """
+    if not isinstance(value, kind):
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected an instance of {kind.__name__}")
 
 
 def _require_shape(array: NDArray[np.generic], name: str, shape: Sequence[int | None]) -> None:

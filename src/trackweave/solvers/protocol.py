@@ -8,8 +8,9 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
 
-__all__ = ["Hint", "Solver", "Stop"]
+__all__ = ["Hint", "Solver", "Stop", "require_solver"]
 
 Stop: TypeAlias = Callable[[], bool]
 """Tells, every few milliseconds, whether to stop with the best answer so far."""
@@ -62,3 +63,22 @@ class Solver(Protocol):
         A feasible answer, however early the stop.
         """
         ...
+
+
+def require_solver(value: object, name: str) -> None:
+    """Refuse what cannot be called as a solver.
+
+    Parameters
+    ----------
+    value
+        What was given as a solver.
+    name
+        What the error message calls it.
+
+    Raises
+    ------
+    InvalidInputError
+        If it cannot be called, or is a class: its call would make a solver, not an answer.
+    """
+    if isinstance(value, type) or not callable(value):
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Genetic()")

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from trackweave.arrays import require_instance
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
 from trackweave.solvers.genetic import Genetic
-from trackweave.solvers.protocol import Hint, Solver, Stop
+from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
 
 __all__ = ["solve"]
 
@@ -35,6 +37,25 @@ def solve(
     Returns
     -------
     The answer with its certificate.
+
+    Raises
+    ------
+    InvalidInputError
+        If an argument is of another kind than it has to be.
     """
     chosen = Genetic() if solver is None else solver
+    _require_arguments(problem, chosen, rng, hint, stop)
     return chosen(problem, rng=rng, hint=hint, stop=stop)
+
+
+def _require_arguments(
+    problem: object, solver: object, rng: object, hint: object, stop: object
+) -> None:
+    """Refuse arguments of a wrong kind, so that solvers need not."""
+    require_instance(problem, AssignmentProblem, "problem")
+    require_solver(solver, "solver")
+    require_instance(rng, np.random.Generator, "rng")
+    if hint is not None:
+        require_instance(hint, Hint, "hint")
+    if stop is not None and not callable(stop):
+        raise InvalidInputError(f"stop: {stop!r:.80}; expected something to call, or None")
