@@ -14,7 +14,7 @@ def tracks(dim: int = 2, n: int = 4) -> TrackTable:
     rng = np.random.default_rng(3)
     root = rng.normal(size=(n, 2 * dim, 2 * dim))
     return TrackTable(
-        time=np.array([0.0, 1.0, 1.0, 2.0]),
+        time=np.array([1.0, 2.0, 1.0, 2.0]),
         track=np.array([4, 4, 9, 9]),
         status=np.array([0, CONFIRMED, CONFIRMED, COASTING]),
         mean=rng.normal(size=(n, 2 * dim)) * 1e3,
@@ -23,6 +23,46 @@ def tracks(dim: int = 2, n: int = 4) -> TrackTable:
         hits=np.array([1, 2, 3, 3]),
         last_update=np.array([0.0, 1.0, 1.0, 1.0]),
     )
+
+
+def rows(time: list[float], track: list[int], status: list[int]) -> TrackTable:
+    n = len(time)
+    return TrackTable(
+        time=np.array(time),
+        track=np.array(track),
+        status=np.array(status),
+        mean=np.zeros((n, 4)),
+        covariance=np.tile(np.eye(4), (n, 1, 1)),
+        score=np.zeros(n),
+        hits=np.ones(n, dtype=int),
+        last_update=np.array(time),
+    )
+
+
+def test_tracks_that_ended_do_not_come_back():
+    # Track 1 ends three scans before the end, track 2 one scan before, track 3 lives.
+    written = rows([0, 0, 0, 1, 1, 2, 3], [1, 2, 3, 2, 3, 3, 3], [CONFIRMED] * 7)
+    assert read_priors(tracks_frame(written)).track.tolist() == [3]
+    until_last = rows([0, 0, 1, 1, 2], [2, 3, 2, 3, 3], [CONFIRMED] * 5)
+    assert read_priors(tracks_frame(until_last)).track.tolist() == [3]
+
+
+def test_tracks_seen_at_different_times_of_the_last_turn_live():
+    written = rows([0.0, 0.7, 4.0, 4.7, 8.0, 8.7], [1, 2] * 3, [CONFIRMED] * 6)
+    assert read_priors(tracks_frame(written)).track.tolist() == [1, 2]
+
+
+def test_one_row_for_each_track_keeps_all():
+    written = rows([0.0, 5.0, 90.0], [1, 2, 3], [CONFIRMED, COASTING, CONFIRMED])
+    assert read_priors(tracks_frame(written)).track.tolist() == [1, 2, 3]
+
+
+def test_tentative_tracks_come_only_where_there_are_no_others():
+    written = rows([0, 0, 1, 1], [1, 2, 1, 2], [0, 0, CONFIRMED, 0])
+    assert read_priors(tracks_frame(written)).track.tolist() == [1]
+    assert read_priors(tracks_frame(written).drop("status")).track.tolist() == [1, 2]
+    unsure = rows([0, 0, 1, 1], [1, 2, 1, 2], [0, 0, 0, 0])
+    assert read_priors(tracks_frame(unsure)).track.tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -114,7 +114,9 @@ def track(
     ] = None,
     priors: Annotated[
         Path | None,
-        typer.Option(help="Tracks file to set out from; the last row of each track counts."),
+        typer.Option(
+            help="Tracks file to set out from: the last row of each track alive at its end."
+        ),
     ] = None,
     seed: SeedOption = None,
     deadline_ms: Annotated[

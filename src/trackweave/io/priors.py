@@ -9,6 +9,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
+from trackweave.io.columns import BoolArray
 from trackweave.io.positions import DISTANCE
 from trackweave.io.tables import TableSource, load_table
 from trackweave.io.truth import read_status
@@ -57,7 +58,12 @@ def covariance_names(dim: int) -> tuple[str, ...]:
 
 
 def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTable:
-    """Read the last row of each track of a tracks table.
+    """Read the last row of each track that lives at the end of a tracks table.
+
+    A track whose last row is older than the table's newest by its usual time between rows, the
+    median over all tracks, or by more has ended and does not come back. Where no track has two
+    rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
+    are no others in the table.
 
     Needed are ``time,track,x,y[,z],vx,vy[,vz]`` and the upper triangle of the covariance,
     ``p_x_x,p_x_y,p_x_vx,…``. Where they are missing, ``status`` is confirmed, ``score`` and
@@ -74,7 +80,7 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
 
     Returns
     -------
-    One row per track, sorted by track.
+    One row per track that lives, sorted by track.
 
     Raises
     ------
@@ -109,6 +115,9 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
     # A stable sort: of two rows of one track and time the later row is the last.
     order = np.lexsort((time, track))
     last = order[np.flatnonzero(np.diff(track[order], append=np.inf))]
+    last = last[_alive(time[order], track[order], time[last])]
+    if np.any(status >= CONFIRMED):
+        last = last[status[last] >= CONFIRMED]
     return TrackTable(
         time=time[last],
         track=track[last].astype(np.int64),
@@ -119,6 +128,16 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
         hits=hits[last].astype(np.int64),
         last_update=last_update[last],
     )
+
+
+def _alive(time: FloatArray, track: FloatArray, last: FloatArray) -> BoolArray:
+    """Return which tracks live at the end; rows come by track, then time."""
+    gaps = np.diff(time)[np.diff(track) == 0]
+    gaps = gaps[gaps > 0]
+    if gaps.size == 0:
+        return np.ones(last.size, dtype=np.bool_)
+    # Times are sums of periods, so that one period may come a rounding error short.
+    return np.asarray(last.max() - last < np.median(gaps) * (1 - 1e-6))
 
 
 def _covariance(checks: RowChecks, dim: int) -> FloatArray:
