@@ -60,6 +60,34 @@ def message(text: str, tmp_path: Path) -> str:
     return str(caught.value).removeprefix(f"{tmp_path}/")
 
 
+@pytest.mark.parametrize(
+    ("sigma", "said"),
+    [
+        ("{x = 3}", "sigma: {x = 3}; expected a number > 0 in metres, or one for each column"),
+        ("{}", "sigma: {}; expected a number > 0 in metres, or one for each column"),
+        (
+            "{range_m = 70.0, azimuth_deg = 0.08}",
+            "sigma.range_m: unknown key; expected one of x, y, z",
+        ),
+    ],
+)
+def test_half_a_sigma_table_is_an_error_of_its_key(sigma: str, said: str, tmp_path: Path) -> None:
+    text = message(f"[sensors.default]\nsigma = {sigma}\n", tmp_path)
+    assert text.startswith(f"tracker.toml, sensors.default.{said}")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[motion]\nprocess_noise = 1e300", "expected a number ≥ 0 in m²/s³, at most 1e+12"),
+        ("[window]\ndepth = 51", "expected a whole number from 1 to 50"),
+        ("[motion]\nprocess_noise = -1.0", "expected a number ≥ 0 in m²/s³"),
+    ],
+)
+def test_a_value_too_large_is_told_the_limit(text: str, said: str, tmp_path: Path) -> None:
+    assert message(text, tmp_path).endswith(said)
+
+
 def test_takes_every_key_of_the_format(tmp_path: Path) -> None:
     file = tmp_path / "tracker.toml"
     file.write_text(FULL)

@@ -65,7 +65,9 @@ def suggest(key: str, known: Sequence[str]) -> str:
 
 def _message(finding: Any, model: Model, values: Any) -> tuple[list[str], str]:
     """Return the keys that lead to what is wrong, and what to say of it."""
-    path, expected, section = _follow(finding["loc"], model)
+    # A key that is missing has no value: the table without it is what to show.
+    place = finding["loc"][:-1] if finding["type"] == "missing" else finding["loc"]
+    path, expected, section = _follow(place, model)
     if finding["type"] == "extra_forbidden":
         key = str(finding["loc"][-1])
         known = sorted(section.model_fields) if section else []
@@ -76,8 +78,19 @@ def _message(finding: Any, model: Model, values: Any) -> tuple[list[str], str]:
         value = value[key]
     if reason == NOT_YET:
         return path, f"{show_value(value)} is {NOT_YET}; expected {expected}"
+    expected = _with_limit(expected, finding)
     # A section has no words of its own; a rule between its keys brings them as its reason.
     return path, f"{show_value(value)}; expected {expected or reason or 'a table of keys'}"
+
+
+def _with_limit(expected: str | None, finding: Any) -> str | None:
+    """Return the words of a key, with the upper limit where that is what a value exceeds."""
+    limits = {"less_than_equal": ("le", "at most"), "less_than": ("lt", "below")}
+    if expected is None or finding["type"] not in limits:
+        return expected
+    name, words = limits[finding["type"]]
+    limit = f"{finding['ctx'][name]:g}"
+    return expected if limit in expected else f"{expected}, {words} {limit}"
 
 
 def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, Model | None]:
