@@ -99,6 +99,27 @@ def test_a_deadline_still_gives_an_answer() -> None:
     assert len(tracked(pl.DataFrame(columns()), deadline=1e-6).assignments) == 20
 
 
+def test_refuses_priors_of_after_all_reports() -> None:
+    priors = trackweave.TrackTable(
+        time=np.array([9.5]), track=np.array([1]), status=np.array([1]), mean=np.zeros((1, 4)),
+        covariance=np.eye(4)[None], score=np.zeros(1), hits=np.ones(1, dtype=int),
+        last_update=np.array([9.5]),
+    )  # fmt: skip
+    with pytest.raises(InvalidInputError, match=r"priors: newest at 9.5 s, after the last report"):
+        tracked(pl.DataFrame(columns()), priors=priors)
+
+
+def test_a_history_has_one_row_for_each_track_and_scan() -> None:
+    table = columns()
+    # A rotating radar: each report has its own time, and the scan ends with the last.
+    table["scan"] = table["time"].astype(int)
+    table["time"] = table["time"] + np.tile([0.2, 0.6], 10)
+    result = tracked(pl.DataFrame(table))
+    assert result.history["time"].unique().to_list() == [k + 0.6 for k in range(10)]
+    assert result.history.group_by("track").len()["len"].to_list() == [10, 10]
+    assert set(result.history["status"].to_list()) == {"confirmed"}
+
+
 def test_refuses_priors_of_another_dimension() -> None:
     priors = trackweave.TrackTable(
         time=np.zeros(1),

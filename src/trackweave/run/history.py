@@ -9,6 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+from trackweave.run.scans import scan_ends
 
 __all__ = ["smoothed_history"]
 
@@ -72,7 +73,9 @@ def _paths(
     tracks: TrackTable,
     priors: TrackTable | None,
 ) -> list[_Path]:
-    moments = np.unique(np.concatenate([tracks.time, reports.time]))
+    # As in the tracks, a report counts at the end of its scan.
+    ends = scan_ends(reports)
+    moments = np.unique(np.concatenate([tracks.time, ends]))
     rows_of: dict[int, list[int]] = {}
     for row, track in assignment.items():
         rows_of.setdefault(track, []).append(row)
@@ -80,10 +83,11 @@ def _paths(
     paths = []
     for track in sorted(rows_of):
         rows = np.array(sorted(rows_of[track]), dtype=np.int64)
-        first, last = reports.time[rows[0]], reports.time[rows[-1]]
+        rows = rows[np.argsort(ends[rows], kind="stable")]
+        first, last = ends[rows[0]], ends[rows[-1]]
         between = moments[(moments > first) & (moments < last)]
-        empty = np.setdiff1d(between, reports.time[rows])
-        time = np.concatenate([reports.time[rows], empty])
+        empty = np.setdiff1d(between, ends[rows])
+        time = np.concatenate([ends[rows], empty])
         report = np.concatenate([rows, np.full(empty.size, -1, dtype=np.int64)])
         prior = begun.get(track)
         if prior is not None and priors is not None and priors.time[prior] <= first:

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 
-__all__ = ["complete_scans", "missing_times"]
+__all__ = ["complete_scans", "missing_times", "scan_ends"]
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
@@ -43,6 +43,27 @@ def complete_scans(reports: ReportTable, periods: Mapping[str, float | None]) ->
             scans += [Scan(time, sensor, nothing) for time in missing_times(found, period)]
     place = {name: number for number, name in enumerate(reports.sensors)}
     return sorted(scans, key=lambda scan: (scan.time, place[scan.sensor]))
+
+
+def scan_ends(reports: ReportTable) -> FloatArray:
+    """Return when each report's scan ends, which is the time that a tracker takes it for.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+
+    Returns
+    -------
+    Times [s], shape (reports,).
+    """
+    if reports.scan is None or len(reports) == 0:
+        return reports.time
+    pairs = np.stack([reports.sensor, reports.scan], axis=1)
+    scans, number = np.unique(pairs, axis=0, return_inverse=True)
+    ends = np.full(len(scans), -np.inf)
+    np.maximum.at(ends, number.reshape(-1), reports.time)
+    return np.asarray(ends[number.reshape(-1)])
 
 
 def missing_times(times: Iterable[float], period: float) -> Iterator[float]:

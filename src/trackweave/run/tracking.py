@@ -102,7 +102,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     preset
         Name of a preset, applied where the configuration is silent.
     priors
-        Tracks from which to set out: a tracks file or table; the last row of each track counts.
+        Tracks from which to set out: a tracks file or table; the last row counts of each track
+        that is alive at its end.
     rng
         The only source of randomness.
     deadline
@@ -206,6 +207,12 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
     if len(table) and table.dim != reports.dim:
         raise InvalidInputError(
             f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
+        )
+    if len(table) and table.time.max() > reports.time.max():
+        raise InvalidInputError(
+            f"priors: newest at {table.time.max():.15g} s, after the last report at "
+            f"{reports.time.max():.15g} s, so that every report would be too late; expected "
+            "tracks of before the reports"
         )
     return table
 
