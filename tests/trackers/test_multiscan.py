@@ -330,3 +330,24 @@ def test_memory_stays_flat_over_a_long_run():
     assert max(held[5:]) < 1.3 * max(held[:5]) + 50_000
     assert len(target._ledger._records) < 40
     assert len(target._ledger.assignment) < 60
+
+
+def test_no_assignment_is_more_probable_than_certain():
+    place, n = np.random.default_rng(0).uniform(0.0, 20_000.0, (12, 2)), 12
+    priors = TrackTable(
+        time=np.zeros(n),
+        track=np.arange(n),
+        status=np.full(n, CONFIRMED),
+        mean=np.hstack([place, np.zeros((n, 2))]),
+        covariance=np.stack([np.diag([25.0, 25.0, 1.0, 1.0])] * n),
+        score=np.zeros(n),
+        hits=np.full(n, 5),
+        last_update=np.zeros(n),
+    )
+    sure = sensor(clutter_density=1e-12, detection_probability=0.99)
+    target, rng = tracker(sure, search=Greedy(), priors=priors), np.random.default_rng(0)
+    for time in range(1, 9):
+        run(target, [scan(time, place + rng.normal(size=place.shape) * 5.0)])
+        probability = target.pending().probability
+        assert probability.max() > 0.999
+        assert np.all((probability >= 0.0) & (probability <= 1.0))

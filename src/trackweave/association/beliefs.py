@@ -80,4 +80,7 @@ def believe(
         nodes, n, n_families, probability * alive, time, tree.rule.process_noise,
         existence, mean, covariance,
     )  # fmt: skip
+    # Sums of many shares of one can come out above it by rounding.
+    for chance in (probability, edge_probability, existence):
+        np.minimum(chance, 1.0, out=chance)
     return Beliefs(probability, edges.of_node, edge_probability, existence, mean, covariance)
