@@ -3,8 +3,17 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.arrays import (
+    FloatArray,
+    IntArray,
+    float_array,
+    int_array,
+    is_number,
+    name_text,
+    require_finite,
+)
 from trackweave.errors import InvalidInputError
 
 __all__ = ["Scan"]
@@ -19,9 +28,10 @@ class Scan:
     time
         End of the scan [s].
     sensor
-        Name of the sensor.
+        Name of the sensor, a text or a whole number; kept as text, so that 0 is "0".
     measurement
-        One row per report, shape (reports, dim): position [m]. Finite.
+        One row per report, shape (reports, dim): position [m]. Finite. An empty list is an empty
+        scan of no dimensions, shape (0, 0), which fits every tracker.
     sigma
         Standard deviation of each report along each axis [m], shape (reports, dim), positive;
         NaN where the sensor's own noise applies. Left out = NaN everywhere.
@@ -32,7 +42,8 @@ class Scan:
     Raises
     ------
     InvalidInputError
-        If a shape does not fit, or a time or position is not finite, or a sigma is not positive.
+        If a shape does not fit, a time or position is not finite, a sigma is not positive, or
+        the sensor's name is neither text nor a whole number.
     """
 
     time: float
@@ -43,12 +54,15 @@ class Scan:
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
-        measurement = float_array(self.measurement, "measurement", (None, None))
+        if not is_number(self.time):
+            raise InvalidInputError(f"time: {self.time!r:.80}; expected a finite number [s]")
+        if _is_nothing(self.measurement):
+            measurement = np.empty((0, 0))
+        else:
+            measurement = float_array(self.measurement, "measurement", (None, None))
         n_reports, dim = measurement.shape
-        if not np.isfinite(self.time):
-            raise InvalidInputError(f"time: {self.time}; expected a finite number of seconds")
         require_finite(measurement, "measurement")
-        if np.size(self.sigma) == 0:
+        if _is_empty(self.sigma):
             sigma = np.full((n_reports, dim), np.nan)
         else:
             sigma = float_array(self.sigma, "sigma", (n_reports, dim))
@@ -56,14 +70,28 @@ class Scan:
                 raise InvalidInputError(
                     "sigma: expected positive numbers, or NaN for the sensor's"
                 )
-        if np.size(self.report) == 0:
+        if _is_empty(self.report):
             report = np.full(n_reports, -1, dtype=np.int64)
         else:
             report = int_array(self.report, "report", (n_reports,))
         set_field(self, "time", float(self.time))
+        set_field(self, "sensor", name_text(self.sensor, "sensor"))
         set_field(self, "measurement", measurement)
         set_field(self, "sigma", sigma)
         set_field(self, "report", report)
 
     def __len__(self) -> int:
         return int(self.measurement.shape[0])
+
+
+def _is_empty(values: ArrayLike) -> bool:
+    """Tell whether values are none; rows of different lengths are some."""
+    try:
+        return np.size(values) == 0
+    except ValueError:
+        return False
+
+
+def _is_nothing(values: ArrayLike) -> bool:
+    """Tell whether values are an empty list, which does not say how long its rows would be."""
+    return _is_empty(values) and np.ndim(values) == 1
