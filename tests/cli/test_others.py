@@ -144,6 +144,17 @@ def test_evaluate_prints_each_measure(run: Run, tmp_path: Path) -> None:
     assert run("evaluate", "--truth", truth, "--tracks", tracks, "--quiet").stderr == ""
 
 
+def test_tracks_of_another_time_are_refused(run: Run, tmp_path: Path) -> None:
+    truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
+    truth.write_text("time,target,x,y\n0,a,0,0\n1,a,1,0\n")
+    tracks.write_text("time,track,status,x,y\n1000,1,confirmed,0,3\n1001,1,confirmed,1,3\n")
+    done = run("evaluate", "--truth", truth, "--tracks", tracks)
+    assert done.exit_code == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "from 1000 to 1001 s" in done.stderr
+    assert "from 0 to 1 s; expected tracks and truth of the same time" in done.stderr
+
+
 def test_schema_accepts_what_the_configuration_accepts(run: Run) -> None:
     schema = json.loads(run("schema").stdout)
     assert schema["title"] == "tracker.toml"
