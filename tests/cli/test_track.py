@@ -97,8 +97,10 @@ def test_the_seed_of_the_command_comes_before_the_files(
     config.write_text("seed = 4\n" + config.read_text())
     run("track", reports, "--config", config, "--out", tmp_path / "file")
     run("track", reports, "--config", config, "--seed", 9, "--out", tmp_path / "command")
-    assert record(tmp_path / "file")["seed"] == 4
-    assert record(tmp_path / "command")["seed"] == 9
+    for name, seed, source in (("file", 4, "file"), ("command", 9, "command line")):
+        told = record(tmp_path / name)
+        assert told["seed"] == told["configuration"]["seed"] == seed
+        assert told["sources"]["seed"] == source
 
 
 def test_goes_on_from_an_earlier_runs_tracks(

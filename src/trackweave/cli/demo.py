@@ -7,7 +7,7 @@ import numpy as np
 
 from trackweave.cli.edge import Voice
 from trackweave.cli.simulate import simulated_tables
-from trackweave.cli.track import tables
+from trackweave.cli.track import tables, with_seed
 from trackweave.config import load_configuration
 from trackweave.io.output import OutputDirectory
 from trackweave.metrics import assignment_quality, evaluate
@@ -50,7 +50,9 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
         "tracker.toml": text.encode(),
         "demo.png": picture,
     }
-    place.write(files, {**result.run, "seed": seed, "evaluation": _without_time(found)})
+    # Its configuration file says the seed.
+    record = with_seed(result.run, seed, on_command_line=False)
+    place.write(files, {**record, "evaluation": _without_time(found)})
     voice.table("Three radars, false alarms, misses and a crossing", _rows(found))
     voice.say(f"The picture is {out / 'demo.png'}; all files are in {out}.")
     return {**found, "seed": seed, "out": str(out)}

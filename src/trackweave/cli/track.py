@@ -15,7 +15,7 @@ from trackweave.io.reports import read_reports
 from trackweave.run import TrackingResult
 from trackweave.run import track as run
 
-__all__ = ["Request", "run_track", "summary", "tables", "what_was_assumed"]
+__all__ = ["Request", "run_track", "summary", "tables", "what_was_assumed", "with_seed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +78,22 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
             deadline=None if request.deadline_ms is None else request.deadline_ms / 1e3,
             progress=progress,
         )
-    record = {**result.run, "seed": seed}
+    record = with_seed(result.run, seed, on_command_line=request.seed is not None)
     place.write(tables(result), record)
     for line in [*what_was_assumed(record), *record["notes"]]:
         voice.say(line)
     found = summary(record, request.out)
     voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
     return found
+
+
+def with_seed(record: dict[str, Any], seed: int, *, on_command_line: bool) -> dict[str, Any]:
+    """Return a run's record with the seed as used, there and in its configuration."""
+    sources = dict(record["sources"])
+    if on_command_line:
+        sources["seed"] = "command line"
+    configuration = {**record["configuration"], "seed": seed}
+    return {**record, "seed": seed, "configuration": configuration, "sources": sources}
 
 
 def tables(result: TrackingResult) -> dict[str, bytes]:
