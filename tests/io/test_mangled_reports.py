@@ -20,8 +20,8 @@ from trackweave.io.reports import read_reports
 FOLDER = Path(tempfile.mkdtemp(prefix="trackweave-mangled-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
 
-HEADER = ["time", "sensor", "x", "y", "sigma_x", "report", "scan", "target"]
-ROWS = [[str(k), "ab"[k % 2], str(3 * k), "-2.5", "1", f"r{k}", str(k), ""] for k in range(6)]
+HEADER = ["time", "sensor", "x", "y", "sigma_x", "sigma_y", "report", "scan", "target"]
+ROWS = [[str(k), "ab"[k % 2], str(3 * k), "-2.5", "1", "2", f"r{k}", str(k), ""] for k in range(6)]
 TEXT = "\n".join(",".join(row) for row in [HEADER, *ROWS]) + "\n"
 
 nasty = st.sampled_from(
@@ -34,7 +34,7 @@ nasty = st.sampled_from(
 )  # fmt: skip
 names = st.sampled_from(
     [
-        *HEADER, "z", "lat", "lon", "alt_m", "sigma_y", "sigma_z", "range_m", "", "X", "track",
+        *HEADER, "z", "lat", "lon", "alt_m", "sigma_z", "range_m", "", "X", "track",
         "identity", "probability",
     ]
 )  # fmt: skip

@@ -38,13 +38,13 @@ def test_reads_all_that_a_table_may_have(write):
         write(
             "report,time,sensor,x,y,z,sigma_x,sigma_y,sigma_z,scan,target,identity,note\n"
             "a,2024-05-01T00:00:00Z,north,1,2,3,.1,.2,.3,7,t1,4CA2,hello\n"
-            "b,2024-05-01T00:00:01Z,north,1,2,3,.1,,.3,8,,,\n"
+            "b,2024-05-01T00:00:01Z,north,1,2,3,,,.3,8,,,\n"
         )
     )
     assert reports.report.tolist() == ["a", "b"]
     assert reports.iso_time
     assert reports.dim == 3
-    np.testing.assert_array_equal(reports.sigma, [[0.1, 0.2, 0.3], [0.1, np.nan, 0.3]])
+    np.testing.assert_array_equal(reports.sigma, [[0.1, 0.2, 0.3], [np.nan, np.nan, 0.3]])
     assert reports.scan.tolist() == [7, 8]
     assert reports.carried["target"].tolist() == ["t1", ""]
     assert reports.carried["identity"].to_list() == ["4CA2", None]
@@ -109,7 +109,8 @@ def test_takes_tables_of_other_libraries(library, kind):
 
 
 def test_empty_noise_of_pandas_is_left_to_the_sensor():
-    table = pd.DataFrame({"time": [0.0, 1.0], "x": 1.0, "y": 2.0, "sigma_x": [3.0, np.nan]})
+    table = pd.DataFrame({"time": [0.0, 1.0], "x": 1.0, "y": 2.0})
+    table["sigma_x"] = table["sigma_y"] = [3.0, np.nan]
     np.testing.assert_array_equal(read_reports(table).sigma[:, 0], [3.0, np.nan])
 
 
@@ -142,13 +143,31 @@ def test_parquet_and_csv_give_the_same_reports(tmp_path):
         ("time,x,y\n0,inf,2\n", ", row 1, column x: inf; expected a number from -1e+09 to 1e+09"),
         ("time,x,y\n0,1,two\n", ", row 1, column y: two; expected a finite number"),
         (
-            "time,x,y,sigma_x\n" + "0,1,2,3\n" * 16 + "0,1,2,-3.0\n",
+            "time,x,y,sigma_x,sigma_y\n" + "0,1,2,3,3\n" * 16 + "0,1,2,-3.0,3\n",
             ", row 17, column sigma_x: -3.0; expected a positive number",
         ),
-        ("time,x,y,sigma_y\n0,1,2,0\n", ", row 1, column sigma_y: 0; expected a positive number"),
-        ("time,x,y,sigma_y\n0,1,2,nan\n", ", row 1, column sigma_y: nan; expected a positive num"),
-        ("time,x,y,sigma_y\n0,1,2,inf\n", ", row 1, column sigma_y: inf; expected a positive num"),
-        ("time,x,y,sigma_y\n0,1,2,1e-9\n", ", row 1, column sigma_y: 1e-9; expected a positive"),
+        (
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,0\n",
+            ", row 1, column sigma_y: 0; expected a positive number",
+        ),
+        (
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,nan\n",
+            ", row 1, column sigma_y: nan; expected a positive num",
+        ),
+        (
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,inf\n",
+            ", row 1, column sigma_y: inf; expected a positive num",
+        ),
+        (
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,1e-9\n",
+            ", row 1, column sigma_y: 1e-9; expected a positive",
+        ),
+        ("time,x,y,sigma_x\n0,1,2,3\n", ", column sigma_x: there is no sigma_y; expected sigma_y"),
+        ("time,x,y,sigma_y\n0,1,2,3\n", ", column sigma_y: there is no sigma_x; expected sigma_x"),
+        (
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,4\n0,1,2,3,\n",
+            ", row 2, column sigma_y: (empty); expected a positive number beside sigma_x",
+        ),
         ("time,x,y,scan\n0,1,2,1.5\n", ", row 1, column scan: 1.5; expected a whole number"),
         ("time,x,y,scan\n0,1,2,\n", ", row 1, column scan: (empty); expected a whole number"),
         (
@@ -170,12 +189,12 @@ def test_tells_of_the_first_bad_row_whatever_the_column(write):
 
 
 def test_leaves_bad_rows_out_and_lists_them_when_told_to(write):
-    text = "time,x,y,sigma_x\n0,1,2,3\n0,1\n1,a,2,-1\n2,5,6,-3.0\n3,7,8,\n"
+    text = "time,x,y,sigma_x,sigma_y\n0,1,2,3,3\n0,1\n1,a,2,-1,1\n2,5,6,-3.0,1\n3,7,8,,\n"
     reports = read_reports(write(text), on_bad_row="skip")
     assert reports.time.tolist() == [0.0, 3.0]
     assert reports.report.tolist() == ["1", "5"]
     assert reports.skipped == (
-        BadRow(2, None, "2 cells", "4 as in the header"),
+        BadRow(2, None, "2 cells", "5 as in the header"),
         BadRow(3, "x", "a", "a finite number"),
         BadRow(4, "sigma_x", "-3.0", "a positive number"),
     )

@@ -8,6 +8,7 @@ import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import text_array
 from trackweave.io.positions import Positions, read_positions, require_origin
@@ -32,11 +33,11 @@ def read_reports(
     """Read reports and check every value.
 
     Columns: ``time`` (seconds, or ISO 8601); ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m];
-    optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] (an empty cell
-    leaves it to the sensor), ``report`` (an identifier, else the row's number), ``scan`` (a whole
-    number) and ``target``. All other columns are carried along. Where a table has both ``x,y``
-    and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin`` is given and ``x,y`` when
-    not.
+    optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] (empty cells
+    leave it to the sensor, but x and y go together), ``report`` (an identifier, else the row's
+    number), ``scan`` (a whole number) and ``target``. All other columns are carried along. Where
+    a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin``
+    is given and ``x,y`` when not.
 
     Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
     Tracking is in three dimensions only where every report has an altitude. The altitude itself
@@ -105,12 +106,25 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
 
 
 def _sigma(checks: RowChecks, dim: int) -> FloatArray:
+    """Return each report's own noise, which a row has along both horizontal axes or neither."""
     nothing = np.full(len(checks), np.nan)
-    columns = [
-        checks.numbers(name, _SIGMA, optional=True) if name in checks.names else nothing
-        for name in _SIGMA_COLUMNS[:dim]
-    ]
-    return np.stack(columns, axis=-1)
+    for name, other in (("sigma_x", "sigma_y"), ("sigma_y", "sigma_x")):
+        if checks.filled(name) and other not in checks.names:
+            raise DataFormatError(
+                f"{checks.name}, column {name}: there is no {other}; expected {other} too"
+            )
+    sigma = np.stack(
+        [
+            checks.numbers(name, _SIGMA, optional=True) if name in checks.names else nothing
+            for name in _SIGMA_COLUMNS[:dim]
+        ],
+        axis=-1,
+    )
+    blank = np.isnan(sigma[:, :2])
+    for axis, name in enumerate(_SIGMA_COLUMNS[:2]):
+        half = blank[:, axis] & ~blank[:, 1 - axis]
+        checks.refuse(name, half, f"a positive number beside {_SIGMA_COLUMNS[1 - axis]}")
+    return sigma
 
 
 def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
