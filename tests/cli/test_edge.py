@@ -132,6 +132,21 @@ def test_a_home_that_cannot_be_written_does_not_matter(tmp_path: Path) -> None:
     assert reports.exists()
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("arguments", [["--help"], ["track", "--help"], ["--version"], ["schema"]])
+def test_a_full_standard_output_is_named(arguments: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "trackweave", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == "standard output: No space left on device\n"
+
+
 def test_a_reader_that_leaves_is_no_failure_of_ours() -> None:
     with trackweave("schema") as process:
         assert process.stdout is not None

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import DEBUG, Voice, show_json, with_status
+from trackweave.cli.edge import DEBUG, Voice, last_resort, show_json, with_status
 
 __all__ = ["OnBadRow", "app", "run"]
 
@@ -235,4 +235,5 @@ def run() -> None:
     if "MPLCONFIGDIR" not in os.environ and not os.access(Path.home(), os.W_OK):
         # Matplotlib warns at length where it finds no folder to write to.
         os.environ["MPLCONFIGDIR"] = tempfile.gettempdir()
-    app()
+    with last_resort():
+        app()

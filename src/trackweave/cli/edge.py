@@ -5,12 +5,12 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import typer
 
-__all__ = ["Voice", "show_json", "with_status"]
+__all__ = ["Voice", "last_resort", "named_output", "show_json", "with_status"]
 
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 DEBUG = "TRACKWEAVE_DEBUG"
@@ -74,7 +74,31 @@ def show_json(result: Any) -> None:
     """Print a result as one JSON object."""
     from trackweave.io.run_json import encode_json
 
-    typer.echo(encode_json(result).decode("utf-8"), nl=False)
+    with named_output():
+        typer.echo(encode_json(result).decode("utf-8"), nl=False)
+
+
+@contextmanager
+def named_output() -> Iterator[None]:
+    """Let a failure to print, as on a full disk, name standard output as what failed."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as err:
+        raise OSError(err.errno, err.strerror, "standard output") from err
+
+
+@contextmanager
+def last_resort() -> Iterator[None]:
+    """End without a traceback where help or the version cannot be printed."""
+    try:
+        with named_output():
+            yield
+    except OSError as err:
+        with suppress(OSError):
+            typer.echo(f"{err.filename}: {err.strerror}", err=True)
+        sys.exit(BAD_INPUT)
 
 
 class Voice:
