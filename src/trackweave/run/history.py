@@ -9,6 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+from trackweave.filters.smoother import smooth
 from trackweave.run.scans import scan_ends
 
 __all__ = ["smoothed_history"]
@@ -121,37 +122,24 @@ def _sigma(reports: ReportTable, settings: Settings) -> FloatArray:
 def _smooth(
     batch: list[_Path], reports: ReportTable, sigma: FloatArray, settings: Settings
 ) -> TrackTable:
-    """Filter forwards and smooth backwards, all tracks of a batch at once."""
-    dim, n = reports.dim, 2 * reports.dim
-    n_tracks, length = len(batch), max(path.time.size for path in batch)
-    time = np.zeros((n_tracks, length))
-    report = np.full((n_tracks, length), -1, dtype=np.int64)
+    """Smooth the tracks of a batch, all at once."""
+    dim = reports.dim
+    shape = len(batch), max(path.time.size for path in batch)
+    time, report = np.zeros(shape), np.full(shape, -1, dtype=np.int64)
     for row, path in enumerate(batch):
         size = path.time.size
         time[row, :size], time[row, size:] = path.time, path.time[-1]
         report[row, :size] = path.report
-    ahead_mean, ahead_cov = np.empty((length, n_tracks, n)), np.empty((length, n_tracks, n, n))
-    mean, cov = np.empty_like(ahead_mean), np.empty_like(ahead_cov)
-    x, p = _start(batch, reports, sigma, settings)
-    for k in range(length):
-        if k > 0:
-            x, p = _predict(x, p, time[:, k] - time[:, k - 1], settings.motion.process_noise)
-        ahead_mean[k], ahead_cov[k] = x, p
-        seen = np.flatnonzero(report[:, k] >= 0)
-        if k == 0:
-            seen = seen[[batch[row].start_mean is not None for row in seen]]
-        if seen.size:
-            rows = report[seen, k]
-            x, p = x.copy(), p.copy()
-            x[seen], p[seen] = _update(x[seen], p[seen], reports.measurement[rows], sigma[rows])
-        mean[k], cov[k] = x, p
-    for k in range(length - 2, -1, -1):
-        dt = time[:, k + 1] - time[:, k]
-        transition = _transition(dt, dim)
-        gain = np.linalg.solve(ahead_cov[k + 1], transition @ cov[k]).swapaxes(1, 2)
-        mean[k] += np.einsum("tij,tj->ti", gain, mean[k + 1] - ahead_mean[k + 1])
-        cov[k] += gain @ (cov[k + 1] - ahead_cov[k + 1]) @ gain.swapaxes(1, 2)
-    return _table(batch, time, report, mean, cov)
+    position, noise = np.full((*shape, dim), np.nan), np.ones((*shape, dim))
+    position[report >= 0] = reports.measurement[report[report >= 0]]
+    noise[report >= 0] = sigma[report[report >= 0]]
+    for row, path in enumerate(batch):
+        if path.start_mean is None:
+            # The first report makes the first state; it is not taken twice.
+            position[row, 0] = np.nan
+    start = _start(batch, reports, sigma, settings)
+    mean, covariance = smooth(time, position, noise, start, settings.motion.process_noise)
+    return _table(batch, time, report, mean, covariance)
 
 
 def _start(
@@ -169,42 +157,6 @@ def _start(
             mean[row, :dim] = reports.measurement[first]
             cov[row] = np.diag(np.r_[sigma[first] ** 2, np.full(dim, spread)])
     return mean, cov
-
-
-def _transition(dt: FloatArray, dim: int) -> FloatArray:
-    transition = np.zeros((dt.size, 2 * dim, 2 * dim))
-    transition[:] = np.eye(2 * dim)
-    for axis in range(dim):
-        transition[:, axis, dim + axis] = dt
-    return transition
-
-
-def _predict(
-    mean: FloatArray, cov: FloatArray, dt: FloatArray, process_noise: float
-) -> tuple[FloatArray, FloatArray]:
-    dim = mean.shape[1] // 2
-    transition = _transition(dt, dim)
-    ahead = transition @ cov @ transition.swapaxes(1, 2)
-    for axis in range(dim):
-        speed = dim + axis
-        ahead[:, axis, axis] += process_noise * dt**3 / 3
-        ahead[:, axis, speed] += process_noise * dt**2 / 2
-        ahead[:, speed, axis] += process_noise * dt**2 / 2
-        ahead[:, speed, speed] += process_noise * dt
-    return np.einsum("tij,tj->ti", transition, mean), ahead
-
-
-def _update(
-    mean: FloatArray, cov: FloatArray, measurement: FloatArray, sigma: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    dim = measurement.shape[1]
-    noise = np.zeros((mean.shape[0], dim, dim))
-    noise[:, np.arange(dim), np.arange(dim)] = sigma**2
-    spread = cov[:, :dim, :dim] + noise
-    gain = np.linalg.solve(spread, cov[:, :dim, :]).swapaxes(1, 2)
-    innovation = measurement - mean[:, :dim]
-    updated = cov - gain @ cov[:, :dim, :]
-    return mean + np.einsum("tij,tj->ti", gain, innovation), (updated + updated.swapaxes(1, 2)) / 2
 
 
 def _table(
@@ -226,8 +178,8 @@ def _table(
                 time=own[kept],
                 track=np.full(kept.size, path.track, dtype=np.int64),
                 status=np.where(update[kept] == own[kept], CONFIRMED, COASTING).astype(np.int64),
-                mean=mean[kept, row],
-                covariance=cov[kept, row],
+                mean=mean[row, kept],
+                covariance=cov[row, kept],
                 score=np.full(kept.size, np.nan),
                 hits=hits[kept].astype(np.int64),
                 last_update=update[kept],
