@@ -1,12 +1,13 @@
 """The association tree: every sequence of reports worth scoring, each computed once."""
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association._growth import (
     Candidates,
     Misses,
@@ -50,7 +51,7 @@ class GrowthLimits:
     Raises
     ------
     InvalidInputError
-        If a value is not positive.
+        If a value is no positive number, or a count is not whole.
     """
 
     margin: float = 10.0
@@ -62,8 +63,11 @@ class GrowthLimits:
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            if not getattr(self, name) > 0:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected more than 0")
+            value = getattr(self, name)
+            is_count = name in ("keep", "new_keep", "max_nodes")
+            if not (is_whole(value) if is_count else isinstance(value, Real)) or not value > 0:
+                what = "a whole number" if is_count else "a number"
+                raise InvalidInputError(f"{name}: {value!r:.80}; expected {what} > 0")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

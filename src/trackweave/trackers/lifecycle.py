@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from trackweave.arrays import is_number, is_whole
 from trackweave.errors import InvalidInputError
 
 __all__ = ["Lifecycle"]
+
+_WHOLE = ("confirm_hits", "confirm_opportunities", "delete_after_misses")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class Lifecycle:
     Raises
     ------
     InvalidInputError
-        If a value is out of range.
+        If a value is no number, or out of range.
     """
 
     confirm_hits: int = 3
@@ -48,6 +49,11 @@ class Lifecycle:
     survival: float = 0.999
 
     def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            needed, what = (is_whole, "whole number") if name in _WHOLE else (is_number, "number")
+            if not needed(value) and not (value is None and name == "initial_target_density"):
+                raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite {what}")
         if not 1 <= self.confirm_hits <= self.confirm_opportunities:
             raise InvalidInputError(
                 f"confirm: {self.confirm_hits}/{self.confirm_opportunities}; expected M/N with "
@@ -69,7 +75,7 @@ class Lifecycle:
             raise InvalidInputError(f"survival: {self.survival}; expected between 0 and 1")
         for name in ("new_target_density", "initial_target_density"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
+            if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
 
     def is_confirmed_by(self, chances: list[float]) -> bool:

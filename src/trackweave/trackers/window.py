@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association._growth import ScanInput
 from trackweave.errors import InvalidInputError
 
@@ -26,16 +26,17 @@ class Window:
     Raises
     ------
     InvalidInputError
-        If a number is less than 1.
+        If a value is no whole number, or less than 1.
     """
 
     depth: int = 5
     max_scans: int = 15
 
     def __post_init__(self) -> None:
-        if self.depth < 1 or self.max_scans < 1:
+        if not all(is_whole(value) and value >= 1 for value in (self.depth, self.max_scans)):
             raise InvalidInputError(
-                f"window: depth {self.depth}, max_scans {self.max_scans}; expected at least 1"
+                f"window: depth {self.depth!r:.80}, max_scans {self.max_scans!r:.80}; expected "
+                "whole numbers, at least 1"
             )
 
 
