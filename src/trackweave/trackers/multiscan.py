@@ -21,6 +21,15 @@ from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.genetic import Genetic
 from trackweave.solvers.protocol import Hint, Solver
+from trackweave.trackers._arguments import (
+    checked_priors,
+    checked_sensors,
+    checked_window,
+    dimensions_of,
+    require_parts,
+    require_step,
+    with_dimensions,
+)
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
@@ -62,7 +71,8 @@ class MultiScanTracker:
     Raises
     ------
     InvalidInputError
-        If there is no sensor, or two have one name, or two priors.
+        If an argument is of another kind than it has to be, if there is no sensor, or two have
+        one name, or two priors.
 
     References
     ----------
@@ -81,26 +91,20 @@ class MultiScanTracker:
         limits: GrowthLimits | None = None,
         estimate: Literal["average", "best"] = "average",
     ) -> None:
-        self._sensors = {sensor.name: sensor for sensor in sensors}
-        if not sensors or len(self._sensors) < len(sensors):
-            raise InvalidInputError("sensors: expected at least one, and names that differ")
+        require_parts(motion, search, lifecycle, limits)
         if estimate not in ("average", "best"):
             raise InvalidInputError(f"estimate: {estimate!r}; expected 'average' or 'best'")
-        if priors is not None and (
-            np.any(priors.track < 0) or np.unique(priors.track).shape[0] < len(priors)
-        ):
-            raise InvalidInputError("priors: expected one row for each track, and no name below 0")
+        self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Genetic()
         self._limits = limits or GrowthLimits()
         self._averaging = estimate == "average"
-        self._priors = priors if priors is not None and len(priors) else None
-        periodic = [sensor for sensor in sensors if sensor.scan_period is not None]
+        self._priors = checked_priors(priors)
+        periodic = [each for each in self._sensors.values() if each.scan_period is not None]
         slowest = max(periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
         self._period = slowest.scan_period or 1.0 if slowest else 1.0
-        window = Window(depth=window) if isinstance(window, int) else window or Window()
-        self._open = OpenScans(window, slowest.name if slowest else None)
+        self._open = OpenScans(checked_window(window), slowest.name if slowest else None)
         initial = self._lifecycle.initial_target_density
         new = self._lifecycle.new_target_density
         if initial is None or self._priors is not None:
@@ -108,11 +112,14 @@ class MultiScanTracker:
         self._undetected = Undetected(initial, new, motion.max_speed, self._period)
         self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)
+        # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
+        self._dim = self._priors.dim if self._priors is not None else None
         self._tree: AssociationTree | None = None
         self._beginning: Beginning | None = None
         self._prices: FloatArray = np.empty(0)
         self._last: Hypothesis | None = None
         self._next_report = 0
+        self._is_whole = True
 
     def pending(self) -> Assignments:
         """Return the assignments of the window's reports, which later scans may amend."""
@@ -131,8 +138,8 @@ class MultiScanTracker:
         rng
             The only source of randomness.
         deadline
-            Seconds of wall clock after which the best hypothesis so far is returned; None for
-            none.
+            Seconds of wall clock after which the best hypothesis so far is returned, above 0;
+            None for none.
 
         Returns
         -------
@@ -141,13 +148,19 @@ class MultiScanTracker:
         Raises
         ------
         InvalidInputError
-            If the sensor is unknown, the number of dimensions changes or a report's number
-            was used before.
+            If an argument is of another kind than it has to be, the sensor is unknown, the number
+            of dimensions changes or a report's number was used before: the tracker is then as it
+            was. Any other error, such as one of the search, leaves it halfway through the scan,
+            and every later step is refused by this error.
         """
+        require_step(scan, rng, deadline)
+        if not self._is_whole:
+            raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
         end = None if deadline is None else perf_counter() + deadline
         scan = self._checked(scan)
         if self._is_late(scan):
             return self._unchanged(scan)
+        self._is_whole = False
         pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scan)
         tree = self._take_in(scan)
@@ -174,6 +187,7 @@ class MultiScanTracker:
             n_sequences=tree.n_nodes,
             n_pruned=max(0, tree.n_pruned - pruned),
         )
+        self._is_whole = True
         return self._last
 
     def _is_late(self, scan: Scan) -> bool:
@@ -183,14 +197,11 @@ class MultiScanTracker:
         return self._priors is not None and scan.time < float(self._priors.time.max())
 
     def _checked(self, scan: Scan) -> Scan:
-        """Return the scan with numbers for its reports."""
+        """Return the scan with dimensions, and with numbers for its reports."""
         if scan.sensor not in self._sensors:
             known = ", ".join(sorted(self._sensors))
             raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
-        dim = scan.measurement.shape[1]
-        expected = self._tree.dim if self._tree else self._priors.dim if self._priors else None
-        if dim not in (2, 3) or (expected is not None and dim != expected):
-            raise InvalidInputError(f"scan of {dim} dimensions; expected {expected or '2 or 3'}")
+        dim = dimensions_of(scan, self._sensors[scan.sensor], self._dim)
         report = scan.report.copy()
         unnumbered = np.flatnonzero(report < 0)
         first = max(self._next_report, int(report.max(initial=-1)) + 1)
@@ -200,7 +211,9 @@ class MultiScanTracker:
         ):
             raise InvalidInputError("scan: a report's number was used before; expected new ones")
         self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
-        return replace(scan, report=report)
+        self._dim = dim
+        likely = dim or (self._tree.dim if self._tree else 2)
+        return replace(with_dimensions(scan, likely), report=report)
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
@@ -236,7 +249,10 @@ class MultiScanTracker:
 
     def _take_in(self, scan: Scan) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
-        tree = self._tree or self._begin(scan.measurement.shape[1])
+        dim = scan.measurement.shape[1]
+        tree = self._tree or self._begin(dim)
+        if tree.dim != dim:
+            tree = self._begun_anew(dim)
         same = self._open.find(scan.sensor, scan.time)
         last = self._open.last_time
         if scan.time >= last and same is None:
@@ -248,6 +264,15 @@ class MultiScanTracker:
         if same is not None:
             scan = _merged(self._open.remove(same), scan)
         self._open.insert(self._opened(scan))
+        return self._grown_anew()
+
+    def _begun_anew(self, dim: int) -> AssociationTree:
+        """Return the tree after empty scans that did not tell their number of dimensions."""
+        nothing = np.empty((0, dim))
+        for place, known in enumerate(self._open.scans):
+            data = known.data._replace(position=nothing, sigma=nothing)
+            self._open.scans[place] = replace(known, data=data)
+        self._begin(dim)
         return self._grown_anew()
 
     def _grown_anew(self) -> AssociationTree:
