@@ -99,6 +99,43 @@ def test_a_deadline_still_gives_an_answer() -> None:
     assert len(tracked(pl.DataFrame(columns()), deadline=1e-6).assignments) == 20
 
 
+def rotating(n_scans: int = 10) -> dict[str, Any]:
+    """Two objects seen by a radar that turns in 4 s, each plot at its own time."""
+    rng = np.random.default_rng(4)
+    turn = np.repeat(np.arange(n_scans), 2)
+    time = 4.0 * turn + np.tile([0.3, 1.1], n_scans) + rng.uniform(0, 0.2, 2 * n_scans)
+    place = np.stack([5 * time, np.tile([0.0, 300.0], n_scans)], axis=1)
+    return {"time": time, "x": place[:, 0], "y": place[:, 1], "turn": turn}
+
+
+@pytest.mark.parametrize(
+    ("period", "said"),
+    [
+        (4.0, "sensor default: 20 of 20 scans hold one report although its scan period is 4 s"),
+        (None, "sensor default: 20 of 20 scans hold one report and no scan_period is given"),
+    ],
+)
+def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> None:
+    sensor = {**CONFIG["sensors"]["default"], "scan_period": period}
+    config = {**CONFIG, "sensors": {"default": {k: v for k, v in sensor.items() if v}}}
+    table = pl.DataFrame(rotating())
+    notes = [note for note in tracked(table, config).run["notes"] if note.startswith(said)]
+    assert len(notes) == 1
+    assert "not grouped into turns yet: give a `scan` column" in notes[0]
+    with_scans = tracked(table.rename({"turn": "scan"}), config)
+    assert not any("turn" in note for note in with_scans.run["notes"])
+
+
+def test_says_nothing_of_turns_where_a_scan_has_its_reports_at_one_time() -> None:
+    assert tracked(pl.DataFrame(columns())).run["notes"] == []
+
+
+def test_says_nothing_of_turns_where_one_object_is_seen_by_the_clock() -> None:
+    one = pl.DataFrame(columns()).filter(pl.col("y") < 150)
+    result = tracked(one, {"motion": CONFIG["motion"]})
+    assert not any("turn" in note for note in result.run["notes"])
+
+
 def test_refuses_priors_of_after_all_reports() -> None:
     priors = trackweave.TrackTable(
         time=np.array([9.5]), track=np.array([1]), status=np.array([1]), mean=np.zeros((1, 4)),

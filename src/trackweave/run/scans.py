@@ -1,6 +1,6 @@
 """All scans of a run in order, those in which a sensor saw nothing included."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -9,10 +9,14 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 
-__all__ = ["complete_scans", "missing_times", "scan_ends"]
+__all__ = ["complete_scans", "missing_times", "notes_on_lone_reports", "scan_ends"]
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
+# From so many moments on it can be told whether a sensor's reports come one by one.
+FEWEST_MOMENTS = 10
+# Moments this many times nearer than the scan period are within a turn.
+WITHIN_TURN = 1.5
 
 
 def complete_scans(reports: ReportTable, periods: Mapping[str, float | None]) -> list[Scan]:
@@ -64,6 +68,53 @@ def scan_ends(reports: ReportTable) -> FloatArray:
     ends = np.full(len(scans), -np.inf)
     np.maximum.at(ends, number.reshape(-1), reports.time)
     return np.asarray(ends[number.reshape(-1)])
+
+
+def notes_on_lone_reports(
+    reports: ReportTable, periods: Mapping[str, float | None], guessed: Container[str]
+) -> list[str]:
+    """Return a sentence for each sensor whose reports come one by one, as a rotating one's do.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    periods
+        Scan period of each sensor [s], None for one that does not scan.
+    guessed
+        Names of the sensors whose period nobody gave.
+
+    Returns
+    -------
+    Nothing for a table with scan numbers, in which no turn has to be guessed.
+    """
+    if reports.scan is not None:
+        return []
+    notes = []
+    for number, name in enumerate(reports.sensors):
+        moments, sizes = np.unique(reports.time[reports.sensor == number], return_counts=True)
+        if moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
+            continue
+        gaps, period = np.diff(moments), periods.get(name)
+        if name in guessed:
+            if period is not None and _is_steady(gaps, period):
+                continue
+            but = "and no scan_period is given, so that each is taken for a scan of its own"
+        elif period is not None and WITHIN_TURN * float(np.median(gaps)) < period:
+            but = f"although its scan period is {period:g} s"
+        else:
+            continue
+        notes.append(
+            f"sensor {name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one report {but}; "
+            "plots of a rotating sensor are not grouped into turns yet: give a `scan` column"
+        )
+    return notes
+
+
+def _is_steady(gaps: FloatArray, period: float) -> bool:
+    """Tell whether a sensor's clock is better than the azimuths of plots would let it seem."""
+    turns = gaps / period
+    return float(np.mean(np.abs(turns - np.round(turns)) < 0.05)) > 0.95
 
 
 def missing_times(times: Iterable[float], period: float) -> Iterator[float]:

@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from trackweave.io.reports import read_reports
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
-from trackweave.run.scans import complete_scans
+from trackweave.run.scans import complete_scans, notes_on_lone_reports
 from trackweave.trackers.multiscan import MultiScanTracker
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
@@ -127,7 +127,15 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     table = _report_table(reports, configuration)
     begun = _prior_table(priors, table)
     settings = settings_for(table, configuration, preset=preset)
-    scans = complete_scans(table, {s.name: s.scan_period for s in settings.sensors})
+    periods = {sensor.name: sensor.scan_period for sensor in settings.sensors}
+    guessed = {
+        name
+        for name in periods
+        if settings.sources[f"sensors.{name}.scan_period"] in {"estimated", "default"}
+    }
+    alone = notes_on_lone_reports(table, periods, guessed)
+    settings = replace(settings, notes=(*settings.notes, *alone))
+    scans = complete_scans(table, periods)
     tracker = MultiScanTracker(
         motion=settings.motion,
         sensors=list(settings.sensors),
