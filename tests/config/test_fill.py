@@ -1,6 +1,7 @@
 """Gaps are filled in order of precedence, and each value tells where it came from."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ def test_an_empty_configuration_is_estimated_and_usual() -> None:
     assert [sensor.sigma for sensor in settings.sensors] == [7.0, 7.0]
     assert settings.lifecycle.new_target_density == 1e-7
     assert settings.search is None
+    assert settings.notes == ()
     assert settings.sources["sensors.A.sigma"] == "estimated"
     assert settings.sources["window.depth"] == "default"
 
@@ -50,6 +52,23 @@ def test_a_sensors_own_table_comes_before_that_for_every_sensor() -> None:
     )
     assert [sensor.sigma for sensor in settings.sensors] == [1.0, (2.0, 3.0)]
     assert settings.sources["sensors.A.sigma"] == "file"
+
+
+def test_says_that_an_estimate_in_use_is_doubtful() -> None:
+    doubtful = replace(ESTIMATES, doubts={"A": "a crowd"})
+    some = {
+        "sensors": {"default": {"sigma": 5.0}},
+        "motion": {"max_speed": 20.0, "process_noise": 0.1},
+    }
+    notes = fill(load_configuration(some), doubtful, ("A", "B")).notes
+    assert notes == ("sensor A: a crowd; better give sensors.A.detection_probability",)
+    some["sensors"]["default"]["detection_probability"] = 0.9
+    assert fill(load_configuration(some), doubtful, ("A", "B")).notes == ()
+
+
+def test_says_that_the_patents_preset_takes_lone_reports_for_tracks() -> None:
+    (note,) = filled({}, preset="hillis-1997").notes
+    assert "each lone report counts as a track of one report" in note
 
 
 def test_a_preset_fills_what_the_file_leaves_out() -> None:

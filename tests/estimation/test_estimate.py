@@ -65,6 +65,15 @@ def test_finds_what_a_simulated_scene_was_made_with(dim: int) -> None:
     assert found.process_noise < 1.0
 
 
+def test_says_when_an_estimate_is_doubtful() -> None:
+    assert estimate(scene()).doubts == {}
+    crowd = estimate(scene(n_targets=100, clutter=100.0, period=12.0))
+    assert crowd.doubts["A"].startswith("a crowd, in which ")
+    rng = np.random.default_rng(1)
+    noise = estimate(table(np.arange(30.0), rng.uniform(0, 1e5, (30, 2))))
+    assert "usual values stand in" in noise.doubts["A"]
+
+
 def test_takes_a_known_sigma_as_it_is() -> None:
     assert estimate(scene(), {"A": 7.5}).sensors["A"].sigma == 7.5
 

@@ -205,12 +205,28 @@ def fill(
     period = ledger.choose(("output", "period"))
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
+    notes += _doubts(ledger, estimates)
+    if getattr(search, "settle", True) is False:
+        # The document of the preset hillis-1997 knows no false alarms.
+        notes.append("search.settle is off: each lone report counts as a track of one report")
     return Settings(
         motion, sensors, window, lifecycle, search, _growth(ledger),
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes),
     )  # fmt: skip
+
+
+def _doubts(ledger: _Ledger, estimates: Estimates | None) -> list[str]:
+    """Return a sentence on each sensor whose estimates are used although they are doubtful."""
+    notes = []
+    for name, doubt in (estimates.doubts if estimates else {}).items():
+        keys = [f"sensors.{name}.sigma", f"sensors.{name}.detection_probability"]
+        keys += ["motion.process_noise", "motion.max_speed"]
+        used = [key for key in keys if ledger.sources.get(key) == "estimated"]
+        if used:
+            notes.append(f"sensor {name}: {doubt}; better give {', '.join(used)}")
+    return notes
 
 
 def _sensor(

@@ -1,15 +1,15 @@
 """What a configuration leaves out, estimated from the reports."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.chains import Chains, chains_of, detection_share
-from trackweave.estimation.frames import frames_of
+from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
+from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
 
@@ -21,6 +21,8 @@ DETECTION_RANGE = (0.5, 0.98)
 # Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
+# With so many unrelated reports where a successor may be, false segments line up.
+CROWDED = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +69,8 @@ class Estimates:
         Objects newly present per m² (m³) and scan.
     initial_target_density
         Objects present per m² (m³) at a time.
+    doubts
+        Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     """
 
     sensors: Mapping[str, SensorEstimate]
@@ -74,6 +78,7 @@ class Estimates:
     max_speed: float
     new_target_density: float
     initial_target_density: float
+    doubts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +88,7 @@ class _Findings:
     sensor: SensorEstimate
     process_noise: float | None
     max_speed: float | None
-    n_chains: int
+    doubt: str | None
     n_scans: int
 
 
@@ -128,6 +133,7 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         max_speed=_bounded(max(speeds) if speeds else 10 * fallback.sigma / period),
         new_target_density=_bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=_bounded(max(present), 1e-30),
+        doubts={name: found.doubt for name, found in findings.items() if found.doubt},
     )
 
 
@@ -172,9 +178,31 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         found,
         process,
         _max_speed(chains, stands_out),
-        0 if chains is None else chains.speed.size,
+        _doubt(blocks, stands_out, chains, density),
         n_scans,
     )
+
+
+def _doubt(
+    blocks: list[Frames],
+    stands_out: tuple[float, float] | None,
+    chains: Chains | None,
+    density: float,
+) -> str | None:
+    """Return why the estimates are doubtful, None where they are not."""
+    if stands_out is None:
+        return "no report stands out as another's successor; usual values stand in"
+    if chains is None:
+        return "no reports line up over several scans beyond chance; usual values stand in"
+    interval = float(np.median([step for frames in blocks for step in np.diff(frames.time)]))
+    dim = blocks[0].position[0].shape[1]
+    crowd = density * float(ball_volume(stands_out[0] * interval, dim))
+    if crowd > CROWDED:
+        return (
+            f"a crowd, in which {crowd:.2g} unrelated reports lie where an object's next may be, "
+            "so that noise and detection probability come out too low"
+        )
+    return None
 
 
 def _noise(
