@@ -23,7 +23,8 @@ class TrackTable:
     track
         Identifier of the track, shape (rows,).
     status
-        TENTATIVE, CONFIRMED or COASTING, shape (rows,).
+        0 for TENTATIVE, 1 for CONFIRMED, 2 for COASTING, which is confirmed but not seen lately;
+        shape (rows,). ``STATUSES[number]`` is the word that files carry.
     mean
         Position [m] then velocity [m/s], shape (rows, 2 dim): x, y[, z], vx, vy[, vz].
     covariance

@@ -16,7 +16,7 @@ class Amendment:
     Parameters
     ----------
     report
-        Number of the report.
+        Number of the report, as in ``Hypothesis``.
     before, after
         Identifier of the track then and now; None for a false alarm.
     """
@@ -33,7 +33,7 @@ class Assignments:
     Parameters
     ----------
     report
-        Numbers of the reports, shape (reports,).
+        Numbers of the reports, as in ``Hypothesis``, shape (reports,).
     track
         Identifier of each one's track, -1 for a false alarm.
     probability
@@ -51,6 +51,12 @@ class Assignments:
 @dataclass(frozen=True, slots=True, eq=False)
 class Hypothesis:
     """A full explanation of the reports, as of a scan.
+
+    Reports go by their numbers in ``Scan.report``, or by what the tracker counts, from 0, where
+    a scan has none. Scans from ``ReportTable.scans()`` number them by the rows of that table,
+    from 0; the table is sorted by time, so that is not their place in the file. Files of
+    assignments carry ``ReportTable.report[number]`` instead: the report's own identifier, or
+    where it has none the number of its record in the file, from 1.
 
     Parameters
     ----------
