@@ -103,6 +103,18 @@ def test_the_seed_of_the_command_comes_before_the_files(
         assert told["sources"]["seed"] == source
 
 
+@pytest.mark.parametrize(("kept", "quiet", "said"), [(0, 0, 1), (1, 0, 0), (0, 1, 0)])
+def test_says_once_that_it_compiles(
+    kept: int, quiet: int, said: int, run: Run, reports: Path, config: Path, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("trackweave.run.kernels.kernels_are_kept", lambda: bool(kept))
+    options = ["--quiet"] if quiet else []
+    done = run("track", reports, "--config", config, "--out", tmp_path / "out", *options)
+    assert done.exit_code == 0, done.stderr
+    assert done.stderr.count("compiling kernels, once") == said
+
+
 def test_goes_on_from_an_earlier_runs_tracks(
     run: Run, reports: Path, config: Path, tmp_path: Path
 ) -> None:

@@ -31,6 +31,7 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
     scene = simulate(scenario, rng)
     text = demo_configuration(scenario, seed)
     configuration = load_configuration(tomllib.loads(text))
+    voice.say_if_compiling()
     with voice.progress("tracking") as progress:
         result = track(scene.reports, configuration, rng=rng, progress=progress)
     found = _compare(scene, result)

@@ -119,6 +119,13 @@ class Voice:
         if not self.quiet:
             typer.echo(text, err=True)
 
+    def say_if_compiling(self) -> None:
+        """Say why the first run of an installation takes a while before anything happens."""
+        from trackweave.run.kernels import kernels_are_kept
+
+        if not self.quiet and not kernels_are_kept():
+            self.say("compiling kernels, once; this takes up to a minute")
+
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
         """Print a small table on a terminal, and its rows as lines elsewhere."""
         if not self.on_terminal:

@@ -68,6 +68,7 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
         frame_origin=None if origin is None else (origin[0], origin[1]),
         on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
     )
+    voice.say_if_compiling()
     with voice.progress("tracking") as progress:
         result = run(
             reports,
