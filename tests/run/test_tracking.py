@@ -136,14 +136,25 @@ def test_says_nothing_of_turns_where_one_object_is_seen_by_the_clock() -> None:
     assert not any("turn" in note for note in result.run["notes"])
 
 
-def test_refuses_priors_of_after_all_reports() -> None:
-    priors = trackweave.TrackTable(
-        time=np.array([9.5]), track=np.array([1]), status=np.array([1]), mean=np.zeros((1, 4)),
+def priors_at(time: float) -> trackweave.TrackTable:
+    return trackweave.TrackTable(
+        time=np.array([time]), track=np.array([1]), status=np.array([1]), mean=np.zeros((1, 4)),
         covariance=np.eye(4)[None], score=np.zeros(1), hits=np.ones(1, dtype=int),
-        last_update=np.array([9.5]),
+        last_update=np.array([time]),
     )  # fmt: skip
+
+
+def test_refuses_priors_of_after_all_reports() -> None:
     with pytest.raises(InvalidInputError, match=r"priors: newest at 9.5 s, after the last report"):
-        tracked(pl.DataFrame(columns()), priors=priors)
+        tracked(pl.DataFrame(columns()), priors=priors_at(9.5))
+
+
+def test_says_how_many_reports_are_of_before_the_priors() -> None:
+    run = tracked(pl.DataFrame(columns()), priors=priors_at(7.0)).run
+    assert run["totals"]["late_reports"] == 14
+    said = "priors: newest at 7 s; 14 of 20 reports are of before and count as late"
+    assert run["notes"] == [said]
+    assert tracked(pl.DataFrame(columns()), priors=priors_at(-1.0)).run["notes"] == []
 
 
 def test_a_history_has_one_row_for_each_track_and_scan() -> None:

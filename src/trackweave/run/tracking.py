@@ -21,7 +21,7 @@ from trackweave.io.reports import read_reports
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
-from trackweave.run.scans import complete_scans, notes_on_lone_reports
+from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
 from trackweave.trackers.multiscan import MultiScanTracker
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
@@ -133,8 +133,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         for name in periods
         if settings.sources[f"sensors.{name}.scan_period"] in {"estimated", "default"}
     }
-    alone = notes_on_lone_reports(table, periods, guessed)
-    settings = replace(settings, notes=(*settings.notes, *alone))
+    notes = [*notes_on_lone_reports(table, periods, guessed), *_notes_on_priors(begun, table)]
+    settings = replace(settings, notes=(*settings.notes, *notes))
     scans = complete_scans(table, periods)
     tracker = MultiScanTracker(
         motion=settings.motion,
@@ -223,6 +223,20 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
             "tracks of before the reports"
         )
     return table
+
+
+def _notes_on_priors(priors: TrackTable | None, reports: ReportTable) -> list[str]:
+    """Return a sentence on reports of before the priors, which come too late."""
+    if priors is None or len(priors) == 0:
+        return []
+    newest = float(priors.time.max())
+    n_late = int(np.sum(scan_ends(reports) < newest))
+    if n_late == 0:
+        return []
+    return [
+        f"priors: newest at {newest:.15g} s; {n_late} of {len(reports)} reports are of before "
+        "and count as late"
+    ]
 
 
 def _native(frame: Any, reports: ReportTable) -> Any:
