@@ -57,6 +57,25 @@ def test_improvement_keeps_the_rules_and_costs_no_more() -> None:
     assert gained > len(PROBLEMS) // 4
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_improvement_ends_when_its_work_is_used_up_and_keeps_the_rules(first) -> None:
+    rng = np.random.default_rng(3)
+    unfinished = 0
+    for problem in PROBLEMS:
+        components, component, owner, before = repaired(problem, rng)
+        start, taken = owner.copy(), components.taken.copy()
+        families = taken.shape[0]
+        begin = first % max(families, 1)
+        short = improve(component, components.taken, owner, 10, begin, 3)
+        require_sound(components, owner, short)
+        assert short <= before + 1e-12
+        components.taken[:] = taken
+        whole = improve(component, components.taken, start, 10, begin)
+        require_sound(components, start, whole)
+        unfinished += whole < short - 1e-9
+    assert unfinished > 0
+
+
 def test_improvement_of_an_improved_answer_changes_nothing() -> None:
     rng = np.random.default_rng(2)
     for problem in PROBLEMS[:40]:

@@ -15,6 +15,9 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
 
+IMPROVEMENT_WORK = 10_000_000
+"""How many nodes one improvement looks at: some 20 ms, more than most windows ask for."""
+
 
 class Component(NamedTuple):
     """Nodes of a problem that share items with each other and with nobody else.
@@ -128,20 +131,33 @@ def repair(
 
 
 @jit
-def improve(component: Component, selection: IntArray, owner: IntArray, max_rounds: int) -> float:
+def improve(
+    component: Component,
+    selection: IntArray,
+    owner: IntArray,
+    max_rounds: int,
+    first: int = 0,
+    max_work: int = IMPROVEMENT_WORK,
+) -> float:
     """Improve a selection by eject, insert and repair until nothing helps; return its cost.
 
-    Each family in turn is given up and takes its best free node; failing that, each of its nodes
-    is tried at the price of ejecting the families in its way, which then take their best free
-    nodes. Only strict gains are taken.
+    Each family in turn, from ``first`` on, is given up and takes its best free node; failing
+    that, each of its nodes is tried at the price of ejecting the families in its way, which then
+    take their best free nodes. Only strict gains are taken. Ends early once so many nodes were
+    looked at.
     """
     total = component.total
     n_families = selection.shape[0]
+    work = np.zeros(1, dtype=np.int64)
     blockers = np.empty(64, dtype=np.int64)
     before = np.empty(64, dtype=np.int64)
     for _ in range(max_rounds):
         changed = False
-        for family in range(n_families):
+        for turn in range(n_families):
+            if work[0] > max_work:
+                return selection_cost(component, selection)
+            family = (first + turn) % n_families
+            work[0] += component.start[family + 1] - component.start[family]
             old = selection[family]
             old_cost = total[old] if old >= 0 else 0.0
             if old >= 0:
@@ -158,7 +174,9 @@ def improve(component: Component, selection: IntArray, owner: IntArray, max_roun
                 node = component.members[entry]
                 if total[node] >= old_cost - 1e-12:
                     continue
-                if _eject(component, family, node, selection, owner, blockers, before):
+                if work[0] > max_work:
+                    break
+                if _eject(component, family, node, selection, owner, blockers, before, work):
                     changed = True
                     old, old_cost = node, total[node]
         if not changed:
@@ -175,8 +193,12 @@ def _eject(
     owner: IntArray,
     blockers: IntArray,
     before: IntArray,
+    work: IntArray,
 ) -> bool:
-    """Give ``node`` to ``family`` and let those in its way choose again; undo without gain."""
+    """Give ``node`` to ``family`` and let those in its way choose again; undo without gain.
+
+    Adds to ``work`` how many nodes they choose from.
+    """
     total = component.total
     n_blockers = 0
     climb = node
@@ -205,6 +227,7 @@ def _eject(
     done = 0
     for index in range(n_blockers):
         holder = blockers[index]
+        work[0] += component.start[holder + 1] - component.start[holder]
         choice = best_free(component, holder, total, owner)
         if choice < 0 and component.must[holder]:
             gain = -math.inf
