@@ -7,14 +7,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array
 from trackweave.association._clusters import has_repeats
+from trackweave.association.tuples import Requirement, parts_of_array, parts_of_tuples
 from trackweave.errors import InvalidInputError
 
 __all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
-
-MAX_ITEMS = 10_000_000
-"""Greatest number of an item in a list; a larger one is a mistake that would fill the memory."""
 
 
 class Status(StrEnum):
@@ -24,6 +22,10 @@ class Status(StrEnum):
     """The bound proves that no answer costs less."""
     FEASIBLE = "feasible"
     """Every rule is kept; the certificate's gap says how much better an answer could be."""
+    INFEASIBLE = "infeasible"
+    """Proven: no answer covers every item that has to be covered."""
+    UNKNOWN = "unknown"
+    """No answer that covers every item that has to be was found; there may be one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +35,9 @@ class Certificate:
     Parameters
     ----------
     cost
-        What the answer costs [nats].
+        What the answer costs [nats]; infinite where none was found.
     lower_bound
-        No answer over the same sequences costs less [nats].
+        No answer over the same sequences costs less [nats]; infinite where there is none.
     status
         Whether that proves the answer best.
     """
@@ -46,7 +48,12 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """Distance from the bound relative to the cost, (cost − bound) / max(1, |cost|)."""
+        """Distance from the bound relative to the cost, (cost − bound) / max(1, |cost|).
+
+        Infinite where no answer was found.
+        """
+        if self.cost == np.inf:
+            return np.inf
         return max(0.0, self.cost - self.lower_bound) / max(1.0, abs(self.cost))
 
 
@@ -124,6 +131,9 @@ class AssignmentProblem:
         Added to the cost of every answer.
     row
         The row of ``from_tuples`` that each node stands for, -1 where none.
+    requirement
+        Further items that have to be covered, as ``from_tuples`` makes them; there may be no
+        answer then.
 
     Raises
     ------
@@ -141,6 +151,7 @@ class AssignmentProblem:
     instant: IntArray
     base_cost: float = 0.0
     row: IntArray | None = None
+    requirement: Requirement | None = None
 
     def __post_init__(self) -> None:
         # Cast here, once, so that kernels may count on types and order in memory.
@@ -203,7 +214,7 @@ class AssignmentProblem:
         return int(self.must_cover.shape[0])
 
     @classmethod
-    def from_tuples(cls, tuples: ArrayLike, costs: ArrayLike) -> Self:
+    def from_tuples(cls, tuples: ArrayLike, costs: ArrayLike, *, alone: ArrayLike = 0.0) -> Self:
         """Return the problem of choosing tuples that share no item.
 
         Parameters
@@ -213,7 +224,10 @@ class AssignmentProblem:
             of the item taken from each list, 0 for none. A row with a single item is the price
             of leaving that item alone, 0 where there is none.
         costs
-            Cost of each row, finite.
+            Cost of each row, finite [nats]. Of equal rows the cheapest counts.
+        alone
+            What it costs to leave an item that no row prices: one number, or one for each item,
+            list after list; infinite where the item has to be covered.
 
         Returns
         -------
@@ -222,74 +236,30 @@ class AssignmentProblem:
         Raises
         ------
         InvalidInputError
-            If a number is negative or far too large, a row is empty or a cost is not finite.
+            If a number is negative or far too large, a row is empty, a cost is not finite, or a
+            price is NaN or minus infinity.
         """
-        table = int_array(tuples, "tuples", (None, None))
-        cost = float_array(costs, "costs", (table.shape[0],))
-        require_finite(cost, "costs")
-        size = _list_sizes(table)
-        offset = np.concatenate([[0], np.cumsum(size)])
-        items = np.where(table > 0, table + offset[:-1] - 1, -1)
-        is_single = np.count_nonzero(table, axis=1) == 1
-        alone = np.full(int(offset[-1]), np.inf)
-        np.minimum.at(alone, items[is_single].max(axis=1, initial=-1), cost[is_single])
-        alone[np.isinf(alone)] = 0.0
-        # One more entry, so that -1 for none is worth nothing.
-        extra = cost - np.append(alone, 0.0)[items].sum(axis=1)
-        return cls(
-            **_trie(items, extra, np.flatnonzero(~is_single)),
-            must_cover=np.zeros(alone.shape[0], dtype=np.bool_),
-            instant=np.repeat(np.arange(size.shape[0]), size),
-            base_cost=float(alone.sum()),
-        )
+        return cls(**parts_of_tuples(tuples, costs, alone))
 
+    @classmethod
+    def from_array(cls, costs: ArrayLike, *, alone: ArrayLike = np.inf) -> Self:
+        """Return the problem of choosing entries of an array that share no index of any axis.
 
-def _list_sizes(table: IntArray) -> IntArray:
-    """Return the greatest number in each column of a table of tuples, once it is found sound."""
-    if np.any(table < 0):
-        raise InvalidInputError("tuples: a negative number; expected 0 for none, or 1 and up")
-    if np.any(~table.any(axis=1)):
-        raise InvalidInputError("tuples: a row without items; expected at least one")
-    size: IntArray = table.max(axis=0, initial=0)
-    if np.any(size > MAX_ITEMS):
-        raise InvalidInputError(
-            f"tuples: the number {size.max()}; expected items numbered from 1 up to {MAX_ITEMS}"
-        )
-    return size
+        Parameters
+        ----------
+        costs
+            What each tuple costs, shape (items of list 1, items of list 2, …) [nats]; infinite
+            where it is not allowed.
+        alone
+            As in ``from_tuples``; by default every item has to be covered.
 
+        Returns
+        -------
+        The problem; ``row`` counts the finite entries in the order of the array.
 
-def _trie(item_rows: IntArray, extra: FloatArray, rows: IntArray) -> dict[str, Any]:
-    """Return nodes for the rows and their prefixes, by the names of a problem's fields."""
-    # A prefix that is no row itself may not end; while it grows it costs as little as the
-    # cheapest row below it, or nothing.
-    number: dict[tuple[int, int], int] = {}
-    parent: list[int] = []
-    item: list[int] = []
-    row_of: list[int] = []
-    total: list[float] = []
-    for row in rows.tolist():
-        node = -1
-        for value in item_rows[row].tolist():
-            if value < 0:
-                continue
-            key = (node, value)
-            if key not in number:
-                number[key] = len(parent)
-                parent.append(node)
-                item.append(value)
-                row_of.append(-1)
-                total.append(np.inf)
-            node = number[key]
-        if extra[row] < total[node]:
-            total[node], row_of[node] = float(extra[row]), row
-    cost = np.array(total, dtype=np.float64)
-    for node in range(len(parent) - 1, -1, -1):
-        if parent[node] >= 0:
-            cost[parent[node]] = min(cost[parent[node]], cost[node])
-    return {
-        "parent": np.array(parent, dtype=np.int64),
-        "item": np.array(item, dtype=np.int64),
-        "cost": np.minimum(cost, 0.0),
-        "total": np.array(total, dtype=np.float64),
-        "row": np.array(row_of, dtype=np.int64),
-    }
+        Raises
+        ------
+        InvalidInputError
+            If there are fewer than two axes, or an entry or a price is NaN or minus infinity.
+        """
+        return cls(**parts_of_array(costs, alone))

@@ -120,13 +120,37 @@ class Components:
 
     def answer(self, evaluations: int, stop_reason: str) -> Answer:
         """Return the answer of the whole problem."""
-        parts = self.parts
         nodes = self.nodes()
         cost = self.problem.base_cost + float(self.problem.total[nodes].sum())
         slack = float(np.maximum(self.cost - self.lower, 0.0).sum())
         proven = self.open().shape[0] == 0
-        prices = np.zeros(self.problem.n_items)
-        prices[parts.item_of] = self.price
         status = Status.OPTIMAL if proven else Status.FEASIBLE
         certificate = Certificate(cost, cost if proven else cost - slack, status)
+        prices = np.zeros(self.problem.n_items)
+        prices[self.parts.item_of] = self.price
+        if not self._is_complete(nodes):
+            certificate = self._without_answer(certificate)
         return Answer(nodes, certificate, evaluations, stop_reason, prices)
+
+    def _is_complete(self, nodes: IntArray) -> bool:
+        """Tell whether the nodes' sequences cover every item that is required."""
+        problem = self.problem
+        if problem.requirement is None:
+            return True
+        covered = np.zeros(problem.n_items, dtype=np.bool_)
+        while nodes.size:
+            covered[problem.item[nodes]] = True
+            nodes = problem.parent[nodes]
+            nodes = nodes[nodes >= 0]
+        return bool(covered[problem.requirement.item].all())
+
+    def _without_answer(self, relaxed: Certificate) -> Certificate:
+        """Return what is known when the best found leaves a required item uncovered."""
+        requirement = self.problem.requirement
+        none_exists = relaxed.status is Status.OPTIMAL
+        if requirement is not None:
+            # What covers them all costs at most the ceiling; rounding must not exclude it.
+            none_exists |= relaxed.lower_bound > requirement.ceiling + 0.25 * requirement.penalty
+        if none_exists:
+            return Certificate(np.inf, np.inf, Status.INFEASIBLE)
+        return Certificate(np.inf, relaxed.lower_bound, Status.UNKNOWN)

@@ -1,0 +1,164 @@
+"""From tables of tuples and dense arrays of costs to the parts of an assignment problem."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.association._tuples import build_trie, cost_shares
+from trackweave.errors import InvalidInputError
+
+__all__ = ["MAX_ITEMS", "Requirement", "parts_of_array", "parts_of_tuples"]
+
+MAX_ITEMS = 10_000_000
+"""Greatest number of an item in a list; a larger one is a mistake that would fill the memory."""
+
+
+class Requirement(NamedTuple):
+    """Items that an answer has to cover, though no sequence alone is sure to.
+
+    The totals of a problem are less by ``penalty`` for each such ``item`` that they cover, and
+    its base cost is more by the penalty for each. The penalty exceeds what any two answers
+    differ by, so leaving one uncovered never pays. No answer that covers them all costs more
+    than ``ceiling`` [nats].
+    """
+
+    item: IntArray
+    penalty: float
+    ceiling: float
+
+
+def parts_of_tuples(
+    tuples: ArrayLike, costs: ArrayLike, alone: ArrayLike, sizes: tuple[int, ...] | None = None
+) -> dict[str, Any]:
+    """Return the fields of the problem of choosing tuples that share no item.
+
+    Parameters
+    ----------
+    tuples, costs, alone
+        See ``AssignmentProblem.from_tuples``.
+    sizes
+        How many items each list has; None for as many as the greatest number in it.
+
+    Returns
+    -------
+    The fields by their names.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is negative or far too large, a row is empty, a cost is not finite, or a
+        price is NaN or minus infinity.
+    """
+    table = int_array(tuples, "tuples", (None, None))
+    cost = float_array(costs, "costs", (table.shape[0],))
+    require_finite(cost, "costs")
+    size = _list_sizes(table) if sizes is None else np.array(sizes, dtype=np.int64)
+    offset = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    items = np.where(table > 0, table + offset[:-1] - 1, -1)
+    count = np.count_nonzero(table, axis=1)
+    is_single = count == 1
+    price = _prices_alone(items[is_single].max(axis=1, initial=-1), cost[is_single], alone, offset)
+    rows = np.flatnonzero(~is_single)
+    requirement = _requirement(items[rows], cost[rows], price)
+    worth = price
+    base = 0.0
+    if requirement is not None:
+        worth = price.copy()
+        worth[requirement.item] = requirement.penalty
+    base += float(worth.sum())
+    # One more entry, so that -1 for none is worth nothing.
+    extra = cost - np.append(worth, 0.0)[items].sum(axis=1)
+    trie = build_trie(items, extra, rows[_sorted_rows(table[rows], size)])
+    return {
+        **trie._asdict(),
+        "must_cover": np.zeros(price.shape[0], dtype=np.bool_),
+        "instant": np.repeat(np.arange(size.shape[0]), size),
+        "base_cost": base,
+        "requirement": requirement,
+    }
+
+
+def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> dict[str, Any]:
+    """Return the fields of the problem of choosing entries of a dense array of costs.
+
+    Parameters
+    ----------
+    costs, alone
+        See ``AssignmentProblem.from_array``.
+
+    Returns
+    -------
+    The fields by their names.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are fewer than two axes, or an entry is NaN or minus infinity.
+    """
+    cost = float_array(costs, "costs", (None,) * np.ndim(np.asarray(costs)))
+    if cost.ndim < 2:
+        raise InvalidInputError(
+            f"costs: an array of shape {cost.shape}; expected one axis per list, at least two"
+        )
+    if np.any(np.isnan(cost) | (cost == -np.inf)):
+        raise InvalidInputError("costs: NaN or minus infinity; expected costs, or infinity")
+    allowed = np.argwhere(np.isfinite(cost))
+    return parts_of_tuples(allowed + 1, cost[tuple(allowed.T)], alone, cost.shape)
+
+
+def _list_sizes(table: IntArray) -> IntArray:
+    """Return the greatest number in each column of a table of tuples, once it is found sound."""
+    if np.any(table < 0):
+        raise InvalidInputError("tuples: a negative number; expected 0 for none, or 1 and up")
+    if np.any(~table.any(axis=1)):
+        raise InvalidInputError("tuples: a row without items; expected at least one")
+    size: IntArray = table.max(axis=0, initial=0)
+    if np.any(size > MAX_ITEMS):
+        raise InvalidInputError(
+            f"tuples: the number {size.max()}; expected items numbered from 1 up to {MAX_ITEMS}"
+        )
+    return size
+
+
+def _prices_alone(
+    item: IntArray, cost: FloatArray, alone: ArrayLike, offset: IntArray
+) -> FloatArray:
+    """Return what it costs to leave each item: its own row's cost, or what is said of all."""
+    n_items = int(offset[-1])
+    default = float_array(alone, "alone", () if np.ndim(alone) == 0 else (n_items,))
+    if np.any(np.isnan(default) | (default == -np.inf)):
+        raise InvalidInputError("alone: NaN or minus infinity; expected prices, or infinity")
+    own = np.full(n_items, np.inf)
+    np.minimum.at(own, item, cost)
+    price: FloatArray = np.where(np.isinf(own), default, own)
+    return price
+
+
+def _requirement(items: IntArray, cost: FloatArray, price: FloatArray) -> Requirement | None:
+    """Return what is said of the items whose price is infinite; None where there is none."""
+    required = np.flatnonzero(np.isinf(price))
+    if not required.size:
+        return None
+    # Each tuple's cost is shared out over its items, so an answer's is a sum over the items.
+    least = np.where(np.isinf(price), np.inf, price)
+    greatest = np.where(np.isinf(price), -np.inf, price)
+    cost_shares(items, cost, least, greatest)
+    least[np.isinf(least)] = greatest[np.isinf(greatest)] = 0.0
+    ceiling = float(greatest.sum())
+    spread = ceiling - float(np.minimum(least, 0.0).sum())
+    if not np.isfinite(spread):
+        raise InvalidInputError("costs: too large to be added; expected smaller numbers")
+    # A power of two takes no digits from whole costs.
+    return Requirement(required, 2.0 ** float(np.ceil(np.log2(2.0 * spread + 2.0))), ceiling)
+
+
+def _sorted_rows(table: IntArray, size: IntArray) -> NDArray[np.intp]:
+    """Return the order of the rows by their first column, then the second, and so on."""
+    key = np.zeros(table.shape[0], dtype=np.int64)
+    if np.prod(size.astype(np.float64) + 1.0) < 2.0**62:
+        for column in range(table.shape[1]):
+            key = key * (size[column] + 1) + table[:, column]
+        return np.argsort(key, kind="stable")
+    return np.lexsort(table.T[::-1])
