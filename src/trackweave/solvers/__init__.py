@@ -3,11 +3,21 @@
 from trackweave.solvers.dual import Dual as Dual
 from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
-from trackweave.solvers.genetic import GeneticState as GeneticState
 from trackweave.solvers.greedy import Greedy as Greedy
+from trackweave.solvers.metaheuristic import SearchState as SearchState
 from trackweave.solvers.protocol import Hint as Hint
 from trackweave.solvers.protocol import Solver as Solver
 from trackweave.solvers.protocol import Stop as Stop
 from trackweave.solvers.solve import solve as solve
 
-__all__ = ["Dual", "Exact", "Genetic", "GeneticState", "Greedy", "Hint", "Solver", "Stop", "solve"]
+__all__ = [
+    "Dual",
+    "Exact",
+    "Genetic",
+    "Greedy",
+    "Hint",
+    "SearchState",
+    "Solver",
+    "Stop",
+    "solve",
+]

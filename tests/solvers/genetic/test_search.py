@@ -9,10 +9,11 @@ import pytest
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Genetic, GeneticState, Hint
+from trackweave.solvers import Genetic, Hint, SearchState
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
 from trackweave.solvers.genetic.parameters import Parameters
-from trackweave.solvers.genetic.search import Search, Start, make_lookup
+from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
+from trackweave.solvers.metaheuristic import Start
 
 UNSEEDED = Genetic(
     population=20, generations=6, seeded=False, improvement=False, decompose=False, elite=0,
@@ -147,16 +148,20 @@ class TestState:
 
 def search_of(
     problem: AssignmentProblem, parameters: Parameters
-) -> tuple[Search, tuple[Any, Any, Parameters]]:
+) -> tuple[GeneticSearch, tuple[Any, Any, Parameters]]:
     """Return the search of the first component of a problem, and what it advances with."""
-    state: GeneticState = Genetic(seeded=False).start(problem, rng=rng())
+    state: SearchState = Genetic(seeded=False).start(problem, rng=rng())
     parts = state.components
     component = parts.component(0)
     node, item = parts.parts.node[: component.parent.shape[0]], parts.parts.item_of[parts.items(0)]
     lookup = make_lookup(component, problem.cost[node], problem.instant[item], True)
     nothing = np.full(component.must.shape[0], -1)
     start = Start([], nothing, np.inf, rng())
-    return Search.begin(component, lookup, parameters, start), (component, lookup, parameters)
+    return GeneticSearch.begin(component, lookup, parameters, start), (
+        component,
+        lookup,
+        parameters,
+    )
 
 
 class TestGenerations:

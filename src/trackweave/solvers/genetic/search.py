@@ -2,7 +2,7 @@
 
 import copy
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from trackweave.solvers._kernels import Component, improve, set_owner
 from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
 from trackweave.solvers.genetic.parameters import Parameters
+from trackweave.solvers.metaheuristic import Start
 
-__all__ = ["Search", "Start", "genes_of", "in_time_order", "make_lookup"]
+__all__ = ["GeneticSearch", "genes_of", "in_time_order", "make_lookup"]
 
 LARGE = 20_000
 """More sequences than this may be too many for one improvement."""
@@ -45,21 +46,8 @@ def _twins(component: Component, instant: IntArray) -> tuple[IntArray, IntArray]
     return np.searchsorted(parent[child], np.arange(parent.shape[0] + 1)), child
 
 
-class Start(NamedTuple):
-    """What a search begins with.
-
-    ``seeds`` are selections from which individuals are made; ``selection`` is the best so far
-    and ``cost`` what it costs. ``rng`` is the search's own.
-    """
-
-    seeds: list[IntArray]
-    selection: IntArray
-    cost: float
-    rng: np.random.Generator
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Search:
+class GeneticSearch:
     """Where a search stands; ``advance`` returns where it stands later and leaves this one be.
 
     ``position`` individuals of ``offspring`` are evaluated; when all are, they become the
@@ -83,7 +71,7 @@ class Search:
         component: Component,
         lookup: Lookup,
         parameters: Parameters,
-        start: "Start",
+        start: Start,
     ) -> Self:
         """Return a search before its first evaluation.
 
@@ -128,7 +116,7 @@ class Search:
 
     def advance(
         self, component: Component, lookup: Lookup, parameters: Parameters, evaluations: int
-    ) -> "Search":
+    ) -> "GeneticSearch":
         """Return the search after so many more evaluations, or at the generation's end.
 
         Parameters
@@ -157,14 +145,24 @@ class Search:
         is_whole = last == self.order.shape[0]
         return _next_generation(moved, component, lookup, parameters) if is_whole else moved
 
+    @property
+    def evaluations(self) -> int:
+        """How many individuals were decoded."""
+        return self.generation * int(self.order.shape[0]) + self.position
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a generation is complete."""
+        return self.position == 0 and self.generation > 0
+
     def spread(self) -> float:
         """Return the mean cost of the last whole generation less its best."""
         return float(self.cost.mean() - self.cost.min())
 
 
 def _next_generation(
-    search: Search, component: Component, lookup: Lookup, parameters: Parameters
-) -> Search:
+    search: GeneticSearch, component: Component, lookup: Lookup, parameters: Parameters
+) -> GeneticSearch:
     """Return the search at the beginning of its next generation."""
     population, cost = search.offspring.copy(), search.offspring_cost.copy()
     selection, best = search.selection.copy(), search.best
