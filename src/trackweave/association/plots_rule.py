@@ -1,0 +1,382 @@
+"""From the plots of several sensors at one instant to tuples that one object may have made.
+
+A tuple takes at most one plot of each sensor. Its position is the most likely one given all its
+plots: for positions that is a Kalman filter without motion; a bearing has no position until
+another plot gives it one, and then Gauss-Newton steps find the position that fits all the set's
+plots best. A plot joins a set if it lies in the gate about the position of the set so far.
+
+Two bearings that are parallel, as far as their noise and the gate can tell, do not cross: they
+are no tuple, but a third plot may give them a position. Bearings that cross behind a sensor are
+refused.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trackweave.arrays import (
+    FloatArray,
+    IntArray,
+    float_array,
+    is_number,
+    is_whole,
+    require_finite,
+    require_instance,
+)
+from trackweave.association._plots import (
+    DEPTH,
+    DONE,
+    FULL,
+    N_ROWS,
+    Path,
+    PlotLimits,
+    PlotTable,
+    TupleRows,
+    grow_sets,
+)
+from trackweave.association.problem import AssignmentProblem
+from trackweave.errors import InvalidInputError
+from trackweave.simulation.scenes import Scene
+
+__all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
+
+PlotCost = Literal["evidence", "equation-1"]
+
+STEPS = 50_000
+"""Steps of growth between two looks at what Python has to do: some milliseconds."""
+
+FIRST_ROWS = 4096
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorPlots:
+    """One sensor's plots at one instant, and what is known of that sensor.
+
+    Parameters
+    ----------
+    value
+        Positions [m], shape (plots, 2) or (plots, 3), or bearings [rad], clockwise from north,
+        shape (plots,).
+    sigma
+        Standard deviation [m or rad]: one number, or an array that fits ``value``; above 0.
+    volume
+        Field of view in the measurement's units [m², m³ or rad]; above 0.
+    false_alarms
+        Expected false alarms, spread evenly over the field of view; above 0.
+    detection_probability
+        Chance to report an object, above 0 and below 1.
+    place
+        Where the sensor stands [m], shape (2,); only bearings need it.
+
+    Raises
+    ------
+    InvalidInputError
+        If a shape does not fit or a value is out of range.
+    """
+
+    value: FloatArray
+    sigma: ArrayLike
+    volume: float
+    false_alarms: float
+    detection_probability: float = 0.9
+    place: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        dim = np.ndim(self.value)
+        shape = (None,) if dim == 1 else (None, 3 if np.shape(self.value)[-1] == 3 else 2)
+        value = float_array(self.value, "value", shape)
+        require_finite(value, "value")
+        if dim == 1:
+            value = np.mod(value, 2.0 * math.pi)
+        object.__setattr__(self, "value", value)
+        object.__setattr__(self, "sigma", _fit_sigma(self.sigma, value))
+        for name in ("volume", "false_alarms", "detection_probability"):
+            found = getattr(self, name)
+            if not (is_number(found) and found > 0):
+                raise InvalidInputError(f"{name}: {found!r}; expected a finite number > 0")
+        if not self.detection_probability < 1:
+            raise InvalidInputError(
+                f"detection_probability: {self.detection_probability}; expected between 0 and 1"
+            )
+        if self.place is not None:
+            place = float_array(self.place, "place", (2,))
+            require_finite(place, "place")
+            object.__setattr__(self, "place", place)
+        elif dim == 1:
+            raise InvalidInputError("place: None; expected where the sensor of bearings stands")
+
+    @property
+    def is_bearing(self) -> bool:
+        """Whether it reports bearings."""
+        return self.value.ndim == 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoredTuples:
+    """Tuples of two plots or more that one object may have made.
+
+    Parameters
+    ----------
+    tuples
+        The 1-based number of the plot of each sensor, 0 for none, shape (tuples, sensors).
+    costs
+        What each costs against its plots being false alarms [nats].
+    positions
+        The most likely position [m], shape (tuples, dimensions).
+    covariances
+        How certain it is [m²], shape (tuples, dimensions, dimensions).
+    """
+
+    tuples: IntArray
+    costs: FloatArray
+    positions: FloatArray
+    covariances: FloatArray
+
+    def __len__(self) -> int:
+        return int(self.costs.shape[0])
+
+    def problem(self) -> AssignmentProblem:
+        """Return the problem of choosing tuples that share no plot; a plot left alone is free."""
+        return AssignmentProblem.from_tuples(self.tuples, self.costs)
+
+
+@dataclass(frozen=True, slots=True)
+class PlotsRule:
+    """Which tuples are worth considering, and what each costs.
+
+    Parameters
+    ----------
+    object_density
+        Objects expected per m² (m³); above 0. Needed for ``cost="evidence"``.
+    cost
+        ``"evidence"``: minus the logarithm of how much more probable the plots are if an
+        object, wherever it is, made them than if all are false alarms; where bearings are in the
+        tuple, by Laplace's approximation. ``"equation-1"``: the cost of [1]_, eq. 1, which takes
+        the most likely position as known and one false alarm in the whole field of view.
+    gate
+        Greatest squared distance of a plot from the set that it joins; above 0.
+    negative_only
+        Whether to leave out tuples that cost nothing or more: no best answer needs them.
+    max_tuples
+        More tuples than this are refused, before they fill the memory; at least 1.
+    area
+        Least and greatest coordinates of where objects can be [m]; None for anywhere. Matters
+        for bearings, which may cross far away, where the evidence takes more objects to be.
+
+    References
+    ----------
+    .. [1] Wiranto and Bonok, 2018, eq. (1).
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    object_density: float | None = None
+    cost: PlotCost = "evidence"
+    gate: float = 16.0
+    negative_only: bool = False
+    max_tuples: int = 2_000_000
+    area: tuple[Sequence[float], Sequence[float]] | None = None
+
+    def __post_init__(self) -> None:
+        if self.cost not in get_args(PlotCost):
+            raise InvalidInputError(
+                f"cost: {self.cost!r:.80}; expected one of {', '.join(get_args(PlotCost))}"
+            )
+        density = self.object_density
+        if density is None and self.cost == "evidence":
+            raise InvalidInputError("object_density: None; expected objects per m² for evidence")
+        if density is not None and not (is_number(density) and density > 0):
+            raise InvalidInputError(f"object_density: {density!r}; expected a finite number > 0")
+        if not (is_number(self.gate) and self.gate > 0):
+            raise InvalidInputError(f"gate: {self.gate!r}; expected a finite number > 0")
+        require_instance(self.negative_only, bool, "negative_only")
+        if not (is_whole(self.max_tuples) and self.max_tuples > 0):
+            raise InvalidInputError(
+                f"max_tuples: {self.max_tuples!r}; expected a whole number > 0"
+            )
+        if self.area is not None:
+            corners = float_array(self.area, "area", (2, None))
+            require_finite(corners, "area")
+            if not np.all(corners[0] < corners[1]):
+                raise InvalidInputError(f"area: {self.area!r:.80}; expected low before high")
+
+    def __call__(self, sensors: Sequence[SensorPlots]) -> ScoredTuples:
+        """Return every tuple within the gate.
+
+        Parameters
+        ----------
+        sensors
+            The sensors' plots; all positions of two dimensions or all of three, and bearings
+            only with two.
+
+        Returns
+        -------
+        The tuples, each sensor's plots numbered as they came.
+
+        Raises
+        ------
+        InvalidInputError
+            If dimensions differ, or there are more than ``max_tuples``.
+        """
+        dim = _common_dimension(sensors)
+        table = _plot_table(sensors, dim, self.cost)
+        limits = self._limits(dim)
+        path = _new_path(len(sensors), dim)
+        rows = _new_rows(min(FIRST_ROWS, self.max_tuples + 1), len(sensors), dim)
+        while (state := grow_sets(table, limits, path, rows, STEPS)) != DONE:
+            if state == FULL:
+                n_rows = rows.cost.shape[0]
+                if n_rows > self.max_tuples:
+                    raise InvalidInputError(
+                        f"plots: more than {self.max_tuples} tuples lie in the gate; expected "
+                        "fewer plots, a smaller gate or a greater max_tuples"
+                    )
+                rows = _enlarge(rows, min(2 * n_rows, self.max_tuples + 1))
+        n_rows = int(path.counter[N_ROWS])
+        return ScoredTuples(*(column[:n_rows].copy() for column in rows))
+
+    def _limits(self, dim: int) -> PlotLimits:
+        low, high = np.full(dim, -np.inf), np.full(dim, np.inf)
+        if self.area is not None:
+            low, high = float_array(self.area, "area", (2, dim))
+        with_evidence = self.cost == "evidence"
+        return PlotLimits(
+            gate=float(self.gate),
+            with_evidence=with_evidence,
+            base_cost=-math.log(self.object_density or 1.0) if with_evidence else 0.0,
+            max_cost=0.0 if self.negative_only else math.inf,
+            low=low,
+            high=high,
+        )
+
+
+def scene_plots(scene: Scene) -> tuple[SensorPlots, ...]:
+    """Return a simulated scene's plots, with all that a tracker may know of the sensors.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    One entry per sensor. Where no false alarm is expected, one in 10⁹ is.
+    """
+    return tuple(
+        SensorPlots(
+            value=plots,
+            sigma=scene.sigma[sensor],
+            volume=float(scene.volume[sensor]),
+            false_alarms=max(1e-9, float(scene.false_alarms[sensor])),
+            detection_probability=scene.detection_probability,
+            place=None if scene.places is None else scene.places[sensor],
+        )
+        for sensor, plots in enumerate(scene.plots)
+    )
+
+
+def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
+    try:
+        fitted = np.broadcast_to(np.asarray(sigma, dtype=np.float64), value.shape).copy()
+    except (TypeError, ValueError) as err:
+        raise InvalidInputError(
+            f"sigma: {sigma!r:.80}; expected a number, or an array of shape {value.shape}"
+        ) from err
+    if not np.all(np.isfinite(fitted) & (fitted > 0)):
+        raise InvalidInputError(f"sigma: {sigma!r:.80}; expected finite numbers > 0")
+    return fitted
+
+
+def _common_dimension(sensors: Sequence[SensorPlots]) -> int:
+    if not sensors:
+        raise InvalidInputError("sensors: none; expected at least one")
+    for number, sensor in enumerate(sensors):
+        require_instance(sensor, SensorPlots, f"sensors[{number}]")
+    dims = {2 if sensor.is_bearing else sensor.value.shape[1] for sensor in sensors}
+    if len(dims) > 1:
+        raise InvalidInputError(
+            "sensors: plots of two dimensions, or bearings, and of three; expected one of them"
+        )
+    return dims.pop()
+
+
+def _plot_table(sensors: Sequence[SensorPlots], dim: int, cost: PlotCost) -> PlotTable:
+    n_plots = [sensor.value.shape[0] for sensor in sensors]
+    first = np.concatenate([[0], np.cumsum(n_plots)]).astype(np.int64)
+    value, sigma = np.zeros((first[-1], dim)), np.ones((first[-1], dim))
+    number, hit = np.empty(first[-1], dtype=np.int64), np.empty(first[-1])
+    widest, place = np.zeros(len(sensors)), np.zeros((len(sensors), dim))
+    for index, sensor in enumerate(sensors):
+        own = slice(first[index], first[index + 1])
+        n_columns = 1 if sensor.is_bearing else dim
+        values = sensor.value.reshape(-1, n_columns)
+        sigmas = np.reshape(sensor.sigma, (-1, n_columns))
+        order = np.argsort(values[:, 0], kind="stable")
+        value[own, :n_columns], sigma[own, :n_columns] = values[order], sigmas[order]
+        number[own] = order + 1
+        # ½ ln|2πΣ|, and what a plot is worth against a false alarm.
+        hit[own] = np.sum(np.log(math.sqrt(2.0 * math.pi) * sigmas[order]), axis=1)
+        clutter = sensor.false_alarms if cost == "evidence" else 1.0
+        hit[own] += math.log(clutter / (sensor.volume * sensor.detection_probability))
+        widest[index] = sigmas[:, 0].max(initial=0.0)
+        if sensor.is_bearing:
+            place[index] = sensor.place
+    return PlotTable(
+        first=first,
+        value=value,
+        sigma=sigma,
+        number=number,
+        hit=hit,
+        miss=np.array([-math.log1p(-sensor.detection_probability) for sensor in sensors]),
+        is_bearing=np.array([sensor.is_bearing for sensor in sensors]),
+        place=place,
+        widest=widest,
+    )
+
+
+def _new_path(n_sensors: int, dim: int) -> Path:
+    counter = np.zeros(4, dtype=np.int64)
+    counter[DEPTH] = -1
+    whole = np.zeros((6, n_sensors), dtype=np.int64)
+    real = np.zeros((3, n_sensors))
+    return Path(
+        counter=counter,
+        plot=whole[0],
+        sensor=whole[1],
+        is_located=np.zeros(n_sensors, dtype=np.bool_),
+        n_bearings=whole[2],
+        cost=real[0],
+        distance=real[1],
+        log_information=real[2],
+        mean=np.zeros((n_sensors, dim)),
+        covariance=np.zeros((n_sensors, dim, dim)),
+        next_sensor=whole[3],
+        cursor=whole[4],
+        stop=whole[5],
+        scratch=np.zeros((dim, dim)),
+    )
+
+
+def _new_rows(n_rows: int, n_sensors: int, dim: int) -> TupleRows:
+    return TupleRows(
+        plot=np.empty((n_rows, n_sensors), dtype=np.int64),
+        cost=np.empty(n_rows),
+        mean=np.empty((n_rows, dim)),
+        covariance=np.empty((n_rows, dim, dim)),
+    )
+
+
+def _enlarge(rows: TupleRows, n_rows: int) -> TupleRows:
+    columns = []
+    for column in rows:
+        larger = np.empty((n_rows, *column.shape[1:]), dtype=column.dtype)
+        larger[: column.shape[0]] = column
+        columns.append(larger)
+    return TupleRows(*columns)
