@@ -10,13 +10,13 @@ are no tuple, but a third plot may give them a position. Bearings that cross beh
 refused.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from trackweave.arrays import (
     FloatArray,
@@ -27,97 +27,25 @@ from trackweave.arrays import (
     require_finite,
     require_instance,
 )
-from trackweave.association._plots import (
-    DEPTH,
-    DONE,
-    FULL,
-    N_ROWS,
-    Path,
-    PlotLimits,
-    PlotTable,
-    TupleRows,
-    grow_sets,
-)
+from trackweave.association._plot_sets import Path, PlotLimits, PlotTable
+from trackweave.association._plots import DEPTH, DONE, FULL, N_ROWS, TupleRows, grow_sets
 from trackweave.association.problem import AssignmentProblem
+from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
-from trackweave.simulation.scenes import Scene
 
 __all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
 
 PlotCost = Literal["evidence", "equation-1"]
 
-STEPS = 50_000
+STEPS = 10_000
 """Steps of growth between two looks at what Python has to do: some milliseconds."""
 
 FIRST_ROWS = 4096
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SensorPlots:
-    """One sensor's plots at one instant, and what is known of that sensor.
-
-    Parameters
-    ----------
-    value
-        Positions [m], shape (plots, 2) or (plots, 3), or bearings [rad], clockwise from north,
-        shape (plots,).
-    sigma
-        Standard deviation [m or rad]: one number, or an array that fits ``value``; above 0.
-    volume
-        Field of view in the measurement's units [m², m³ or rad]; above 0.
-    false_alarms
-        Expected false alarms, spread evenly over the field of view; above 0.
-    detection_probability
-        Chance to report an object, above 0 and below 1.
-    place
-        Where the sensor stands [m], shape (2,); only bearings need it.
-
-    Raises
-    ------
-    InvalidInputError
-        If a shape does not fit or a value is out of range.
-    """
-
-    value: FloatArray
-    sigma: ArrayLike
-    volume: float
-    false_alarms: float
-    detection_probability: float = 0.9
-    place: ArrayLike | None = None
-
-    def __post_init__(self) -> None:
-        dim = np.ndim(self.value)
-        shape = (None,) if dim == 1 else (None, 3 if np.shape(self.value)[-1] == 3 else 2)
-        value = float_array(self.value, "value", shape)
-        require_finite(value, "value")
-        if dim == 1:
-            value = np.mod(value, 2.0 * math.pi)
-        object.__setattr__(self, "value", value)
-        object.__setattr__(self, "sigma", _fit_sigma(self.sigma, value))
-        for name in ("volume", "false_alarms", "detection_probability"):
-            found = getattr(self, name)
-            if not (is_number(found) and found > 0):
-                raise InvalidInputError(f"{name}: {found!r}; expected a finite number > 0")
-        if not self.detection_probability < 1:
-            raise InvalidInputError(
-                f"detection_probability: {self.detection_probability}; expected between 0 and 1"
-            )
-        if self.place is not None:
-            place = float_array(self.place, "place", (2,))
-            require_finite(place, "place")
-            object.__setattr__(self, "place", place)
-        elif dim == 1:
-            raise InvalidInputError("place: None; expected where the sensor of bearings stands")
-
-    @property
-    def is_bearing(self) -> bool:
-        """Whether it reports bearings."""
-        return self.value.ndim == 1
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class ScoredTuples:
-    """Tuples of two plots or more that one object may have made.
+    """Tuples of plots that one object may have made.
 
     Parameters
     ----------
@@ -161,6 +89,9 @@ class PlotsRule:
         Greatest squared distance of a plot from the set that it joins; above 0.
     negative_only
         Whether to leave out tuples that cost nothing or more: no best answer needs them.
+    lone_plots
+        Whether to price positions that stand alone, as objects that one sensor saw; otherwise
+        they are false alarms, which cost nothing. Bearings that stand alone always are.
     max_tuples
         More tuples than this are refused, before they fill the memory; at least 1.
     area
@@ -181,6 +112,7 @@ class PlotsRule:
     cost: PlotCost = "evidence"
     gate: float = 16.0
     negative_only: bool = False
+    lone_plots: bool = False
     max_tuples: int = 2_000_000
     area: tuple[Sequence[float], Sequence[float]] | None = None
 
@@ -196,7 +128,8 @@ class PlotsRule:
             raise InvalidInputError(f"object_density: {density!r}; expected a finite number > 0")
         if not (is_number(self.gate) and self.gate > 0):
             raise InvalidInputError(f"gate: {self.gate!r}; expected a finite number > 0")
-        require_instance(self.negative_only, bool, "negative_only")
+        for name in ("negative_only", "lone_plots"):
+            require_instance(getattr(self, name), bool, name)
         if not (is_whole(self.max_tuples) and self.max_tuples > 0):
             raise InvalidInputError(
                 f"max_tuples: {self.max_tuples!r}; expected a whole number > 0"
@@ -240,7 +173,12 @@ class PlotsRule:
                     )
                 rows = _enlarge(rows, min(2 * n_rows, self.max_tuples + 1))
         n_rows = int(path.counter[N_ROWS])
-        return ScoredTuples(*(column[:n_rows].copy() for column in rows))
+        return ScoredTuples(
+            tuples=rows.plot[:n_rows].copy(),
+            costs=rows.cost[:n_rows].copy(),
+            positions=rows.mean[:n_rows].copy(),
+            covariances=rows.covariance[:n_rows].copy(),
+        )
 
     def _limits(self, dim: int) -> PlotLimits:
         low, high = np.full(dim, -np.inf), np.full(dim, np.inf)
@@ -252,46 +190,10 @@ class PlotsRule:
             with_evidence=with_evidence,
             base_cost=-math.log(self.object_density or 1.0) if with_evidence else 0.0,
             max_cost=0.0 if self.negative_only else math.inf,
+            with_lone=self.lone_plots,
             low=low,
             high=high,
         )
-
-
-def scene_plots(scene: Scene) -> tuple[SensorPlots, ...]:
-    """Return a simulated scene's plots, with all that a tracker may know of the sensors.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    One entry per sensor. Where no false alarm is expected, one in 10⁹ is.
-    """
-    return tuple(
-        SensorPlots(
-            value=plots,
-            sigma=scene.sigma[sensor],
-            volume=float(scene.volume[sensor]),
-            false_alarms=max(1e-9, float(scene.false_alarms[sensor])),
-            detection_probability=scene.detection_probability,
-            place=None if scene.places is None else scene.places[sensor],
-        )
-        for sensor, plots in enumerate(scene.plots)
-    )
-
-
-def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
-    try:
-        fitted = np.broadcast_to(np.asarray(sigma, dtype=np.float64), value.shape).copy()
-    except (TypeError, ValueError) as err:
-        raise InvalidInputError(
-            f"sigma: {sigma!r:.80}; expected a number, or an array of shape {value.shape}"
-        ) from err
-    if not np.all(np.isfinite(fitted) & (fitted > 0)):
-        raise InvalidInputError(f"sigma: {sigma!r:.80}; expected finite numbers > 0")
-    return fitted
 
 
 def _common_dimension(sensors: Sequence[SensorPlots]) -> int:
@@ -328,13 +230,17 @@ def _plot_table(sensors: Sequence[SensorPlots], dim: int, cost: PlotCost) -> Plo
         widest[index] = sigmas[:, 0].max(initial=0.0)
         if sensor.is_bearing:
             place[index] = sensor.place
+    miss = np.array([-math.log1p(-sensor.detection_probability) for sensor in sensors])
+    best = [hit[a:b].min(initial=np.inf) for a, b in itertools.pairwise(first)]
+    gains = np.minimum(0.0, np.array(best) - miss)
     return PlotTable(
         first=first,
         value=value,
         sigma=sigma,
         number=number,
         hit=hit,
-        miss=np.array([-math.log1p(-sensor.detection_probability) for sensor in sensors]),
+        miss=miss,
+        promise=np.append(np.cumsum(gains[::-1])[::-1], 0.0),
         is_bearing=np.array([sensor.is_bearing for sensor in sensors]),
         place=place,
         widest=widest,
@@ -342,7 +248,7 @@ def _plot_table(sensors: Sequence[SensorPlots], dim: int, cost: PlotCost) -> Plo
 
 
 def _new_path(n_sensors: int, dim: int) -> Path:
-    counter = np.zeros(4, dtype=np.int64)
+    counter = np.zeros(3, dtype=np.int64)
     counter[DEPTH] = -1
     whole = np.zeros((6, n_sensors), dtype=np.int64)
     real = np.zeros((3, n_sensors))

@@ -157,7 +157,8 @@ class Scene:
     def object_density(self) -> float:
         """Objects per m²."""
         (west, south), (east, north) = self.area
-        return self.objects.shape[0] / ((east - west) * (north - south))
+        density: float = self.objects.shape[0] / ((east - west) * (north - south))
+        return density
 
 
 def draw_scene(kind: SceneKind, rng: np.random.Generator) -> Scene:

@@ -1,0 +1,244 @@
+"""Sets of plots that one object may have made, and where it then is.
+
+The position is the most likely one given all plots of the set: a Kalman filter without motion as
+long as no bearing is among them, Gauss-Newton steps otherwise. Nothing here checks or raises.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.filters._kernels import invert_innovation, squared_distance, update
+from trackweave.jit import jit
+
+MAX_STEPS = 30
+
+
+class PlotTable(NamedTuple):
+    """The plots of all sensors, each sensor's sorted by its first column.
+
+    ``first`` says where each sensor's plots begin. A bearing stands in the first column of
+    ``value`` and ``sigma``, from 0 to 2π. ``number`` is a plot's number in its sensor's own order,
+    from 1. ``hit`` is what each plot adds to the cost, but for how well it fits, and ``miss`` what
+    each sensor adds that has no plot in the set [nats]. ``promise`` is the most that each sensor
+    and those after it can take off a set's cost. ``widest`` is each sensor's largest sigma.
+    """
+
+    first: IntArray
+    value: FloatArray
+    sigma: FloatArray
+    number: IntArray
+    hit: FloatArray
+    miss: FloatArray
+    promise: FloatArray
+    is_bearing: np.ndarray
+    place: FloatArray
+    widest: FloatArray
+
+
+class PlotLimits(NamedTuple):
+    """Which sets are grown and written, and how they are priced.
+
+    ``with_evidence`` adds the position's uncertainty and ``base_cost`` to the cost.
+    Only tuples that cost less than ``max_cost`` are written, and only with a position between
+    ``low`` and ``high``, or beyond by no more than the gate. ``with_lone`` writes positions that
+    stand alone, too.
+    """
+
+    gate: float
+    with_evidence: bool
+    base_cost: float
+    max_cost: float
+    with_lone: bool
+    low: FloatArray
+    high: FloatArray
+
+
+class Path(NamedTuple):
+    """The set being grown, plot by plot: entry n describes its first n + 1 plots.
+
+    ``counter`` holds how many plots the set has less one, the next plot to begin with, and how
+    many rows are written. ``cost`` is the sum of hits and misses, ``distance`` the
+    squared distance of all plots from the set's position.
+    """
+
+    counter: IntArray
+    plot: IntArray
+    sensor: IntArray
+    is_located: np.ndarray
+    n_bearings: IntArray
+    cost: FloatArray
+    distance: FloatArray
+    log_information: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    next_sensor: IntArray
+    cursor: IntArray
+    stop: IntArray
+    scratch: FloatArray
+
+
+@jit
+def is_near(table: PlotTable, limits: PlotLimits, path: Path, depth: int, plot: int) -> bool:
+    """Tell whether a position lies in the gate; write the updated set if no bearing is in it."""
+    dim = table.value.shape[1]
+    child = depth + 1
+    mean, covariance = path.mean[depth], path.covariance[depth]
+    inverse = path.scratch
+    log_determinant = invert_innovation(covariance, table.sigma[plot], inverse)
+    distance = squared_distance(table.value[plot], mean, inverse)
+    if not distance <= limits.gate:
+        return False
+    if path.n_bearings[depth] == 0:
+        update(
+            mean, covariance, table.value[plot], inverse, path.mean[child], path.covariance[child]
+        )
+        path.distance[child] = path.distance[depth] + distance
+        # |P⁺| = |P| |R| / |S|
+        path.log_information[child] = path.log_information[depth] + log_determinant
+        for axis in range(dim):
+            path.log_information[child] -= 2.0 * math.log(table.sigma[plot, axis])
+    return True
+
+
+@jit
+def sees(
+    table: PlotTable, limits: PlotLimits, path: Path, depth: int, sensor: int, plot: int
+) -> bool:
+    """Tell whether the set's position lies in the gate about a bearing."""
+    east = path.mean[depth, 0] - table.place[sensor, 0]
+    north = path.mean[depth, 1] - table.place[sensor, 1]
+    aside = _wrap(table.value[plot, 0] - math.atan2(east, north))
+    variance = azimuth_variance(east, north, path.covariance[depth])
+    inside: bool = aside * aside <= limits.gate * (variance + table.sigma[plot, 0] ** 2)
+    return inside
+
+
+@jit
+def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
+    """Write where the last bearing crosses an earlier one, the one most square to it.
+
+    Returns 1; 0 if it is parallel to them all, as far as their noise and the gate can tell; -1
+    if they cross behind a sensor.
+    """
+    plot, place = path.plot[child], table.place[path.sensor[child]]
+    best, widest = -1, 0.0
+    for entry in range(child):
+        sine = abs(math.sin(table.value[plot, 0] - table.value[path.plot[entry], 0]))
+        variance = table.sigma[plot, 0] ** 2 + table.sigma[path.plot[entry], 0] ** 2
+        if sine > max(widest, math.sqrt(limits.gate * variance)):
+            best, widest = entry, sine
+    if best < 0:
+        return 0
+    other = table.place[path.sensor[best]]
+    sine, cosine = math.sin(table.value[plot, 0]), math.cos(table.value[plot, 0])
+    angle = table.value[path.plot[best], 0]
+    other_sine, other_cosine = math.sin(angle), math.cos(angle)
+    east, north = other[0] - place[0], other[1] - place[1]
+    turn = sine * other_cosine - cosine * other_sine
+    away = (east * other_cosine - north * other_sine) / turn
+    other_away = (east * cosine - north * sine) / turn
+    if not (away > 0.0 and other_away > 0.0):
+        return -1
+    path.mean[child, 0] = place[0] + away * sine
+    path.mean[child, 1] = place[1] + away * cosine
+    return 1
+
+
+@jit
+def locate(table: PlotTable, path: Path, child: int) -> bool:
+    """Write the most likely position by Gauss-Newton steps from where the mean stands.
+
+    Two dimensions. Returns False where no position explains the plots.
+    """
+    mean, covariance = path.mean[child], path.covariance[child]
+    information, gradient, trial = path.scratch, np.empty(2), np.empty(2)
+    distance = _linearise(table, path, child, mean, information, gradient)
+    for _ in range(MAX_STEPS):
+        determinant = information[0, 0] * information[1, 1] - information[0, 1] ** 2
+        if not (determinant > 0.0 and distance < math.inf):
+            return False
+        covariance[0, 0] = information[1, 1] / determinant
+        covariance[1, 1] = information[0, 0] / determinant
+        covariance[0, 1] = covariance[1, 0] = -information[0, 1] / determinant
+        path.log_information[child] = math.log(determinant)
+        path.distance[child] = distance
+        east = covariance[0, 0] * gradient[0] + covariance[0, 1] * gradient[1]
+        north = covariance[1, 0] * gradient[0] + covariance[1, 1] * gradient[1]
+        # How much the squared distance would fall, if it were quadratic.
+        if gradient[0] * east + gradient[1] * north < 1e-12:
+            return True
+        share = 1.0
+        while True:
+            trial[0], trial[1] = mean[0] + share * east, mean[1] + share * north
+            reached = _linearise(table, path, child, trial, information, gradient)
+            if reached <= distance:
+                break
+            share /= 2.0
+            if share < 1e-3:
+                return True
+        mean[:] = trial
+        distance = reached
+    return False
+
+
+@jit
+def _linearise(
+    table: PlotTable,
+    path: Path,
+    child: int,
+    point: FloatArray,
+    information: FloatArray,
+    gradient: FloatArray,
+) -> float:
+    """Write the information about the position and its pull there; return the squared distance."""
+    distance = 0.0
+    information[:, :] = 0.0
+    gradient[:] = 0.0
+    for entry in range(child + 1):
+        plot, sensor = path.plot[entry], path.sensor[entry]
+        if not table.is_bearing[sensor]:
+            for axis in range(2):
+                weight = 1.0 / table.sigma[plot, axis] ** 2
+                aside = table.value[plot, axis] - point[axis]
+                information[axis, axis] += weight
+                gradient[axis] += weight * aside
+                distance += weight * aside * aside
+            continue
+        weight = 1.0 / table.sigma[plot, 0] ** 2
+        east, north = point[0] - table.place[sensor, 0], point[1] - table.place[sensor, 1]
+        squared_range = east * east + north * north
+        if not squared_range > 0.0:
+            return math.inf
+        aside = _wrap(table.value[plot, 0] - math.atan2(east, north))
+        by_east, by_north = north / squared_range, -east / squared_range
+        information[0, 0] += weight * by_east * by_east
+        information[0, 1] += weight * by_east * by_north
+        information[1, 1] += weight * by_north * by_north
+        gradient[0] += weight * by_east * aside
+        gradient[1] += weight * by_north * aside
+        distance += weight * aside * aside
+    information[1, 0] = information[0, 1]
+    return distance
+
+
+@jit
+def azimuth_variance(east: float, north: float, covariance: FloatArray) -> float:
+    """Return how uncertain the azimuth of an uncertain position is; infinite without a range."""
+    squared_range = east * east + north * north
+    if not squared_range > 0.0:
+        return math.inf
+    variance: float = (
+        north * north * covariance[0, 0]
+        - 2.0 * north * east * covariance[0, 1]
+        + east * east * covariance[1, 1]
+    ) / (squared_range * squared_range)
+    return variance
+
+
+@jit
+def _wrap(angle: float) -> float:
+    """Return the angle between −π and π."""
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
