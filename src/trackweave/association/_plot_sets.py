@@ -41,7 +41,8 @@ class PlotTable(NamedTuple):
 class PlotLimits(NamedTuple):
     """Which sets are grown and written, and how they are priced.
 
-    ``with_evidence`` adds the position's uncertainty and ``base_cost`` to the cost.
+    ``with_evidence`` adds half the logarithm of the information about the position to the cost,
+    which begins at ``base_cost``.
     Only tuples that cost less than ``max_cost`` are written, and only with a position between
     ``low`` and ``high``, or beyond by no more than the gate. ``with_lone`` writes positions that
     stand alone, too.
@@ -60,8 +61,8 @@ class Path(NamedTuple):
     """The set being grown, plot by plot: entry n describes its first n + 1 plots.
 
     ``counter`` holds how many plots the set has less one, the next plot to begin with, and how
-    many rows are written. ``cost`` is the sum of hits and misses, ``distance`` the
-    squared distance of all plots from the set's position.
+    many rows are written. ``cost`` is the sum of hits and misses, ``total`` what the set costs as
+    a tuple, ``distance`` the squared distance of all plots from the set's position.
     """
 
     counter: IntArray
@@ -70,6 +71,7 @@ class Path(NamedTuple):
     is_located: np.ndarray
     n_bearings: IntArray
     cost: FloatArray
+    total: FloatArray
     distance: FloatArray
     log_information: FloatArray
     mean: FloatArray
@@ -81,38 +83,46 @@ class Path(NamedTuple):
 
 
 @jit
-def is_near(table: PlotTable, limits: PlotLimits, path: Path, depth: int, plot: int) -> bool:
-    """Tell whether a position lies in the gate; write the updated set if no bearing is in it."""
-    dim = table.value.shape[1]
-    child = depth + 1
-    mean, covariance = path.mean[depth], path.covariance[depth]
-    inverse = path.scratch
-    log_determinant = invert_innovation(covariance, table.sigma[plot], inverse)
-    distance = squared_distance(table.value[plot], mean, inverse)
-    if not distance <= limits.gate:
-        return False
-    if path.n_bearings[depth] == 0:
-        update(
-            mean, covariance, table.value[plot], inverse, path.mean[child], path.covariance[child]
-        )
-        path.distance[child] = path.distance[depth] + distance
-        # |P⁺| = |P| |R| / |S|
-        path.log_information[child] = path.log_information[depth] + log_determinant
-        for axis in range(dim):
-            path.log_information[child] -= 2.0 * math.log(table.sigma[plot, axis])
-    return True
+def updated(
+    mean: FloatArray,
+    covariance: FloatArray,
+    value: FloatArray,
+    sigma: FloatArray,
+    gate: float,
+    scratch: FloatArray,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> tuple[float, float]:
+    """Write the position updated by another, if that lies in the gate.
+
+    Returns the squared distance, infinite if it does not, and how much the logarithm of the
+    information about the position grows.
+    """
+    gain = invert_innovation(covariance, sigma, scratch)
+    distance = squared_distance(value, mean, scratch)
+    if not distance <= gate:
+        return math.inf, 0.0
+    update(mean, covariance, value, scratch, mean_out, covariance_out)
+    # |P⁺| = |P| |R| / |S|
+    for axis in range(value.shape[0]):
+        gain -= 2.0 * math.log(sigma[axis])
+    return distance, gain
 
 
 @jit
-def sees(
-    table: PlotTable, limits: PlotLimits, path: Path, depth: int, sensor: int, plot: int
+def is_seen_at(
+    mean: FloatArray,
+    covariance: FloatArray,
+    place: FloatArray,
+    bearing: float,
+    sigma: float,
+    gate: float,
 ) -> bool:
-    """Tell whether the set's position lies in the gate about a bearing."""
-    east = path.mean[depth, 0] - table.place[sensor, 0]
-    north = path.mean[depth, 1] - table.place[sensor, 1]
-    aside = _wrap(table.value[plot, 0] - math.atan2(east, north))
-    variance = azimuth_variance(east, north, path.covariance[depth])
-    inside: bool = aside * aside <= limits.gate * (variance + table.sigma[plot, 0] ** 2)
+    """Tell whether a position lies in the gate about a bearing."""
+    east, north = mean[0] - place[0], mean[1] - place[1]
+    aside = _wrap(bearing - math.atan2(east, north))
+    variance = azimuth_variance(east, north, covariance)
+    inside: bool = aside * aside <= gate * (variance + sigma * sigma)
     return inside
 
 

@@ -17,9 +17,9 @@ from trackweave.association._plot_sets import (
     PlotTable,
     azimuth_variance,
     cross,
-    is_near,
+    is_seen_at,
     locate,
-    sees,
+    updated,
 )
 from trackweave.jit import jit
 
@@ -54,33 +54,47 @@ def grow_sets(
         if path.counter[N_ROWS] == rows.cost.shape[0]:
             path.counter[DEPTH] = depth
             return FULL
+        has_grown = False
         if depth < 0:
             if path.counter[ROOT] == n_plots:
                 path.counter[DEPTH] = depth
                 return DONE
-            _begin(table, path)
+            _begin(table, limits, path)
             depth = 0
-            if limits.with_lone and path.is_located[0]:
-                _write(table, limits, path, 0, rows)
-            continue
-        if path.cursor[depth] == path.stop[depth]:
+            has_grown = limits.with_lone
+        elif path.cursor[depth] == path.stop[depth]:
             path.next_sensor[depth] += 1
             if path.next_sensor[depth] >= n_sensors:
                 depth -= 1
             else:
                 _open_gate(table, limits, path, depth)
-            continue
-        _skip_aside(table, limits, path, depth)
-        if path.cursor[depth] < path.stop[depth] and _join(table, limits, path, depth):
-            depth += 1
-            if path.is_located[depth]:
-                _write(table, limits, path, depth, rows)
+        else:
+            # Calls for each candidate take the arrays that they need, here and below: numba
+            # copies and counts references to each array of a tuple, which took twice as long.
+            sensor = path.next_sensor[depth]
+            first = table.first[sensor]
+            if path.is_located[depth] and not table.is_bearing[sensor]:
+                near = _first_near(
+                    table.value,
+                    table.sigma,
+                    first + path.cursor[depth],
+                    first + path.stop[depth],
+                    path.mean[depth],
+                    path.covariance[depth],
+                    limits.gate,
+                )
+                path.cursor[depth] = near - first
+            has_grown = path.cursor[depth] < path.stop[depth] and _join(table, limits, path, depth)
+            if has_grown:
+                depth += 1
+        if has_grown and path.is_located[depth]:
+            _write(table, limits, path, depth, rows)
     path.counter[DEPTH] = depth
     return GROWING
 
 
 @jit
-def _begin(table: PlotTable, path: Path) -> None:
+def _begin(table: PlotTable, limits: PlotLimits, path: Path) -> None:
     """Begin a set with the next plot."""
     plot = path.counter[ROOT]
     path.counter[ROOT] += 1
@@ -104,6 +118,9 @@ def _begin(table: PlotTable, path: Path) -> None:
                 path.covariance[0, axis, other] = 0.0
             path.covariance[0, axis, axis] = table.sigma[plot, axis] ** 2
             path.log_information[0] -= 2.0 * math.log(table.sigma[plot, axis])
+    path.total[0] = path.cost[0] + limits.base_cost
+    if limits.with_evidence:
+        path.total[0] += 0.5 * path.log_information[0]
     _start_children(path, 0)
 
 
@@ -149,24 +166,27 @@ def _open_gate(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> 
 
 
 @jit
-def _skip_aside(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> None:
-    """Skip positions that lie outside the gate along another axis than the first."""
-    sensor = path.next_sensor[depth]
-    if table.is_bearing[sensor] or not path.is_located[depth]:
-        return
-    first, cursor = table.first[sensor], path.cursor[depth]
-    limit = limits.gate * (1.0 + 1e-9)
-    while cursor < path.stop[depth]:
-        plot = first + cursor
+def _first_near(
+    value: FloatArray,
+    sigma: FloatArray,
+    cursor: int,
+    stop: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    gate: float,
+) -> int:
+    """Return the next position that is in the gate along each axis but the first."""
+    limit = gate * (1.0 + 1e-9)
+    while cursor < stop:
         is_near = True
-        for axis in range(1, table.value.shape[1]):
-            side = table.value[plot, axis] - path.mean[depth, axis]
-            variance = path.covariance[depth, axis, axis] + table.sigma[plot, axis] ** 2
+        for axis in range(1, value.shape[1]):
+            side = value[cursor, axis] - mean[axis]
+            variance = covariance[axis, axis] + sigma[cursor, axis] ** 2
             is_near = is_near and side * side <= limit * variance
         if is_near:
             break
         cursor += 1
-    path.cursor[depth] = cursor
+    return cursor
 
 
 @jit
@@ -185,10 +205,30 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
     path.is_located[child] = True
     if path.is_located[depth]:
         if is_bearing:
-            if not sees(table, limits, path, depth, sensor, plot):
+            if not is_seen_at(
+                path.mean[depth],
+                path.covariance[depth],
+                table.place[sensor],
+                table.value[plot, 0],
+                table.sigma[plot, 0],
+                limits.gate,
+            ):
                 return False
-        elif not is_near(table, limits, path, depth, plot):
-            return False
+        else:
+            distance, gain = updated(
+                path.mean[depth],
+                path.covariance[depth],
+                table.value[plot],
+                table.sigma[plot],
+                limits.gate,
+                path.scratch,
+                path.mean[child],
+                path.covariance[child],
+            )
+            if not distance < math.inf:
+                return False
+            path.distance[child] = path.distance[depth] + distance
+            path.log_information[child] = path.log_information[depth] + gain
         if path.n_bearings[child] > 0:
             path.mean[child, :] = path.mean[depth, :]
             if not locate(table, path, child):
@@ -206,39 +246,22 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
         ):
             return False
     path.cost[child] = path.cost[depth] + table.hit[plot] - table.miss[sensor]
-    _start_children(path, child)
-    return _may_pay(table, limits, path, child)
-
-
-@jit
-def _may_pay(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
-    """Tell whether the set, or one that it can grow to, may cost less than the limit.
-
-    A plot adds at least its hit: the squared distance and the information never fall.
-    """
-    if not path.is_located[depth]:
-        return True
-    slack = LAPLACE_SLACK if limits.with_evidence and path.n_bearings[depth] > 0 else 0.0
-    promise = table.promise[path.sensor[depth] + 1]
-    reached: float = _set_cost(table, limits, path, depth) + promise - slack
-    return reached < limits.max_cost
-
-
-@jit
-def _set_cost(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> float:
-    """Return what the set costs as a tuple."""
-    cost: float = path.cost[depth] + 0.5 * path.distance[depth] + limits.base_cost
+    path.total[child] = path.cost[child] + 0.5 * path.distance[child] + limits.base_cost
     if limits.with_evidence:
-        log_volume = table.value.shape[1] * math.log(2.0 * math.pi)
-        cost += 0.5 * (path.log_information[depth] - log_volume)
-    return cost
+        path.total[child] += 0.5 * path.log_information[child]
+    _start_children(path, child)
+    if not path.is_located[child]:
+        return True
+    # A plot adds at least its hit: neither squared distance nor information ever falls.
+    slack = LAPLACE_SLACK if limits.with_evidence and path.n_bearings[child] > 0 else 0.0
+    reached: float = path.total[child] + table.promise[sensor + 1] - slack
+    return reached < limits.max_cost
 
 
 @jit
 def _write(table: PlotTable, limits: PlotLimits, path: Path, depth: int, rows: TupleRows) -> None:
     """Write the set as a tuple, if it may be chosen."""
-    cost = _set_cost(table, limits, path, depth)
-    if not cost < limits.max_cost:
+    if not path.total[depth] < limits.max_cost:
         return
     for axis in range(table.value.shape[1]):
         place = path.mean[depth, axis]
@@ -250,6 +273,6 @@ def _write(table: PlotTable, limits: PlotLimits, path: Path, depth: int, rows: T
     rows.plot[row, :] = 0
     for entry in range(depth + 1):
         rows.plot[row, path.sensor[entry]] = table.number[path.plot[entry]]
-    rows.cost[row] = cost
+    rows.cost[row] = path.total[depth]
     rows.mean[row, :] = path.mean[depth]
     rows.covariance[row, :, :] = path.covariance[depth]

@@ -185,10 +185,13 @@ class PlotsRule:
         if self.area is not None:
             low, high = float_array(self.area, "area", (2, dim))
         with_evidence = self.cost == "evidence"
+        base_cost = 0.0
+        if with_evidence and self.object_density is not None:
+            base_cost = -math.log(self.object_density) - 0.5 * dim * math.log(2.0 * math.pi)
         return PlotLimits(
             gate=float(self.gate),
             with_evidence=with_evidence,
-            base_cost=-math.log(self.object_density or 1.0) if with_evidence else 0.0,
+            base_cost=base_cost,
             max_cost=0.0 if self.negative_only else math.inf,
             with_lone=self.lone_plots,
             low=low,
@@ -251,7 +254,7 @@ def _new_path(n_sensors: int, dim: int) -> Path:
     counter = np.zeros(3, dtype=np.int64)
     counter[DEPTH] = -1
     whole = np.zeros((6, n_sensors), dtype=np.int64)
-    real = np.zeros((3, n_sensors))
+    real = np.zeros((4, n_sensors))
     return Path(
         counter=counter,
         plot=whole[0],
@@ -259,8 +262,9 @@ def _new_path(n_sensors: int, dim: int) -> Path:
         is_located=np.zeros(n_sensors, dtype=np.bool_),
         n_bearings=whole[2],
         cost=real[0],
-        distance=real[1],
-        log_information=real[2],
+        total=real[1],
+        distance=real[2],
+        log_information=real[3],
         mean=np.zeros((n_sensors, dim)),
         covariance=np.zeros((n_sensors, dim, dim)),
         next_sensor=whole[3],

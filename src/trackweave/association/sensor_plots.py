@@ -47,9 +47,8 @@ class SensorPlots:
     place: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        dim = np.ndim(self.value)
-        shape = (None,) if dim == 1 else (None, 3 if np.shape(self.value)[-1] == 3 else 2)
-        value = float_array(self.value, "value", shape)
+        value = _whole_table(self.value)
+        dim = value.ndim
         require_finite(value, "value")
         if dim == 1:
             value = np.mod(value, 2.0 * math.pi)
@@ -99,6 +98,15 @@ def scene_plots(scene: Scene) -> tuple[SensorPlots, ...]:
         )
         for sensor, plots in enumerate(scene.plots)
     )
+
+
+def _whole_table(values: ArrayLike) -> FloatArray:
+    try:
+        shape = np.shape(values)
+    except ValueError as err:
+        raise InvalidInputError(f"value: {values!r:.80}; expected rows of one length") from err
+    wanted = (None,) if len(shape) == 1 else (None, 3 if shape[-1:] == (3,) else 2)
+    return float_array(values, "value", wanted)
 
 
 def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
