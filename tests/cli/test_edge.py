@@ -15,7 +15,7 @@ from cli.conftest import Run, write_reports
 from trackweave.cli import edge
 from trackweave.errors import InvalidInputError, NumericalError, OutputError
 
-COMMANDS = ("demo", "track", "simulate", "evaluate", "schema")
+COMMANDS = ("demo", "track", "simulate", "evaluate", "solve", "schema")
 LIGHT = {"trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.edge"}
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",

@@ -213,6 +213,52 @@ def evaluate(
 
 @app.command()
 @with_status
+def solve(
+    problem: Annotated[
+        Path,
+        typer.Argument(
+            metavar="PROBLEM",
+            help="Assignment problem: a .csv, .csv.gz, .parquet or .txt file.",
+            show_default=False,
+        ),
+    ],
+    method: Annotated[
+        str | None, typer.Option(help="Solver by its name; left out, the library's default.")
+    ] = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            help="Seconds for solving; makes answers not repeatable where it is reached."
+        ),
+    ] = None,
+    seed: SeedOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="File for the answer (.csv, .csv.gz, .parquet); replaced if there."
+        ),
+    ] = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Solve an assignment problem: choose tuples of least total cost that share no item.
+
+    A table has the columns i1,…,iS,cost: a row is a tuple, with the number of its item in each
+    list, from 1 up, 0 for none. A row with a single item is the price of leaving that item alone,
+    0 where there is none. A .txt file may hold an axial problem: a line n n n, then n³ costs,
+    every item covered once. Prints cost, lower bound, gap and status: optimal, feasible,
+    infeasible, or unknown where the time was over before anything was found. Seed 0 unless given.
+    """
+    from trackweave.cli.solve import SolveRequest, run_solve
+
+    request = SolveRequest(problem, method, time_limit, seed or 0, out)
+    result = run_solve(request, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
 def schema() -> None:
     """Print the JSON Schema of tracker.toml.
 

@@ -1,0 +1,143 @@
+"""The command ``solve``."""
+
+import dataclasses
+from dataclasses import dataclass
+from functools import partial
+from itertools import count
+from math import isfinite
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from trackweave import solvers
+from trackweave.association import _clusters
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.cli.edge import Voice
+from trackweave.config.messages import suggest
+from trackweave.config.search import DEFAULT_METHOD, METHODS
+from trackweave.errors import InvalidInputError
+from trackweave.io.encoding import encode_table
+from trackweave.io.output_file import OutputFile
+from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
+from trackweave.io.tables import file_ending
+from trackweave.solvers import Solver, Stop
+
+__all__ = ["SolveRequest", "run_solve"]
+
+
+@dataclass(frozen=True, slots=True)
+class SolveRequest:
+    """What the command was asked for.
+
+    Parameters
+    ----------
+    problem
+        File of the problem.
+    method
+        Name of a solver; None for the default.
+    time_limit
+        Time for solving [s]; None for as long as it takes.
+    seed
+        Seed of the random numbers.
+    out
+        File for the answer; None for none.
+    """
+
+    problem: Path
+    method: str | None = None
+    time_limit: float | None = None
+    seed: int = 0
+    out: Path | None = None
+
+
+def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
+    """Solve the problem in a file and return what is known of the answer."""
+    method = DEFAULT_METHOD if request.method is None else request.method
+    solver = _solver(method, request.time_limit)
+    if request.out is not None:
+        file_ending(request.out)
+        OutputFile(request.out).check([request.problem])
+    table = read_problem(request.problem)
+    if not voice.quiet and not _kernels_are_kept():
+        voice.say("compiling kernels, once; this takes up to a minute")
+    _warm_up(solver)
+    begin = perf_counter()
+    problem = table.problem()
+    rng = np.random.default_rng(request.seed)
+    answer = solvers.solve(problem, solver, rng=rng, stop=_clock(begin, request.time_limit))
+    time_s = perf_counter() - begin
+    if request.out is not None:
+        frame = answer_frame(table, problem, answer)
+        OutputFile(request.out).write(encode_table(frame, request.out.name))
+    found = _summary(table, answer) | {
+        "time_s": time_s,
+        "method": method,
+        "seed": request.seed,
+        "out": None if request.out is None else str(request.out),
+    }
+    voice.table("Answer", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
+    return found
+
+
+def _solver(method: str, time_limit: float | None) -> Solver:
+    """Return the solver of a name, told of the time limit where it has one of its own."""
+    if method not in METHODS:
+        raise InvalidInputError(
+            f'--method: "{method}" is not known; {suggest(method, list(METHODS))}'
+        )
+    solver: Any = getattr(solvers, METHODS[method])()
+    if time_limit is None:
+        return solver  # type: ignore[no-any-return]
+    if not 0 <= time_limit < float("inf"):
+        raise InvalidInputError(f"--time-limit: {time_limit}; expected a number ≥ 0 of seconds")
+    if hasattr(solver, "time_limit"):
+        # A library that it calls may look at the clock more often than we are asked.
+        solver = dataclasses.replace(solver, time_limit=max(time_limit, 1e-3))
+    return solver  # type: ignore[no-any-return]
+
+
+def _clock(begin: float, time_limit: float | None) -> Stop | None:
+    """Return what tells whether the time since the beginning is over."""
+    if time_limit is None:
+        return None
+    end = begin + time_limit
+    return lambda: perf_counter() >= end
+
+
+def _warm_up(solver: Solver) -> None:
+    """Load or compile what the solver needs, which is nothing that the clock should measure."""
+    costs = np.arange(27.0).reshape(3, 3, 3) ** 2 % 7.0
+    asked = partial(next, count())
+    problem = AssignmentProblem.from_array(costs)
+    solvers.solve(problem, solver, rng=np.random.default_rng(0), stop=lambda: asked() >= 3)
+
+
+def _kernels_are_kept() -> bool:
+    """Tell whether an earlier run left the solvers' compiled kernels on the disk."""
+    # Without just-in-time compilation kernels are plain functions, which need no waiting.
+    stats = getattr(_clusters.partition, "stats", None)
+    if stats is None:
+        return True
+    folder = stats.cache_path
+    return folder is not None and any(Path(folder).glob("_clusters.partition*.nbi"))
+
+
+def _summary(table: ProblemTable, answer: Answer) -> dict[str, Any]:
+    return {
+        "cost": answer.cost,
+        "lower_bound": answer.lower_bound,
+        "gap": answer.gap,
+        "status": answer.status.value,
+        "stop_reason": answer.stop_reason,
+        "evaluations": answer.evaluations,
+        "tuples": len(table),
+        "items": table.n_items,
+    }
+
+
+def _shown(value: Any) -> str:
+    if value is None or (isinstance(value, float) and not isfinite(value)):
+        return "–"
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
