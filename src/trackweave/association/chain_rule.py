@@ -198,7 +198,9 @@ def track_chains(
     With it, objects may be seen by some sensors only, and lists may differ in length or be empty.
     Consecutive are then the sensors that a tuple has; no two consecutive tracks are farther
     apart than the threshold δ; and every object costs δ: a tuple b + δ, a track left alone δ.
-    So joining two tracks pays exactly where their distance is below δ.
+    So joining two tracks pays exactly where their distance is below δ. An inner track of a longer
+    chain is left alone where the distances to it exceed the distance past it by more than δ,
+    which is more often than α, because its own error counts twice.
 
     Parameters
     ----------
