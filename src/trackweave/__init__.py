@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Exact as Exact
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
+    from trackweave.solvers import ListGenetic as ListGenetic
     from trackweave.solvers.solve import solve as solve
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
@@ -61,6 +62,7 @@ _HOMES = {
     "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
     "Lifecycle": "trackweave.trackers.lifecycle",
+    "ListGenetic": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
     "MultiScanTracker": "trackweave.trackers.multiscan",
     "NumericalError": "trackweave.errors",

@@ -10,7 +10,7 @@ import pytest
 from oracles.assignment import least_cost, random_problem, random_tuples, random_window, sequence
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Dual, Exact, Genetic, Greedy, Hint, Solver, solve
+from trackweave.solvers import Dual, Exact, Genetic, Greedy, Hint, ListGenetic, Solver, solve
 
 SMALL = {"population": 10, "generations": 12}
 LETTER = Genetic(
@@ -26,6 +26,10 @@ SOLVERS: dict[str, Solver] = {
     "genetic to the letter": LETTER,
     "genetic to the letter, lone reports kept": replace(LETTER, settle=False),
     "association list, unseeded": replace(LETTER, genotype="association-list"),
+    "list genetic": ListGenetic(**SMALL),
+    "list genetic to the letter": ListGenetic(
+        **SMALL, seeded=False, improvement=False, decompose=False
+    ),
 }
 PROBLEMS = [random_problem(np.random.default_rng(seed)) for seed in range(40)]
 OPTIMA = [least_cost(problem) for problem in PROBLEMS]

@@ -20,6 +20,7 @@ METHODS = {
     "exact": "Exact",
     "dual": "Dual",
     "genetic": "Genetic",
+    "list-genetic": "ListGenetic",
 }
 DEFAULT_METHOD = "genetic"
 

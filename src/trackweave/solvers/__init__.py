@@ -3,6 +3,7 @@
 from trackweave.solvers.dual import Dual as Dual
 from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
+from trackweave.solvers.genetic import ListGenetic as ListGenetic
 from trackweave.solvers.greedy import Greedy as Greedy
 from trackweave.solvers.metaheuristic import SearchState as SearchState
 from trackweave.solvers.protocol import Hint as Hint
@@ -16,6 +17,7 @@ __all__ = [
     "Genetic",
     "Greedy",
     "Hint",
+    "ListGenetic",
     "SearchState",
     "Solver",
     "Stop",

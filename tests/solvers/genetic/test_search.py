@@ -9,7 +9,7 @@ import pytest
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Genetic, Hint, SearchState
+from trackweave.solvers import Genetic, Hint, ListGenetic, SearchState
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
@@ -25,6 +25,10 @@ VARIANTS = {
     "lone reports kept": replace(UNSEEDED, settle=False),
     "association list": replace(UNSEEDED, genotype="association-list"),
     "components, improved": replace(UNSEEDED, decompose=True, improvement=True, elite=2),
+    "lists": ListGenetic(population=20, generations=6),
+    "lists to the letter": ListGenetic(
+        population=20, generations=6, seeded=False, improvement=False, decompose=False
+    ),
 }
 
 
@@ -45,7 +49,7 @@ def outcome(answer: Answer) -> tuple[Any, ...]:
 
 
 @pytest.fixture(params=VARIANTS.values(), ids=VARIANTS.keys())
-def genetic(request: pytest.FixtureRequest) -> Genetic:
+def genetic(request: pytest.FixtureRequest) -> Genetic | ListGenetic:
     return request.param
 
 

@@ -4,9 +4,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from trackweave.errors import InvalidInputError
+from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
 
-__all__ = ["Parameters"]
+__all__ = ["ListParameters", "Parameters"]
+
+MUTATIONS = {"swap": SWAP, "inversion": INVERSION, "shift": SHIFT}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,3 +59,51 @@ class Parameters:
     def selection_code(self) -> int:
         """The number that kernels know the selection by."""
         return TOURNAMENT if self.selection == "tournament" else RANK
+
+
+@dataclass(frozen=True, slots=True)
+class ListParameters:
+    """Parameters of a genetic search over lists; see ``ListGenetic``, whose defaults these are."""
+
+    population: int = 50
+    generations: int = 100
+    evaluations: int = 4_000
+    reproduction: float = 0.1
+    mutation: float = 0.3
+    mutate: Literal["swap", "inversion", "shift"] = "swap"
+    tolerance: float = 0.0
+    patience: int = 50
+    seeded: bool = True
+    improvement: bool = True
+    decompose: bool = True
+
+    def __post_init__(self) -> None:
+        wrong = [
+            (not self.population >= 2, "population", "a whole number ≥ 2"),
+            (not self.generations >= 1, "generations", "a whole number ≥ 1"),
+            (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+            (not 0 <= self.reproduction < 1, "reproduction", "a share from 0 to below 1"),
+            (
+                not 0 <= self.mutation <= 1 - self.reproduction + 1e-12,
+                "mutation",
+                "a share that with reproduction makes at most 1",
+            ),
+            (self.mutate not in MUTATIONS, "mutate", "'swap', 'inversion' or 'shift'"),
+            (not self.tolerance >= 0, "tolerance", "a number ≥ 0"),
+            (not self.patience >= 1, "patience", "a whole number ≥ 1"),
+        ]
+        for is_wrong, name, expected in wrong:
+            if is_wrong:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+
+    @property
+    def shares(self) -> tuple[int, int]:
+        """How many individuals are kept and how many are mutants; the rest are children."""
+        # One at least is new, or a generation would take no evaluation.
+        n_kept = min(round(self.population * self.reproduction), self.population - 1)
+        return n_kept, min(round(self.population * self.mutation), self.population - n_kept)
+
+    @property
+    def mutation_code(self) -> int:
+        """The number that kernels know the mutation by."""
+        return MUTATIONS[self.mutate]

@@ -7,18 +7,14 @@ from typing import Self
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.solvers._kernels import Component, improve, set_owner
+from trackweave.solvers._kernels import Component
 from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
+from trackweave.solvers.genetic.improvement import improve_selection
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.metaheuristic import Start
 
 __all__ = ["GeneticSearch", "genes_of", "in_time_order", "make_lookup"]
-
-LARGE = 20_000
-"""More sequences than this may be too many for one improvement."""
-STRIDE = 61
-"""How many families further on the next generation's improvement begins in a large component."""
 
 
 def make_lookup(component: Component, cost: FloatArray, instant: IntArray, settle: bool) -> Lookup:
@@ -167,7 +163,7 @@ def _next_generation(
     population, cost = search.offspring.copy(), search.offspring_cost.copy()
     selection, best = search.selection.copy(), search.best
     if parameters.improvement:
-        improved = _improved(component, selection, search.generation)
+        improved = improve_selection(component, selection, search.generation)
         if improved < best - 1e-12 or not np.any(cost <= best):
             best = min(best, improved)
             worst = int(np.argmax(cost))
@@ -200,20 +196,6 @@ def _fresh_trail(component: Component, n_genes: int) -> Trail:
     begin(component, current)
     room = np.empty((5, n_genes), dtype=np.int64)
     return Trail(room[0], room[1], room[2], room[3], room[4], current, np.zeros(1, dtype=np.int64))
-
-
-def _improved(component: Component, selection: IntArray, generation: int) -> float:
-    """Improve a selection in place by eject, insert and repair; return its cost."""
-    owner = np.full(component.n_items, -1, dtype=np.int64)
-    roots = component.members[component.start[:-1]]
-    owner[component.item[roots[component.must]]] = np.flatnonzero(component.must)
-    for family in np.flatnonzero(selection >= 0):
-        set_owner(component, int(selection[family]), int(family), owner)
-    first = 0
-    if component.parent.shape[0] > LARGE:
-        # One improvement does not come round there: each generation's begins elsewhere.
-        first = generation * STRIDE % selection.shape[0]
-    return improve(component, selection, owner, 10, first)
 
 
 def in_time_order(component: Component, lookup: Lookup, is_permutation: bool) -> IntArray:

@@ -1,0 +1,82 @@
+"""Genetic search over one permutation per list, after Huo and others."""
+
+from dataclasses import dataclass
+
+from trackweave.solvers.genetic.list_search import ListSearch
+from trackweave.solvers.genetic.parameters import ListParameters
+from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+
+__all__ = ["ListGenetic"]
+
+
+@dataclass(frozen=True, slots=True)
+class ListGenetic(ListParameters, Metaheuristic):
+    """Genetic search over permutations of each list's items [1]_.
+
+    An individual holds one permutation per list, filled up with dummies to one length; that of
+    list 1 stays in order. The items at one place, a column, are a candidate tuple: where all
+    tuples exist it is taken, elsewhere the cheapest sequence that the column's items make, or
+    none. The best individuals are kept; the others are children by partially matched crossover,
+    and mutants, of parents that are chosen by rank.
+
+    Beyond the document, and each can be switched off: components are searched apart; Lagrangian
+    prices bound the cost, answer what is easy and seed the rest; the best individual is improved
+    locally. The search ends when the bound proves its best.
+
+    Parameters
+    ----------
+    population
+        Number of individuals, at least 2.
+    generations
+        Stop rule one: the greatest number of generations per component.
+    evaluations
+        How many individuals are decoded per component, to whole generations.
+    reproduction
+        Share of the population that is kept, below 1. One less it is the generation gap.
+    mutation
+        Share that are mutants; the rest are children.
+    mutate
+        A mutant has two genes swapped, what lies between two places inverted, or a gene shifted
+        to another place.
+    tolerance, patience
+        Stop rule two: the best cost changed by at most this [nats] for so many generations.
+    seeded
+        Whether bounds and answers of the dual, and the hint, start the search.
+    improvement
+        Whether the best individual of a generation is improved locally.
+    decompose
+        Whether components are searched apart.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of range.
+
+    References
+    ----------
+    .. [1] Huo L., Zhang Z., Bai P., Song Y., Xiong X., *A sort of model of multi-sensor
+       multi-object flight path connection based on GA*, 2008, section 2.
+    """
+
+    @property
+    def starts_from_prices(self) -> bool:
+        """Whether the dual comes before."""
+        return self.seeded
+
+    @property
+    def takes_apart(self) -> bool:
+        """Whether components are searched one by one."""
+        return self.decompose
+
+    def _begin(self, view: View, start: Start) -> ListSearch:
+        return ListSearch.begin(view.component, view.instant, self, start)
+
+    def _go_on(self, view: View, search: ListSearch, evaluations: int) -> ListSearch:
+        return search.advance(view.component, self, evaluations)
+
+    def _why_over(self, search: ListSearch) -> str:
+        if search.generation >= self.generations:
+            return "generations"
+        if search.evaluations >= self.evaluations:
+            return "evaluations"
+        return "converged" if search.unchanged >= self.patience else ""
