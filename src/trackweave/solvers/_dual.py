@@ -22,6 +22,9 @@ from trackweave.solvers._kernels import (
     set_owner,
 )
 
+LARGE = 20_000
+"""In a component of more sequences an answer is made from the prices now and then only."""
+
 
 class DualBudget(NamedTuple):
     """How long to raise the bound and to enumerate what it leaves open, per component."""
@@ -130,7 +133,9 @@ def ascend(
         for item in range(component.n_items):
             if count[item] > 0.0 or current[item] > 0.0:
                 norm += count[item] * count[item]
-        if iteration % 4 == 0 or improved or norm == 0.0:
+        # Repairing a large selection takes longer than many bounds.
+        due = iteration % 25 == 0 if n_nodes > LARGE else iteration % 4 == 0 or improved
+        if due or norm == 0.0:
             cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
             if cost < upper:
                 cost = improve(component, trial, owner, 3)
@@ -156,6 +161,29 @@ def ascend(
     ascent.stalled[0] = stalled
     ascent.value[0], ascent.value[1], ascent.value[2] = upper, lower, factor
     return over or ascent.iteration[0] >= max_iterations
+
+
+@jit
+def answer_at(component: Component, price: FloatArray, selection: IntArray, upper: float) -> float:
+    """Make an answer by reduced cost at these prices; keep it where it is better.
+
+    Returns the cost of the better one.
+    """
+    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
+    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
+    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
+    trial, owner = (
+        np.empty(n_families, dtype=np.int64),
+        np.empty(component.n_items, dtype=np.int64),
+    )
+    price_nodes(component, price, priced, reduced)
+    choose(component, reduced, choice, best)
+    repair(component, np.argsort(best), choice, reduced, trial, owner)
+    cost = improve(component, trial, owner, 3)
+    if cost < upper:
+        selection[:] = trial
+        return cost
+    return upper
 
 
 @jit

@@ -14,7 +14,7 @@ from trackweave.solvers.protocol import Hint
 __all__ = ["Components"]
 
 TOLERANCE = 1e-9
-"""A gap below this, per unit of cost, is rounding."""
+"""A gap below this [nats] is rounding, and so is one below a hundredth of it per unit of cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +33,8 @@ class Components:
         For each family the node that it takes, numbered within its component; -1 for none.
     cost, lower
         Of each component: the cost of what is taken, and a lower bound.
+    step
+        Of each component: what its answers' costs are multiples of; 0 where nothing is known.
     """
 
     problem: AssignmentProblem
@@ -41,6 +43,7 @@ class Components:
     taken: IntArray
     cost: FloatArray
     lower: FloatArray
+    step: FloatArray
 
     @classmethod
     def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
@@ -59,6 +62,7 @@ class Components:
             taken=np.full(parts.must.shape[0], -1, dtype=np.int64),
             cost=np.full(n_components, np.inf),
             lower=np.full(n_components, -np.inf),
+            step=_steps(parts),
         )
 
     def __len__(self) -> int:
@@ -103,11 +107,17 @@ class Components:
         selection[family] = place[nodes] - parts.node_start[component]
         return selection
 
+    def is_closed(self, index: int, cost: float) -> bool:
+        """Tell whether an answer of this cost is proven best for a component."""
+        gap = cost - self.lower[index]
+        return bool(gap <= _closing(np.array(cost), self.step[index]))
+
     def open(self) -> IntArray:
         """Return the components whose answer is not proven best, those of widest gap first."""
         gap = self.cost - self.lower
-        unknown = ~np.isfinite(gap)
-        is_open = unknown | (gap > TOLERANCE * np.maximum(1.0, np.abs(self.cost)))
+        is_open = ~np.isfinite(gap)
+        known = ~is_open
+        is_open[known] = gap[known] > _closing(self.cost[known], self.step[known])
         candidates = np.flatnonzero(is_open)
         return candidates[np.argsort(-gap[candidates], kind="stable")]
 
@@ -154,3 +164,20 @@ class Components:
         if none_exists:
             return Certificate(np.inf, np.inf, Status.INFEASIBLE)
         return Certificate(np.inf, relaxed.lower_bound, Status.UNKNOWN)
+
+
+def _closing(cost: FloatArray, step: FloatArray) -> FloatArray:
+    """Return the gap at which an answer of this cost is proven best."""
+    # Whole costs leave no room for a better answer when the gap is less than one.
+    rounding = TOLERANCE * np.maximum(1.0, 0.01 * np.abs(cost))
+    closing: FloatArray = np.maximum(rounding, step - 1e-6)
+    return closing
+
+
+def _steps(parts: Partition) -> FloatArray:
+    """Return 1 for each component all of whose costs are whole, else 0."""
+    total = np.where(np.isfinite(parts.total), parts.total, 0.0)
+    broken = np.concatenate([[0], np.cumsum(total != np.floor(total))])
+    count = broken[parts.node_start[1:]] - broken[parts.node_start[:-1]]
+    step: FloatArray = (count == 0).astype(np.float64)
+    return step

@@ -15,10 +15,13 @@ from trackweave.solvers._dual import (
 )
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
-from trackweave.solvers.reduction import Reduction
+from trackweave.solvers.relaxation import Relaxation
+from trackweave.solvers.slopes import Slopes
 
 __all__ = ["Dual"]
 
+QUICK = 100
+"""Bounds after which a component that is still open is reduced before it climbs on."""
 SLICE_NODES = 2_000
 """Sequences of components that are bounded between two looks at the clock."""
 SLICE_WORK = 200_000
@@ -31,15 +34,18 @@ TOLERANCE = 1e-9
 class Dual:
     """Lagrangian relaxation: every item gets a price, and the prices a bound.
 
-    Subgradient ascent on the prices [1]_; at each rise of the bound an answer is made greedily
-    by reduced cost and improved locally. Where a gap remains, the sequences that the prices do
-    not exclude make a smaller problem, which falls into smaller components; these are bounded
-    anew, and enumerated, which proves the answer when it completes.
+    A hundred subgradient steps on the prices [1]_, with answers made greedily by reduced cost
+    and improved locally. Where a gap remains, the sequences that the prices do not exclude make
+    a smaller problem, which falls into smaller components; these are bounded anew, and
+    enumerated, which proves the answer when it completes. What is open then climbs by deflected
+    subgradients [2]_ and on the dual smoothed by a falling temperature [3]_, is reduced again
+    and enumerated.
 
     Parameters
     ----------
     iterations
-        Greatest number of bounds per component, at least 1.
+        Greatest number of bounds per component and level, at least 1; up to 100 there is no
+        second climb.
     visits
         Greatest number of steps of the enumeration per component; 0 for none.
 
@@ -52,9 +58,12 @@ class Dual:
     ----------
     .. [1] M. Held, P. Wolfe, H. Crowder, *Validation of subgradient optimization*, 1974, eq. 4.
        doi:10.1007/BF01580223
+    .. [2] F. Barahona, R. Anbil, *The volume algorithm*, 2000. doi:10.1007/s101070050002
+    .. [3] Y. Nesterov, *Smooth minimization of non-smooth functions*, 2005.
+       doi:10.1007/s10107-004-0552-5
     """
 
-    iterations: int = 100
+    iterations: int = 2_000
     visits: int = 20_000
 
     def __post_init__(self) -> None:
@@ -72,17 +81,68 @@ class Dual:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the answer by reduced cost; see ``Solver``."""
-        components = Components.of(problem, hint)
-        evaluations, stopped = self.bound(components, stop)
-        if not stopped and components.open().size:
-            reduction = Reduction.of(components)
-            rest = Components.of(reduction.problem, Hint(prices=reduction.prices))
-            more, stopped = self.bound(rest, stop)
+        relaxation, evaluations, stopped = self.relax(Relaxation.of(problem, hint), stop)
+        return relaxation.answer(evaluations, "stopped" if stopped else "bound stalled")
+
+    def relax(self, relaxation: Relaxation, stop: Stop | None) -> tuple[Relaxation, int, bool]:
+        """Bound and answer what is open, and reduce it to what the bounds leave open.
+
+        Parameters
+        ----------
+        relaxation
+            A problem taken apart; its answers and bounds are improved in place.
+        stop
+            Asked every few milliseconds whether to stop.
+
+        Returns
+        -------
+        The relaxation with further levels, how many bounds were computed and steps of the
+        enumeration taken, and whether it was stopped.
+        """
+        evaluations, stopped = self.bound(relaxation.rest, stop)
+        if not stopped and relaxation.rest.open().size:
+            relaxation = relaxation.reduced()
+            more, stopped = self.bound(relaxation.rest, stop)
             evaluations += more
-            reduction.absorb(components, rest)
-        proven = components.open().size == 0
-        reason = "gap closed" if proven else "stopped" if stopped else "bound stalled"
-        return components.answer(evaluations, reason)
+        if self.iterations > QUICK and not stopped and relaxation.rest.open().size:
+            more, stopped = self.climb(relaxation.rest, stop)
+            evaluations += more
+            if not stopped and relaxation.rest.open().size:
+                relaxation = relaxation.reduced()
+                more, stopped = self.bound(relaxation.rest, stop)
+                evaluations += more
+        return relaxation, evaluations, stopped
+
+    def climb(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
+        """Raise the bounds of the open components to near what prices can prove, in place.
+
+        Parameters
+        ----------
+        components
+            A problem taken apart and bounded.
+        stop
+            Asked every few milliseconds whether to stop.
+
+        Returns
+        -------
+        How many bounds were computed; whether it was stopped.
+        """
+        evaluations = 0
+        for index in components.open().tolist():
+            component = components.component(index)
+            slopes = Slopes(
+                component,
+                components.price[components.items(index)],
+                components.taken[components.families(index)],
+                stop,
+            )
+            known = float(components.cost[index]), float(components.lower[index])
+            upper, lower, done = slopes.climb(known, self.iterations, TOLERANCE)
+            components.cost[index], components.lower[index] = upper, min(lower, upper)
+            evaluations += done
+            if stop is not None and stop():
+                return evaluations, True
+        return evaluations, False
 
     def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
         """Bound and answer every component, in place.
@@ -110,7 +170,7 @@ class Dual:
                 done, stopped = self._bound_large(components, first, stop)
                 evaluations += done
             else:
-                effort = (1, 0) if stopped else (self.iterations, self.visits)
+                effort = (1, 0) if stopped else (min(QUICK, self.iterations), self.visits)
                 evaluations += solve_components(
                     components.parts, first, last, components.price, components.taken,
                     components.cost, components.lower, DualBudget(*effort, TOLERANCE),
@@ -128,7 +188,7 @@ class Dual:
         over = stopped = False
         while not over and not stopped:
             over = ascend(
-                component, price, selection, ascent, more, self.iterations, TOLERANCE
+                component, price, selection, ascent, more, min(QUICK, self.iterations), TOLERANCE
             )  # fmt: skip
             stopped = stop()
         upper, lower = float(ascent.value[0]), float(ascent.value[1])

@@ -7,14 +7,13 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, int_array
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.errors import InvalidInputError
 from trackweave.solvers._kernels import Component, cheapest_first
-from trackweave.solvers.components import TOLERANCE, Components
+from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.protocol import Hint, Stop
-from trackweave.solvers.reduction import Reduction
+from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Metaheuristic", "Search", "SearchState", "Start", "View"]
 
@@ -79,18 +78,14 @@ class SearchState:
 
     Parameters
     ----------
-    whole
-        The problem's components with the best known answer and bound of each.
-    reduction
-        What their bounds leave open; None where everything is searched.
-    components
-        The components that are searched: the reduction's, or the whole's.
+    relaxation
+        The problem's components and what bounds left of them; that rest is searched.
     queue
         Components still to be searched; the first one is under way if ``search`` is there.
     search
         The search of the first component in the queue.
     seeds
-        Selections known beforehand, over all families of ``components``.
+        Selections known beforehand, over all families of the rest.
     rng
         The source of the next random numbers.
     evaluations
@@ -99,9 +94,7 @@ class SearchState:
         Why a search stopped short of closing the gap, "" where none did yet.
     """
 
-    whole: Components
-    reduction: Reduction | None
-    components: Components
+    relaxation: Relaxation
     queue: tuple[int, ...]
     search: Any
     seeds: tuple[IntArray, ...]
@@ -183,28 +176,20 @@ class Metaheuristic(ABC):
         -------
         Where the search stands then.
         """
-        whole = Components.of(problem, hint, whole=not self.takes_apart)
-        reduction, components, seeds, evaluations = None, whole, [], 0
+        relaxation = Relaxation.of(problem, hint, whole=not self.takes_apart)
+        seeds, evaluations = [], 0
         if self.starts_from_prices:
-            evaluations, stopped = Dual().bound(whole, stop)
-            last = None if hint is None else _nodes_of(hint, problem)
-            if not stopped and whole.open().size:
-                reduction = Reduction.of(whole)
-                components = Components.of(reduction.problem, Hint(prices=reduction.prices))
-                evaluations += Dual().bound(components, stop)[0]
-                last = None if last is None else reduction.nodes_left(whole, last)
-            seeds.append(components.taken.copy())
-            if last is not None:
-                seeds.append(components.selection_of(last))
+            relaxation, evaluations, _ = Dual().relax(relaxation, stop)
+            last = relaxation.left_of(hint)
+            seeds = [relaxation.rest.taken.copy(), *([] if last is None else [last])]
         else:
+            whole = relaxation.rest
             for index in range(len(whole)):
                 scratch = whole.taken[whole.families(index)].copy()
                 whole.lower[index] = cheapest_first(whole.component(index), scratch)[1]
         return SearchState(
-            whole=whole,
-            reduction=reduction,
-            components=components,
-            queue=tuple(components.open().tolist()),
+            relaxation=relaxation,
+            queue=tuple(relaxation.rest.open().tolist()),
             search=None,
             seeds=tuple(seeds),
             rng=rng.spawn(1)[0],
@@ -230,7 +215,8 @@ class Metaheuristic(ABC):
         -------
         Where the search stands then. However often it is interrupted, it ends the same.
         """
-        state = replace(state, components=state.components.copy())
+        rest = state.relaxation.rest.copy()
+        state = replace(state, relaxation=state.relaxation.with_rest(rest))
         left = np.inf if evaluations is None else evaluations
         while state.queue and left > 0:
             before = state.evaluations
@@ -252,29 +238,21 @@ class Metaheuristic(ABC):
         -------
         The answer, greedy where the search of a component has not begun.
         """
-        whole = state.whole.copy()
-        if state.reduction is None:
-            whole = state.components.copy()
-        else:
-            state.reduction.absorb(whole, state.components)
-        for index in np.flatnonzero(np.isinf(whole.cost)):
-            # A stop came before any individual.
-            families = whole.families(int(index))
-            component = whole.component(int(index))
-            whole.cost[index], _ = cheapest_first(component, whole.taken[families])
-        if whole.open().size == 0:
-            reason = "gap closed"
-        elif state.done or state.stop_reason == "stopped":
-            reason = state.stop_reason or "bound stalled"
-        else:
-            reason = "paused"
-        return whole.answer(state.evaluations, reason)
+        rest = state.relaxation.rest.copy()
+        for index in np.flatnonzero(np.isinf(rest.cost)):
+            # A stop came before any evaluation.
+            families = rest.families(int(index))
+            component = rest.component(int(index))
+            rest.cost[index], _ = cheapest_first(component, rest.taken[families])
+        over = state.done or state.stop_reason == "stopped"
+        reason = (state.stop_reason or "bound stalled") if over else "paused"
+        return state.relaxation.with_rest(rest).answer(state.evaluations, reason)
 
     def _search_first(
         self, state: SearchState, evaluations: float, stop: Stop | None
     ) -> SearchState:
         """Return the state after the search of the queue's first component, or a part of it."""
-        components, index = state.components, state.queue[0]
+        components, index = state.relaxation.rest, state.queue[0]
         families, view = components.families(index), _view(components, index)
         search, rng = state.search, state.rng
         if search is None:
@@ -291,7 +269,7 @@ class Metaheuristic(ABC):
             step = int(min(chunk, evaluations - (search.evaluations - begun)))
             search = self._go_on(view, search, step)
             if search.at_rest:
-                is_closed = search.best - view.lower <= TOLERANCE * max(1.0, abs(search.best))
+                is_closed = components.is_closed(index, search.best)
                 reason = "gap closed" if is_closed else self._why_over(search)
         if search.best < components.cost[index]:
             components.taken[families] = search.selection
@@ -319,13 +297,3 @@ def _view(components: Components, index: int) -> View:
         components.price[items],
         float(components.lower[index]),
     )
-
-
-def _nodes_of(hint: Hint, problem: AssignmentProblem) -> IntArray | None:
-    """Return the hint's nodes once they are found to be the problem's."""
-    if hint.nodes is None:
-        return None
-    nodes = int_array(hint.nodes, "hint.nodes", (None,))
-    if np.any((nodes < 0) | (nodes >= problem.n_nodes)):
-        raise InvalidInputError(f"hint.nodes: expected numbers from 0 to {problem.n_nodes - 1}")
-    return nodes

@@ -155,7 +155,7 @@ def search_of(
 ) -> tuple[GeneticSearch, tuple[Any, Any, Parameters]]:
     """Return the search of the first component of a problem, and what it advances with."""
     state: SearchState = Genetic(seeded=False).start(problem, rng=rng())
-    parts = state.components
+    parts = state.relaxation.rest
     component = parts.component(0)
     node, item = parts.parts.node[: component.parent.shape[0]], parts.parts.item_of[parts.items(0)]
     lookup = make_lookup(component, problem.cost[node], problem.instant[item], True)

@@ -1,0 +1,107 @@
+"""A problem under the dual: bounds, answers, and the ever smaller problems they leave open."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackweave.arrays import IntArray, int_array
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
+from trackweave.solvers.components import Components
+from trackweave.solvers.protocol import Hint
+from trackweave.solvers.reduction import Reduction
+
+__all__ = ["Relaxation"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Relaxation:
+    """A problem taken apart, and what reductions left of it.
+
+    Parameters
+    ----------
+    levels
+        The components of the problem, then those of each reduction of the level before, with
+        the best known answers and bounds.
+    reductions
+        How each level but the first came from the one before.
+    """
+
+    levels: tuple[Components, ...]
+    reductions: tuple[Reduction, ...] = ()
+
+    @classmethod
+    def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
+        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
+        return cls((Components.of(problem, hint, whole=whole),))
+
+    @property
+    def rest(self) -> Components:
+        """What is left to be solved."""
+        return self.levels[-1]
+
+    def reduced(self) -> Self:
+        """Return the relaxation with one more level: what the bounds of the rest leave open."""
+        reduction = Reduction.of(self.rest)
+        rest = Components.of(reduction.problem, Hint(prices=reduction.prices))
+        return replace(self, levels=(*self.levels, rest), reductions=(*self.reductions, reduction))
+
+    def with_rest(self, rest: Components) -> Self:
+        """Return the relaxation with other answers and bounds of the rest."""
+        return replace(self, levels=(*self.levels[:-1], rest))
+
+    def left_of(self, hint: Hint | None) -> IntArray | None:
+        """Return the selection of the rest that a hint's answer comes to.
+
+        Parameters
+        ----------
+        hint
+            What is known of the problem beforehand.
+
+        Returns
+        -------
+        For each family of the rest its node, -1 for none; None where the hint has no answer.
+
+        Raises
+        ------
+        InvalidInputError
+            If a node of the hint is none of the problem's.
+        """
+        if hint is None or hint.nodes is None:
+            return None
+        n_nodes = self.levels[0].problem.n_nodes
+        nodes = int_array(hint.nodes, "hint.nodes", (None,))
+        if np.any((nodes < 0) | (nodes >= n_nodes)):
+            raise InvalidInputError(f"hint.nodes: expected numbers from 0 to {n_nodes - 1}")
+        for level, reduction in zip(self.levels, self.reductions, strict=False):
+            nodes = reduction.nodes_left(level, nodes)
+        return self.rest.selection_of(nodes)
+
+    def whole(self) -> Components:
+        """Return the problem's components with the best of all levels."""
+        part = self.rest
+        pairs = list(zip(self.levels, self.reductions, strict=False))
+        for level, reduction in reversed(pairs):
+            merged = level.copy()
+            reduction.absorb(merged, part)
+            part = merged
+        return part if pairs else part.copy()
+
+    def answer(self, evaluations: int, stop_reason: str) -> Answer:
+        """Return the answer of the whole problem.
+
+        Parameters
+        ----------
+        evaluations
+            How many answers were tried.
+        stop_reason
+            Why the search ended, where the gap is not closed.
+
+        Returns
+        -------
+        The answer with its certificate.
+        """
+        whole = self.whole()
+        closed = whole.open().size == 0
+        return whole.answer(evaluations, "gap closed" if closed else stop_reason)
