@@ -128,40 +128,50 @@ def is_seen_at(
 
 @jit
 def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
-    """Write where the last bearing crosses an earlier one, the one most square to it.
+    """Write where the last bearing crosses an earlier one, the one that tells most.
 
-    Returns 1; 0 if it is parallel to them all, as far as their noise and the gate can tell; -1
-    if they cross behind a sensor.
+    Returns 1; 0 if, as far as the gate can tell, the crossing may as well be behind a sensor as
+    in front of it, since the bearings are nearly parallel or cross close to the sensor; -1 if it
+    is behind one.
     """
     plot, place = path.plot[child], table.place[path.sensor[child]]
-    best, widest = -1, 0.0
-    for entry in range(child):
-        sine = abs(math.sin(table.value[plot, 0] - table.value[path.plot[entry], 0]))
-        variance = table.sigma[plot, 0] ** 2 + table.sigma[path.plot[entry], 0] ** 2
-        if sine > max(widest, math.sqrt(limits.gate * variance)):
-            best, widest = entry, sine
-    if best < 0:
-        return 0
-    other = table.place[path.sensor[best]]
     sine, cosine = math.sin(table.value[plot, 0]), math.cos(table.value[plot, 0])
-    angle = table.value[path.plot[best], 0]
-    other_sine, other_cosine = math.sin(angle), math.cos(angle)
-    east, north = other[0] - place[0], other[1] - place[1]
-    turn = sine * other_cosine - cosine * other_sine
-    away = (east * other_cosine - north * other_sine) / turn
-    other_away = (east * cosine - north * sine) / turn
-    if not (away > 0.0 and other_away > 0.0):
-        return -1
-    path.mean[child, 0] = place[0] + away * sine
-    path.mean[child, 1] = place[1] + away * cosine
-    return 1
+    variance = table.sigma[plot, 0] ** 2
+    best, in_front = limits.gate, False
+    found = 0
+    for entry in range(child):
+        other_plot, other = path.plot[entry], table.place[path.sensor[entry]]
+        angle = table.value[other_plot, 0]
+        other_sine, other_cosine = math.sin(angle), math.cos(angle)
+        east, north = other[0] - place[0], other[1] - place[1]
+        # The sine and cosine of the angle between the two, and the distances from both sensors
+        # to the crossing, times that sine.
+        turn = sine * other_cosine - cosine * other_sine
+        along = sine * other_sine + cosine * other_cosine
+        away = east * other_cosine - north * other_sine
+        other_away = east * cosine - north * sine
+        other_variance = table.sigma[other_plot, 0] ** 2
+        # The variances of these distances, times the fourth power of that sine.
+        spread = other_away**2 * other_variance + (away * along) ** 2 * variance
+        other_spread = away**2 * variance + (other_away * along) ** 2 * other_variance
+        if not (spread > 0.0 and other_spread > 0.0):
+            continue
+        squared = min(away**2 / spread, other_away**2 / other_spread) * turn**2
+        if squared > best:
+            best = squared
+            in_front = away * turn > 0.0 and other_away * turn > 0.0
+            path.mean[child, 0] = place[0] + away / turn * sine
+            path.mean[child, 1] = place[1] + away / turn * cosine
+            found = 1
+    return found if in_front or found == 0 else -1
 
 
 @jit
-def locate(table: PlotTable, path: Path, child: int) -> bool:
+def locate(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> bool:
     """Write the most likely position by Gauss-Newton steps from where the mean stands.
 
-    Two dimensions. Returns False where no position explains the plots.
+    Two dimensions. Returns False where the steps lead nowhere, or to where, as far as the gate
+    can tell, the position may as well be behind a sensor of the set's bearings.
     """
     mean, covariance = path.mean[child], path.covariance[child]
     information, gradient, trial = path.scratch, np.empty(2), np.empty(2)
@@ -179,7 +189,7 @@ def locate(table: PlotTable, path: Path, child: int) -> bool:
         north = covariance[1, 0] * gradient[0] + covariance[1, 1] * gradient[1]
         # How much the squared distance would fall, if it were quadratic.
         if gradient[0] * east + gradient[1] * north < 1e-12:
-            return True
+            return _is_in_front(table, limits, path, child)
         share = 1.0
         while True:
             trial[0], trial[1] = mean[0] + share * east, mean[1] + share * north
@@ -188,10 +198,31 @@ def locate(table: PlotTable, path: Path, child: int) -> bool:
                 break
             share /= 2.0
             if share < 1e-3:
-                return True
+                return _is_in_front(table, limits, path, child)
         mean[:] = trial
         distance = reached
     return False
+
+
+@jit
+def _is_in_front(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> bool:
+    """Tell whether the position is farther from each bearing's sensor than it is uncertain."""
+    covariance = path.covariance[child]
+    for entry in range(child + 1):
+        sensor = path.sensor[entry]
+        if not table.is_bearing[sensor]:
+            continue
+        east = path.mean[child, 0] - table.place[sensor, 0]
+        north = path.mean[child, 1] - table.place[sensor, 1]
+        # The variance of the distance, times its square.
+        spread = (
+            east * east * covariance[0, 0]
+            + 2.0 * east * north * covariance[0, 1]
+            + north * north * covariance[1, 1]
+        )
+        if not (east * east + north * north) ** 2 > limits.gate * spread:
+            return False
+    return True
 
 
 @jit

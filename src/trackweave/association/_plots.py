@@ -150,8 +150,12 @@ def _open_gate(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> 
         return
     east = path.mean[depth, 0] - table.place[sensor, 0]
     north = path.mean[depth, 1] - table.place[sensor, 1]
-    variance = azimuth_variance(east, north, path.covariance[depth]) + table.widest[sensor] ** 2
-    reach = math.sqrt(limits.gate * variance) * (1.0 + 1e-9)
+    variance = azimuth_variance(east, north, path.covariance[depth])
+    if limits.gate * variance >= 1.0:
+        # As close to the sensor as this, the object may be on any side of it.
+        path.stop[depth] = 0
+        return
+    reach = math.sqrt(limits.gate * (variance + table.widest[sensor] ** 2)) * (1.0 + 1e-9)
     if not reach < 3.0:
         return
     low = (math.atan2(east, north) - reach) % (2.0 * math.pi)
@@ -231,7 +235,7 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
             path.log_information[child] = path.log_information[depth] + gain
         if path.n_bearings[child] > 0:
             path.mean[child, :] = path.mean[depth, :]
-            if not locate(table, path, child):
+            if not locate(table, limits, path, child):
                 return False
     else:
         if not is_bearing:
@@ -242,7 +246,7 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
                 return False
             path.is_located[child] = found > 0
         if path.is_located[child] and not (
-            locate(table, path, child) and path.distance[child] <= limits.gate
+            locate(table, limits, path, child) and path.distance[child] <= limits.gate
         ):
             return False
     path.cost[child] = path.cost[depth] + table.hit[plot] - table.miss[sensor]

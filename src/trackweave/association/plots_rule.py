@@ -5,9 +5,11 @@ plots: for positions that is a Kalman filter without motion; a bearing has no po
 another plot gives it one, and then Gauss-Newton steps find the position that fits all the set's
 plots best. A plot joins a set if it lies in the gate about the position of the set so far.
 
-Two bearings that are parallel, as far as their noise and the gate can tell, do not cross: they
-are no tuple, but a third plot may give them a position. Bearings that cross behind a sensor are
-refused.
+Two bearings have a position where they cross, if that is in front of both sensors by more than
+the gate leaves open: nearly parallel ones are no tuple, but a third plot may give them a
+position. Bearings that cross behind a sensor are refused, and so is every position that may be
+behind one of its bearings' sensors, as far as the gate can tell: close to a sensor, its bearings
+say little.
 """
 
 import itertools

@@ -116,6 +116,7 @@ def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
         raise InvalidInputError(
             f"sigma: {sigma!r:.80}; expected a number, or an array of shape {value.shape}"
         ) from err
-    if not np.all(np.isfinite(fitted) & (fitted > 0)):
+    # Their squares and inverses have to be numbers too.
+    if not np.all((fitted > 1e-100) & (fitted < 1e100)):
         raise InvalidInputError(f"sigma: {sigma!r:.80}; expected finite numbers > 0")
     return fitted
