@@ -15,6 +15,9 @@ from trackweave.jit import jit
 
 MAX_STEPS = 30
 
+LEAST_SQUARED_RANGE = 1e-60
+"""Nearer to a sensor than this there is no azimuth [m²]; the square of this is still no zero."""
+
 
 class PlotTable(NamedTuple):
     """The plots of all sensors, each sensor's sorted by its first column.
@@ -251,7 +254,7 @@ def _linearise(
         weight = 1.0 / table.sigma[plot, 0] ** 2
         east, north = point[0] - table.place[sensor, 0], point[1] - table.place[sensor, 1]
         squared_range = east * east + north * north
-        if not squared_range > 0.0:
+        if not squared_range > LEAST_SQUARED_RANGE:
             return math.inf
         aside = _wrap(table.value[plot, 0] - math.atan2(east, north))
         by_east, by_north = north / squared_range, -east / squared_range
@@ -269,7 +272,7 @@ def _linearise(
 def azimuth_variance(east: float, north: float, covariance: FloatArray) -> float:
     """Return how uncertain the azimuth of an uncertain position is; infinite without a range."""
     squared_range = east * east + north * north
-    if not squared_range > 0.0:
+    if not squared_range > LEAST_SQUARED_RANGE:
         return math.inf
     variance: float = (
         north * north * covariance[0, 0]

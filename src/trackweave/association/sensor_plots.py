@@ -12,6 +12,9 @@ from trackweave.simulation.scenes import Scene
 
 __all__ = ["SensorPlots", "scene_plots"]
 
+LARGEST = 1e30
+"""Greatest coordinate and standard deviation; with larger ones, kernels would lose their range."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorPlots:
@@ -49,7 +52,7 @@ class SensorPlots:
     def __post_init__(self) -> None:
         value = _whole_table(self.value)
         dim = value.ndim
-        require_finite(value, "value")
+        _require_moderate(value, "value")
         if dim == 1:
             value = np.mod(value, 2.0 * math.pi)
         object.__setattr__(self, "value", value)
@@ -64,7 +67,7 @@ class SensorPlots:
             )
         if self.place is not None:
             place = float_array(self.place, "place", (2,))
-            require_finite(place, "place")
+            _require_moderate(place, "place")
             object.__setattr__(self, "place", place)
         elif dim == 1:
             raise InvalidInputError("place: None; expected where the sensor of bearings stands")
@@ -109,6 +112,12 @@ def _whole_table(values: ArrayLike) -> FloatArray:
     return float_array(values, "value", wanted)
 
 
+def _require_moderate(values: FloatArray, name: str) -> None:
+    require_finite(values, name)
+    if np.any(np.abs(values) > LARGEST):
+        raise InvalidInputError(f"{name}: {values!r:.80}; expected numbers within ±{LARGEST:g}")
+
+
 def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
     try:
         fitted = np.broadcast_to(np.asarray(sigma, dtype=np.float64), value.shape).copy()
@@ -116,7 +125,6 @@ def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
         raise InvalidInputError(
             f"sigma: {sigma!r:.80}; expected a number, or an array of shape {value.shape}"
         ) from err
-    # Their squares and inverses have to be numbers too.
-    if not np.all((fitted > 1e-100) & (fitted < 1e100)):
+    if not np.all((fitted > 1.0 / LARGEST) & (fitted < LARGEST)):
         raise InvalidInputError(f"sigma: {sigma!r:.80}; expected finite numbers > 0")
     return fitted
