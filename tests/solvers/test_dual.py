@@ -61,7 +61,7 @@ def test_enumeration_out_of_visits_claims_nothing() -> None:
     components = Components.of(TRIANGLE, None)
     component, price = components.component(0), components.price.copy()
     selection = components.taken.copy()
-    ascent = begin_ascent(price)
+    ascent = begin_ascent(price, np.inf, -np.inf)
     ascend(component, price, selection, ascent, 5, 5, 1e-9)
     upper, lower = ascent.value[:2]
     cost, complete, visits = enumerate_open(component, price, selection, upper, 1)

@@ -19,11 +19,12 @@ from trackweave.solvers._kernels import (
     is_free,
     part_of,
     repair,
+    selection_cost,
     set_owner,
 )
 
-LARGE = 20_000
-"""In a component of more sequences an answer is made from the prices now and then only."""
+LARGE, FEW = 20_000, 25
+"""In a component of more sequences an answer takes longer than so many bounds, so it gets few."""
 
 
 class DualBudget(NamedTuple):
@@ -77,9 +78,9 @@ class Ascent(NamedTuple):
 
 
 @jit
-def begin_ascent(price: FloatArray) -> Ascent:
-    """Return the climb from these prices before its first bound."""
-    value = np.array([math.inf, -math.inf, 1.0])
+def begin_ascent(price: FloatArray, upper: float, lower: float) -> Ascent:
+    """Return the climb from these prices before its first bound, with what is known."""
+    value = np.array([upper, lower, 1.0])
     return Ascent(price.copy(), value, np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64))
 
 
@@ -133,8 +134,7 @@ def ascend(
         for item in range(component.n_items):
             if count[item] > 0.0 or current[item] > 0.0:
                 norm += count[item] * count[item]
-        # Repairing a large selection takes longer than many bounds.
-        due = iteration % 25 == 0 if n_nodes > LARGE else iteration % 4 == 0 or improved
+        due = iteration % FEW == 0 if n_nodes > LARGE else iteration % 4 == 0 or improved
         if due or norm == 0.0:
             cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
             if cost < upper:
@@ -309,8 +309,12 @@ def solve_components(
         f0, f1 = parts.family_start[index], parts.family_start[index + 1]
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
         selection = taken[f0:f1]
-        ascent = begin_ascent(own_price)
-        n = budget.iterations
+        ascent = begin_ascent(own_price, cost[index], lower[index])
+        n = (
+            budget.iterations
+            if component.parent.shape[0] <= LARGE
+            else min(budget.iterations, FEW)
+        )
         ascend(component, own_price, selection, ascent, n, n, budget.tolerance)
         upper, bound = ascent.value[0], ascent.value[1]
         evaluations += ascent.iteration[0]
@@ -323,3 +327,24 @@ def solve_components(
                 bound = upper
         cost[index], lower[index] = upper, min(bound, upper)
     return evaluations
+
+
+@jit
+def bound_components(
+    parts: Partition, price: FloatArray, taken: IntArray, cost: FloatArray, lower: FloatArray
+) -> None:
+    """Write what each component's selection costs and the bound at its prices.
+
+    The cost is infinite where a family that must be covered has no node.
+    """
+    for index in range(cost.shape[0]):
+        component = part_of(parts, index)
+        n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
+        own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
+        priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
+        best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
+        price_nodes(component, own_price, priced, reduced)
+        choose(component, reduced, choice, best)
+        selection = taken[parts.family_start[index] : parts.family_start[index + 1]]
+        cost[index] = selection_cost(component, selection)
+        lower[index] = min(best.sum() - own_price.sum(), cost[index])

@@ -107,10 +107,14 @@ class Components:
         selection[family] = place[nodes] - parts.node_start[component]
         return selection
 
+    def closing(self, index: int) -> float:
+        """Return the gap at which a component's answer is proven best."""
+        return float(_closing(self.cost[index : index + 1], self.step[index : index + 1])[0])
+
     def is_closed(self, index: int, cost: float) -> bool:
         """Tell whether an answer of this cost is proven best for a component."""
         gap = cost - self.lower[index]
-        return bool(gap <= _closing(np.array(cost), self.step[index]))
+        return bool(gap <= _closing(np.array([cost]), self.step[index : index + 1])[0])
 
     def open(self) -> IntArray:
         """Return the components whose answer is not proven best, those of widest gap first."""

@@ -13,13 +13,15 @@ from trackweave.solvers._dual import (
     enumerate_open,
     solve_components,
 )
+from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.relaxation import Relaxation
-from trackweave.solvers.slopes import Slopes
 
 __all__ = ["Dual"]
 
+STALLED = 0.02
+"""A stretch that closes less of the gap than this is the last."""
 QUICK = 100
 """Bounds after which a component that is still open is reduced before it climbs on."""
 SLICE_NODES = 2_000
@@ -44,8 +46,8 @@ class Dual:
     Parameters
     ----------
     iterations
-        Greatest number of bounds per component and level, at least 1; up to 100 there is no
-        second climb.
+        Greatest number of bounds, at least 1: the first 100 per component, then in stretches of
+        150 and more while they raise the bound.
     visits
         Greatest number of steps of the enumeration per component; 0 for none.
 
@@ -100,49 +102,57 @@ class Dual:
         enumeration taken, and whether it was stopped.
         """
         evaluations, stopped = self.bound(relaxation.rest, stop)
-        if not stopped and relaxation.rest.open().size:
+        left = self.iterations - QUICK
+        for turn, stretch in enumerate(STRETCHES):
+            if stopped or not relaxation.rest.open().size:
+                break
             relaxation = relaxation.reduced()
-            more, stopped = self.bound(relaxation.rest, stop)
-            evaluations += more
-        if self.iterations > QUICK and not stopped and relaxation.rest.open().size:
-            more, stopped = self.climb(relaxation.rest, stop)
-            evaluations += more
-            if not stopped and relaxation.rest.open().size:
-                relaxation = relaxation.reduced()
+            if turn == 0:
                 more, stopped = self.bound(relaxation.rest, stop)
                 evaluations += more
+            elif self.visits:
+                evaluations += self._enumerate(relaxation.rest)
+            if stopped or left < stretch.bounds:
+                break
+            left -= stretch.bounds
+            more, progress, stopped = self._climb(relaxation.rest, stretch, stop)
+            evaluations += more
+            if turn > 1 and progress < STALLED:
+                break
         return relaxation, evaluations, stopped
 
-    def climb(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
-        """Raise the bounds of the open components to near what prices can prove, in place.
+    def _climb(
+        self, components: Components, stretch: Stretch, stop: Stop | None
+    ) -> tuple[int, float, bool]:
+        """Climb with every open component; tell how many bounds, how far, and whether stopped."""
+        candidates = components.open()
+        before = float(components.lower[candidates].sum())
+        evaluations, stopped = 0, False
+        for index in candidates.tolist():
+            more, stopped = climb(components, index, stretch, stop)
+            evaluations += more
+            if stopped:
+                break
+        rise = float(components.lower[candidates].sum()) - before
+        gap = float((components.cost - components.lower)[candidates].sum())
+        return evaluations, rise / max(rise + gap, TOLERANCE), stopped
 
-        Parameters
-        ----------
-        components
-            A problem taken apart and bounded.
-        stop
-            Asked every few milliseconds whether to stop.
-
-        Returns
-        -------
-        How many bounds were computed; whether it was stopped.
-        """
-        evaluations = 0
+    def _enumerate(self, components: Components) -> int:
+        """Search the open components through, as far as visits go; return how many it took."""
+        visits = 0
         for index in components.open().tolist():
-            component = components.component(index)
-            slopes = Slopes(
-                component,
+            cost, complete, tried = enumerate_open(
+                components.component(index),
                 components.price[components.items(index)],
                 components.taken[components.families(index)],
-                stop,
+                float(components.cost[index]),
+                self.visits,
             )
-            known = float(components.cost[index]), float(components.lower[index])
-            upper, lower, done = slopes.climb(known, self.iterations, TOLERANCE)
-            components.cost[index], components.lower[index] = upper, min(lower, upper)
-            evaluations += done
-            if stop is not None and stop():
-                return evaluations, True
-        return evaluations, False
+            components.cost[index] = cost
+            if complete:
+                components.lower[index] = cost
+            visits += tried
+        return visits
 
     def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
         """Bound and answer every component, in place.
@@ -183,13 +193,13 @@ class Dual:
         component = components.component(index)
         price = components.price[components.items(index)]
         selection = components.taken[components.families(index)]
-        ascent = begin_ascent(price)
+        known = float(components.cost[index]), float(components.lower[index])
+        ascent = begin_ascent(price, *known)
         more = max(1, SLICE_WORK // component.parent.shape[0])
+        last = min(QUICK, self.iterations)
         over = stopped = False
         while not over and not stopped:
-            over = ascend(
-                component, price, selection, ascent, more, min(QUICK, self.iterations), TOLERANCE
-            )  # fmt: skip
+            over = ascend(component, price, selection, ascent, more, last, TOLERANCE)
             stopped = stop()
         upper, lower = float(ascent.value[0]), float(ascent.value[1])
         evaluations = int(ascent.iteration[0])

@@ -8,6 +8,7 @@ import numpy as np
 from trackweave.arrays import IntArray, int_array
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.solvers._dual import bound_components
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint
 from trackweave.solvers.reduction import Reduction
@@ -42,9 +43,16 @@ class Relaxation:
         return self.levels[-1]
 
     def reduced(self) -> Self:
-        """Return the relaxation with one more level: what the bounds of the rest leave open."""
+        """Return the relaxation with one more level: what the bounds of the rest leave open.
+
+        Returns
+        -------
+        The relaxation. What is left keeps the best known answers: prices never exclude them.
+        """
         reduction = Reduction.of(self.rest)
         rest = Components.of(reduction.problem, Hint(prices=reduction.prices))
+        rest.taken[:] = rest.selection_of(reduction.nodes_left(self.rest, self.rest.nodes()))
+        bound_components(rest.parts, rest.price, rest.taken, rest.cost, rest.lower)
         return replace(self, levels=(*self.levels, rest), reductions=(*self.reductions, reduction))
 
     def with_rest(self, rest: Components) -> Self:

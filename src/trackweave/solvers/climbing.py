@@ -1,0 +1,83 @@
+"""Stretches of the climb to what prices can prove, cut short enough to look at the clock."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from trackweave.solvers._ascent import begin_climb, deflect, smooth
+from trackweave.solvers._dual import answer_at
+from trackweave.solvers.components import Components
+from trackweave.solvers.protocol import Stop
+
+__all__ = ["STRETCHES", "Stretch", "climb"]
+
+SLICE_WORK = 2_000_000
+"""Sequences priced between two looks at the clock."""
+HOT, COLD = 2.0, 0.06
+"""First and last temperature of the smoothed dual, in units of the gap per family."""
+FACTOR = 0.1
+"""First step of the subgradients, as a part of Polyak's."""
+
+
+class Stretch(NamedTuple):
+    """So many bounds, by deflected subgradients or on the smoothed dual."""
+
+    bounds: int
+    is_smooth: bool
+
+
+# Early answers and reductions pay: where prices alone can prove an answer, they mostly have
+# after the second stretch. The smoothed dual is slow, and goes on where subgradients stall.
+STRETCHES = (
+    Stretch(150, False),
+    Stretch(150, False),
+    Stretch(300, False),
+    Stretch(800, True),
+    Stretch(500, False),
+)
+
+
+def climb(
+    components: Components, index: int, stretch: Stretch, stop: Stop | None
+) -> tuple[int, bool]:
+    """Raise a component's bound and make an answer at its prices, in place.
+
+    Parameters
+    ----------
+    components
+        A problem taken apart, bounded and answered.
+    index
+        Which component.
+    stretch
+        How far and how.
+    stop
+        Asked every few milliseconds whether to stop.
+
+    Returns
+    -------
+    How many bounds were computed; whether it was stopped.
+    """
+    component = components.component(index)
+    price = components.price[components.items(index)]
+    selection = components.taken[components.families(index)]
+    upper, lower = float(components.cost[index]), float(components.lower[index])
+    start = begin_climb(component, price, lower, 1.0 if stretch.is_smooth else FACTOR)
+    step: Callable[[int], bool]
+    if stretch.is_smooth:
+        unit = (upper - lower) / max(1, component.must.shape[0])
+        hot, cold = HOT * unit, COLD * unit
+
+        def step(more: int) -> bool:
+            return smooth(component, price, start, hot, cold, more, stretch.bounds)
+    else:
+
+        def step(more: int) -> bool:
+            return deflect(component, price, start, upper, more, stretch.bounds)
+
+    more = max(1, SLICE_WORK // component.parent.shape[0])
+    stopped = False
+    while not stopped and not step(more):
+        stopped = stop is not None and stop()
+    upper = answer_at(component, price, selection, upper)
+    components.cost[index] = upper
+    components.lower[index] = min(upper, max(lower, float(start.value[0])))
+    return int(start.steps[0]), stopped

@@ -1,0 +1,120 @@
+"""The optimum, by branch and bound."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
+from trackweave.solvers.components import Components
+from trackweave.solvers.dual import Dual
+from trackweave.solvers.exact.branching import Branching, BranchingLimits
+from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.relaxation import Relaxation
+
+__all__ = ["Exact", "branch"]
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """Branch and bound on linear programs, for what the dual leaves open.
+
+    Prices and reduction come first, as in ``Dual``. Each component that is still open becomes a
+    linear program, which HiGHS solves, with cuts; the search then branches on which two items
+    stand in one sequence. The bound is reckoned anew from the prices, so that no tolerance of
+    HiGHS is in it. Spent limits leave the best answer and its gap.
+
+    Parameters
+    ----------
+    branches
+        Greatest number of branches per component, at least 0.
+    max_sequences
+        Greatest number of sequences of a component that is branched on; the linear programs of
+        larger ones take long.
+    time_limit
+        Seconds for all components together, None for no limit. Must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of range.
+    """
+
+    branches: int = 10_000
+    max_sequences: int = 100_000
+    time_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.branches < 0 or self.max_sequences < 1:
+            raise InvalidInputError(
+                f"branches: {self.branches}, max_sequences: {self.max_sequences}; "
+                "expected whole numbers ≥ 0 and ≥ 1"
+            )
+        if self.time_limit is not None and not self.time_limit > 0:
+            raise InvalidInputError(f"time_limit: {self.time_limit}; expected a number > 0")
+
+    def __call__(
+        self,
+        problem: AssignmentProblem,
+        *,
+        rng: np.random.Generator,
+        hint: Hint | None = None,
+        stop: Stop | None = None,
+    ) -> Answer:
+        """Return the best answer found; see ``Solver``."""
+        stop = _until(stop, self.time_limit)
+        relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
+        reason = "stopped" if stopped else ""
+        rest = relaxation.rest
+        for index in rest.open().tolist():
+            if reason == "stopped":
+                break
+            if rest.component(index).parent.shape[0] > self.max_sequences:
+                reason = "component too large"
+                continue
+            limits = BranchingLimits(self.branches)
+            ending, solved = branch(rest, index, limits, stop)
+            evaluations += solved
+            reason = reason if ending == "gap closed" else ending
+        return relaxation.answer(evaluations, reason)
+
+
+def branch(
+    components: Components, index: int, limits: BranchingLimits, stop: Stop | None
+) -> tuple[str, int]:
+    """Search a component for its optimum; its answer and bound are improved in place.
+
+    Parameters
+    ----------
+    components
+        A problem taken apart and answered.
+    index
+        Which component.
+    limits
+        What bounds the work.
+    stop
+        Asked every few milliseconds whether to stop.
+
+    Returns
+    -------
+    Why the search ended, and how many linear programs were solved.
+    """
+    search = Branching(
+        components.component(index),
+        components.taken[components.families(index)],
+        (float(components.cost[index]), float(components.lower[index])),
+        components.closing(index),
+        stop,
+    )
+    reason = search.run(limits)
+    components.cost[index], components.lower[index] = search.upper, search.lower
+    return reason, search.solved
+
+
+def _until(stop: Stop | None, time_limit: float | None) -> Stop | None:
+    """Return a stop that also heeds a time limit from now on."""
+    if time_limit is None:
+        return stop
+    end = perf_counter() + time_limit
+    return lambda: perf_counter() >= end or (stop is not None and stop())
