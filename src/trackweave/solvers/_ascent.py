@@ -17,7 +17,7 @@ SMOOTHING = 0.1
 """Weight of the newest subgradient in the direction."""
 PATIENCE, SHRINK = 20, 0.7
 """After so many bounds without a rise the step is multiplied by this."""
-NEGLIGIBLE = 30.0
+NEGLIGIBLE = 15.0
 """A sequence this many temperatures above its family's best counts as not taken."""
 
 
@@ -188,24 +188,24 @@ def _expect(
             best[family] = math.inf
     price_nodes(component, price, priced, reduced)
     for node in range(n_nodes):
-        family = family_of[node]
-        best[family] = min(best[family], reduced[node])
+        if reduced[node] < best[family_of[node]]:
+            best[family_of[node]] = reduced[node]
     total = np.zeros(n_families)
     for family in range(n_families):
         if not component.must[family]:
             total[family] = math.exp(best[family] / temperature)
+    limit = NEGLIGIBLE * temperature
     for node in range(n_nodes):
-        family = family_of[node]
-        excess = (reduced[node] - best[family]) / temperature
-        weight[node] = math.exp(-excess) if excess < NEGLIGIBLE else 0.0
-        total[family] += weight[node]
+        excess = reduced[node] - best[family_of[node]]
+        weight[node] = 0.0
+        if excess < limit:
+            weight[node] = math.exp(-excess / temperature)
+            total[family_of[node]] += weight[node]
     cover[:] = 0.0
     # What a node is taken with counts for its parent's item too: children hand theirs up.
-    for node in range(n_nodes):
-        weight[node] /= total[family_of[node]]
     for node in range(n_nodes - 1, -1, -1):
         if weight[node] > 0.0:
-            cover[item[node]] += weight[node]
+            cover[item[node]] += weight[node] / total[family_of[node]]
             if parent[node] >= 0:
                 weight[parent[node]] += weight[node]
     return float(best.sum() - price.sum())

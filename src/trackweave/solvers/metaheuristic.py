@@ -2,6 +2,7 @@
 
 import copy
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -187,6 +188,33 @@ class Metaheuristic(ABC):
             for index in range(len(whole)):
                 scratch = whole.taken[whole.families(index)].copy()
                 whole.lower[index] = cheapest_first(whole.component(index), scratch)[1]
+        return self.start_at(relaxation, seeds, rng=rng, evaluations=evaluations)
+
+    def start_at(
+        self,
+        relaxation: Relaxation,
+        seeds: Sequence[IntArray],
+        *,
+        rng: np.random.Generator,
+        evaluations: int = 0,
+    ) -> SearchState:
+        """Return the state before the first evaluation, where others have prepared it.
+
+        Parameters
+        ----------
+        relaxation
+            The problem's components and what bounds left of them, which is not changed.
+        seeds
+            Selections over all families of the rest.
+        rng
+            Source of randomness. It is advanced, always by one child, and not kept.
+        evaluations
+            What was spent on it before.
+
+        Returns
+        -------
+        Where the search stands then.
+        """
         return SearchState(
             relaxation=relaxation,
             queue=tuple(relaxation.rest.open().tolist()),
