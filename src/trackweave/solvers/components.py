@@ -83,7 +83,11 @@ class Components:
     def copy(self) -> Self:
         """Return components whose answers and bounds can change apart from these."""
         return replace(
-            self, taken=self.taken.copy(), cost=self.cost.copy(), lower=self.lower.copy()
+            self,
+            price=self.price.copy(),
+            taken=self.taken.copy(),
+            cost=self.cost.copy(),
+            lower=self.lower.copy(),
         )
 
     def selection_of(self, nodes: IntArray) -> IntArray:

@@ -26,6 +26,8 @@ class Reduction:
         Of its items, to start with.
     node
         The whole's node (in the order of its partition) for each node that is left.
+    item
+        The whole's item for each item that is left.
     forced
         Nodes of the whole (in that order) that every better answer takes.
     """
@@ -33,6 +35,7 @@ class Reduction:
     problem: AssignmentProblem
     prices: FloatArray
     node: IntArray
+    item: IntArray
     forced: IntArray
 
     @classmethod
@@ -57,8 +60,8 @@ class Reduction:
             forced.append(start + np.flatnonzero(state == FORCED))
         empty = [np.empty(0, dtype=np.int64)]
         node = np.concatenate(kept or empty)
-        problem, prices = _subproblem(components, node, total)
-        return cls(problem, prices, node, np.concatenate(forced or empty))
+        problem, prices, item = _subproblem(components, node, total)
+        return cls(problem, prices, node, item, np.concatenate(forced or empty))
 
     def absorb(self, whole: Components, part: Components) -> None:
         """Take the answers and bounds of what is left into the whole, where they are better."""
@@ -72,6 +75,7 @@ class Reduction:
             np.add.at(cost, home, part.cost)
             np.add.at(lower, home, part.lower)
         taken = self._taken(part)
+        self._absorb_prices(whole, part)
         for index in whole.open().tolist():
             if cost[index] < whole.cost[index]:
                 families = whole.families(index)
@@ -83,6 +87,13 @@ class Reduction:
             # The optimum is that of what is left, or else nothing beats what was known.
             bound = min(lower[index], whole.cost[index])
             whole.lower[index] = max(whole.lower[index], bound)
+
+    def _absorb_prices(self, whole: Components, part: Components) -> None:
+        """Give the items that are left the prices that they came to."""
+        parts = whole.parts
+        place = np.empty(whole.problem.n_items, dtype=np.int64)
+        place[parts.item_of] = np.arange(parts.item_of.shape[0])
+        whole.price[place[self.item[part.parts.item_of]]] = part.price
 
     def nodes_left(self, whole: Components, nodes: IntArray) -> IntArray:
         """Return those of the whole problem's nodes that are left, as nodes of what is left."""
@@ -102,8 +113,8 @@ class Reduction:
 
 def _subproblem(
     components: Components, node: IntArray, total: FloatArray
-) -> tuple[AssignmentProblem, FloatArray]:
-    """Return the problem of some of the nodes, which with each node hold its parent."""
+) -> tuple[AssignmentProblem, FloatArray, IntArray]:
+    """Return the problem of some nodes, which with each node hold its parent; prices; items."""
     parts, problem = components.parts, components.problem
     component = np.searchsorted(parts.node_start, node, side="right") - 1
     place = np.full(parts.node.shape[0], -1, dtype=np.int64)
@@ -114,11 +125,15 @@ def _subproblem(
     items, item = np.unique(old_item, return_inverse=True)
     price_of = np.zeros(problem.n_items)
     price_of[parts.item_of] = components.price
-    return AssignmentProblem(
-        parent=np.where(above >= 0, place[above], -1),
-        item=item.astype(np.int64),
-        cost=problem.cost[parts.node[node]],
-        total=total[node],
-        must_cover=problem.must_cover[items],
-        instant=problem.instant[items],
-    ), price_of[items]
+    return (
+        AssignmentProblem(
+            parent=np.where(above >= 0, place[above], -1),
+            item=item.astype(np.int64),
+            cost=problem.cost[parts.node[node]],
+            total=total[node],
+            must_cover=problem.must_cover[items],
+            instant=problem.instant[items],
+        ),
+        price_of[items],
+        items,
+    )
