@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
     from trackweave.solvers import ListGenetic as ListGenetic
+    from trackweave.solvers import MBest as MBest
+    from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers.solve import solve as solve
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
@@ -63,10 +65,12 @@ _HOMES = {
     "InvalidInputError": "trackweave.errors",
     "Lifecycle": "trackweave.trackers.lifecycle",
     "ListGenetic": "trackweave.solvers",
+    "MBest": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
     "MultiScanTracker": "trackweave.trackers.multiscan",
     "NumericalError": "trackweave.errors",
     "OutputError": "trackweave.errors",
+    "Ranking": "trackweave.solvers",
     "ReportTable": "trackweave.domain.reports",
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",

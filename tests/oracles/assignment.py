@@ -47,6 +47,36 @@ def least_cost(problem: AssignmentProblem) -> float:
     return float(problem.base_cost + best)
 
 
+def all_hypotheses(problem: AssignmentProblem) -> list[tuple[float, Sequence]]:
+    """Return the cost and the nodes of every answer that keeps the rules, the cheapest first."""
+    root = list(range(problem.n_nodes))
+    for node in range(problem.n_nodes):
+        if problem.parent[node] >= 0:
+            root[node] = root[int(problem.parent[node])]
+    families = [node for node in range(problem.n_nodes) if root[node] == node]
+    required = set(np.flatnonzero(problem.must_cover).tolist())
+    if problem.requirement is not None:
+        required |= set(problem.requirement.item.tolist())
+    found = []
+
+    def descend(index: int, used: frozenset[int], nodes: Sequence) -> None:
+        if index == len(families):
+            if required <= used:
+                cost = problem.base_cost + float(problem.total[list(nodes)].sum())
+                found.append((cost, tuple(sorted(nodes))))
+            return
+        descend(index + 1, used, nodes)
+        for node in range(problem.n_nodes):
+            if root[node] != families[index] or np.isinf(problem.total[node]):
+                continue
+            items = frozenset(sequence(problem, node))
+            if not items & used:
+                descend(index + 1, used | items, (*nodes, node))
+
+    descend(0, frozenset(), ())
+    return sorted(found)
+
+
 def least_cost_of_tuples(tuples: np.ndarray, costs: np.ndarray) -> float:
     """Return the optimum of tuples straight from their definition: each item once or alone."""
     items = [(s, v) for s in range(tuples.shape[1]) for v in range(1, tuples[:, s].max() + 1)]

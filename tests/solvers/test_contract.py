@@ -10,7 +10,17 @@ import pytest
 from oracles.assignment import least_cost, random_problem, random_tuples, random_window, sequence
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Dual, Exact, Genetic, Greedy, Hint, ListGenetic, Solver, solve
+from trackweave.solvers import (
+    Dual,
+    Exact,
+    Genetic,
+    Greedy,
+    Hint,
+    ListGenetic,
+    MBest,
+    Solver,
+    solve,
+)
 
 SMALL = {"population": 10, "generations": 12}
 LETTER = Genetic(
@@ -26,6 +36,8 @@ SOLVERS: dict[str, Solver] = {
     "genetic to the letter": LETTER,
     "genetic to the letter, lone reports kept": replace(LETTER, settle=False),
     "association list, unseeded": replace(LETTER, genotype="association-list"),
+    "m-best": MBest(hypotheses=20),
+    "m-best by partitioning": MBest(hypotheses=3, visits=1, solves=4),
     "list genetic": ListGenetic(**SMALL),
     "list genetic to the letter": ListGenetic(
         **SMALL, seeded=False, improvement=False, decompose=False

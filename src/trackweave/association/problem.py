@@ -74,6 +74,9 @@ class Answer:
     prices
         What each item is worth to who covers it [nats], for a start next time; zero where
         nothing is known.
+    node_probability
+        How probable each node is to be chosen, shape (nodes,), from the solvers that tell; else
+        None.
     """
 
     nodes: IntArray
@@ -81,6 +84,7 @@ class Answer:
     evaluations: int
     stop_reason: str
     prices: FloatArray
+    node_probability: FloatArray | None = None
 
     @property
     def cost(self) -> float:

@@ -21,6 +21,7 @@ METHODS = {
     "dual": "Dual",
     "genetic": "Genetic",
     "list-genetic": "ListGenetic",
+    "m-best": "MBest",
 }
 DEFAULT_METHOD = "genetic"
 

@@ -5,6 +5,8 @@ from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
 from trackweave.solvers.genetic import ListGenetic as ListGenetic
 from trackweave.solvers.greedy import Greedy as Greedy
+from trackweave.solvers.m_best import MBest as MBest
+from trackweave.solvers.m_best import Ranking as Ranking
 from trackweave.solvers.metaheuristic import SearchState as SearchState
 from trackweave.solvers.protocol import Hint as Hint
 from trackweave.solvers.protocol import Solver as Solver
@@ -18,6 +20,8 @@ __all__ = [
     "Greedy",
     "Hint",
     "ListGenetic",
+    "MBest",
+    "Ranking",
     "SearchState",
     "Solver",
     "Stop",
