@@ -32,11 +32,13 @@ if TYPE_CHECKING:
     from trackweave.models.sensors import Sensor as Sensor
     from trackweave.run import TrackingResult as TrackingResult
     from trackweave.run import track as track
+    from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Dual as Dual
     from trackweave.solvers import Exact as Exact
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
     from trackweave.solvers import ListGenetic as ListGenetic
+    from trackweave.solvers import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers import MBest as MBest
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers.solve import solve as solve
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Amendment": "trackweave.trackers.hypothesis",
     "Answer": "trackweave.association.problem",
+    "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
     "Certificate": "trackweave.association.problem",
     "ConstantVelocity": "trackweave.models.motion",
@@ -66,6 +69,7 @@ _HOMES = {
     "Lifecycle": "trackweave.trackers.lifecycle",
     "ListGenetic": "trackweave.solvers",
     "MBest": "trackweave.solvers",
+    "MaxMinAntSystem": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
     "MultiScanTracker": "trackweave.trackers.multiscan",
     "NumericalError": "trackweave.errors",

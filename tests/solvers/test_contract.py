@@ -11,12 +11,14 @@ from oracles.assignment import least_cost, random_problem, random_tuples, random
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import (
+    AntSystem,
     Dual,
     Exact,
     Genetic,
     Greedy,
     Hint,
     ListGenetic,
+    MaxMinAntSystem,
     MBest,
     Solver,
     solve,
@@ -41,6 +43,13 @@ SOLVERS: dict[str, Solver] = {
     "list genetic": ListGenetic(**SMALL),
     "list genetic to the letter": ListGenetic(
         **SMALL, seeded=False, improvement=False, decompose=False
+    ),
+    "ant system": AntSystem(ants=8, cycles=12),
+    "ant system, whole": AntSystem(ants=8, cycles=12, decompose=False),
+    "ant system, seeded": AntSystem(ants=8, cycles=12, seeded=True),
+    "max-min ant system": MaxMinAntSystem(ants=8, evaluations=80),
+    "max-min ant system, unseeded": MaxMinAntSystem(
+        ants=8, evaluations=80, patience=3, seeded=False, improvement=False, decompose=False
     ),
 }
 PROBLEMS = [random_problem(np.random.default_rng(seed)) for seed in range(40)]

@@ -21,6 +21,8 @@ METHODS = {
     "dual": "Dual",
     "genetic": "Genetic",
     "list-genetic": "ListGenetic",
+    "ant-system": "AntSystem",
+    "max-min-ant-system": "MaxMinAntSystem",
     "m-best": "MBest",
 }
 DEFAULT_METHOD = "genetic"

@@ -1,5 +1,7 @@
 """Solvers of the assignment problem: any of them solves any problem."""
 
+from trackweave.solvers.ants import AntSystem as AntSystem
+from trackweave.solvers.ants import MaxMinAntSystem as MaxMinAntSystem
 from trackweave.solvers.dual import Dual as Dual
 from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
@@ -14,6 +16,7 @@ from trackweave.solvers.protocol import Stop as Stop
 from trackweave.solvers.solve import solve as solve
 
 __all__ = [
+    "AntSystem",
     "Dual",
     "Exact",
     "Genetic",
@@ -21,6 +24,7 @@ __all__ = [
     "Hint",
     "ListGenetic",
     "MBest",
+    "MaxMinAntSystem",
     "Ranking",
     "SearchState",
     "Solver",

@@ -1,0 +1,218 @@
+"""Ant System, after Wiranto & Bonok (2018)."""
+
+import copy
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.errors import InvalidInputError
+from trackweave.solvers.ants._tours import (
+    Points,
+    accumulate,
+    are_one_route,
+    draw_starts,
+    lay_trails,
+    make_tours,
+)
+from trackweave.solvers.ants.points import make_points
+from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+
+__all__ = ["AntSearch", "AntSystem"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AntSearch:
+    """Where a search stands; it is replaced, never changed.
+
+    ``position`` ants of the present cycle have made their ``tours``. ``attraction`` is the
+    logarithm of τ^α η^β at the cycle's beginning, ``cumulative`` the running sum of its
+    exponentials; in the first cycle ants follow ``order``, falling visibility, instead.
+    """
+
+    points: Points
+    order: IntArray
+    pheromone: FloatArray
+    attraction: FloatArray
+    cumulative: FloatArray
+    starts: IntArray
+    tours: IntArray
+    lengths: FloatArray
+    position: int
+    cycle: int
+    is_one_route: bool
+    selection: IntArray
+    best: float
+    rng: np.random.Generator
+
+    @classmethod
+    def begin(cls, points: Points, n_items: int, ants: int, start: Start) -> Self:
+        """Return a search before its first ant.
+
+        Parameters
+        ----------
+        points
+            What ants visit.
+        n_items
+            How many items a tour covers.
+        ants
+            How many ants there are.
+        start
+            What is known beforehand.
+
+        Returns
+        -------
+        The search, with ants on different random points (as far as there are as many).
+        """
+        # Visibility is 1 / c′, so the pheromone at first, too (eq. 3).
+        visibility = 1.0 / points.cost
+        return cls(
+            points=points,
+            order=np.argsort(points.cost, kind="stable"),
+            pheromone=visibility,
+            attraction=np.empty(0),
+            cumulative=np.empty(0),
+            starts=np.resize(start.rng.permutation(points.cost.shape[0]), ants),
+            tours=np.full((ants, n_items), -1, dtype=np.int64),
+            lengths=np.full(ants, np.inf),
+            position=0,
+            cycle=0,
+            is_one_route=False,
+            selection=start.selection.copy(),
+            best=start.cost,
+            rng=start.rng,
+        )
+
+    @property
+    def evaluations(self) -> int:
+        """How many tours were made."""
+        return self.cycle * int(self.starts.shape[0]) + self.position
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a cycle is complete."""
+        return self.position == 0 and self.cycle > 0
+
+
+@dataclass(frozen=True, slots=True)
+class AntSystem(Metaheuristic):
+    """Ant System on the multidimensional assignment [1]_.
+
+    A point is a tuple, and an ant's tour visits points until every item is covered once. In the
+    first cycle ants start on different random points and go to the open point of greatest
+    visibility η = 1 / c. Pheromone is laid on the points of each tour in proportion to 1 / L, L
+    the tour's cost. Ants die, and as many new ones start, each on a point that the one before
+    it visited, and go to open points with probability in proportion to τ^α η^β. The search ends
+    when all ants have the same route.
+
+    Leaving an item alone is a point too. Costs are shifted by the same for each item, so that
+    all points cost more than 0 and tours keep their order; see ``make_points``. Sequences that
+    cost more than their items left alone are points like others, as in the document.
+
+    Parameters
+    ----------
+    ants
+        Number of ants, at least 1.
+    pheromone_weight, visibility_weight
+        α and β, at least 0.
+    persistence
+        ρ: the share of pheromone that does not evaporate in a cycle, from 0 to 1.
+    cycles
+        The greatest number of cycles per component, at least 1.
+    evaluations
+        How many tours are made per component, to whole cycles.
+    seeded
+        Beyond the document: whether bounds and answers of the dual come before, and visibility
+        is that of reduced costs.
+    decompose
+        Beyond the document: whether components are searched apart.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of range.
+
+    References
+    ----------
+    .. [1] I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter
+       for multi target tracking in multi sensor radar system*, ARPN, 2018, eqs. (3)–(7).
+    """
+
+    ants: int = 30
+    pheromone_weight: float = 1.0
+    visibility_weight: float = 5.0
+    persistence: float = 0.8
+    cycles: int = 200
+    evaluations: int = 6_000
+    seeded: bool = False
+    decompose: bool = True
+
+    def __post_init__(self) -> None:
+        wrong = [
+            (not self.ants >= 1, "ants", "a whole number ≥ 1"),
+            (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),
+            (not 0 <= self.visibility_weight < np.inf, "visibility_weight", "a number ≥ 0"),
+            (not 0 <= self.persistence <= 1, "persistence", "a number from 0 to 1"),
+            (not self.cycles >= 1, "cycles", "a whole number ≥ 1"),
+            (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+        ]
+        for is_wrong, name, expected in wrong:
+            if is_wrong:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+
+    @property
+    def starts_from_prices(self) -> bool:
+        """Whether the dual comes before."""
+        return self.seeded
+
+    @property
+    def takes_apart(self) -> bool:
+        """Whether components are searched one by one."""
+        return self.decompose
+
+    def _begin(self, view: View, start: Start) -> AntSearch:
+        points = make_points(view, priced=self.seeded)
+        return AntSearch.begin(points, view.component.n_items, self.ants, start)
+
+    def _go_on(self, view: View, search: AntSearch, evaluations: int) -> AntSearch:
+        last = min(search.position + evaluations, self.ants)
+        selection, rng = search.selection.copy(), copy.deepcopy(search.rng)
+        tours, lengths = search.tours.copy(), search.lengths.copy()
+        best = make_tours(
+            view.component, search.points, (search.order, search.attraction, search.cumulative),
+            search.cycle == 0, np.arange(search.position, last), search.starts, rng, tours,
+            lengths, selection, search.best,
+        )  # fmt: skip
+        moved = replace(
+            search, tours=tours, lengths=lengths, position=last, selection=selection, best=best,
+            rng=rng,
+        )  # fmt: skip
+        return self._next_cycle(moved) if last == self.ants else moved
+
+    def _next_cycle(self, search: AntSearch) -> AntSearch:
+        """Return the search at the next cycle's beginning; its own generator is drawn from."""
+        points, pheromone = search.points, search.pheromone.copy()
+        lay_trails(pheromone, search.tours, search.lengths, self.persistence)
+        attraction = self.pheromone_weight * np.log(np.maximum(pheromone, np.finfo(float).tiny))
+        attraction -= self.visibility_weight * np.log(points.cost)
+        cumulative, starts = np.empty_like(attraction), np.empty_like(search.starts)
+        accumulate(attraction, np.arange(attraction.shape[0]), cumulative)
+        draw_starts(search.tours, search.rng, starts)
+        return replace(
+            search,
+            pheromone=pheromone,
+            attraction=attraction,
+            cumulative=cumulative,
+            starts=starts,
+            position=0,
+            cycle=search.cycle + 1,
+            is_one_route=are_one_route(search.tours, points.cost.shape[0]),
+        )
+
+    def _why_over(self, search: AntSearch) -> str:
+        if search.is_one_route:
+            return "converged"
+        if search.cycle >= self.cycles:
+            return "cycles"
+        return "evaluations" if search.evaluations >= self.evaluations else ""
