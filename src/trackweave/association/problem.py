@@ -7,9 +7,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array, is_number
 from trackweave.association._clusters import has_repeats
-from trackweave.association.tuples import Requirement, parts_of_array, parts_of_tuples
+from trackweave.association.tuples import (
+    LARGEST_SUM,
+    Requirement,
+    parts_of_array,
+    parts_of_tuples,
+)
 from trackweave.errors import InvalidInputError
 
 __all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
@@ -143,8 +148,8 @@ class AssignmentProblem:
     ------
     InvalidInputError
         If shapes do not fit, a parent does not stand before its child, an item is out of range
-        or twice in a sequence, a cost is NaN or minus infinity, or an item cannot be one that
-        must be covered.
+        or twice in a sequence, a cost is NaN or minus infinity, costs are too large to be added,
+        or an item cannot be one that must be covered.
     """
 
     parent: IntArray
@@ -160,7 +165,7 @@ class AssignmentProblem:
     def __post_init__(self) -> None:
         # Cast here, once, so that kernels may count on types and order in memory.
         parent = int_array(self.parent, "parent", (None,))
-        must_cover = np.ascontiguousarray(self.must_cover, dtype=np.bool_)
+        must_cover = float_array(self.must_cover, "must_cover", (None,)) != 0.0
         n_nodes, n_items = parent.shape[0], must_cover.shape[0]
         cast: dict[str, Any] = {
             "parent": parent,
@@ -183,8 +188,13 @@ class AssignmentProblem:
             values = getattr(self, name)
             if np.any(np.isnan(values) | (values == -np.inf)):
                 raise InvalidInputError(f"{name}: NaN or minus infinity; expected costs")
-        if not np.isfinite(self.base_cost):
-            raise InvalidInputError(f"base_cost: {self.base_cost}; expected a finite number")
+        if not is_number(self.base_cost):
+            raise InvalidInputError(f"base_cost: {self.base_cost!r:.80}; expected a finite number")
+        size = float(np.abs(self.total[np.isfinite(self.total)]).max(initial=0.0))
+        if size * self.n_nodes > LARGEST_SUM:
+            raise InvalidInputError(
+                f"total: a cost of size {size:.3g}; expected {self.n_nodes} that can be added"
+            )
 
     def _check_forest(self) -> None:
         if np.any(self.parent >= np.arange(self.n_nodes)) or np.any(self.parent < -1):
@@ -240,8 +250,9 @@ class AssignmentProblem:
         Raises
         ------
         InvalidInputError
-            If a number is negative or far too large, a row is empty, a cost is not finite, or a
-            price is NaN or minus infinity.
+            If a number is negative or far too large, a row is empty, a cost is not finite, a
+            price is NaN or minus infinity, or costs are too large to be added or are lost beside
+            far larger ones.
         """
         return cls(**parts_of_tuples(tuples, costs, alone))
 
@@ -264,6 +275,7 @@ class AssignmentProblem:
         Raises
         ------
         InvalidInputError
-            If there are fewer than two axes, or an entry or a price is NaN or minus infinity.
+            If there are fewer than two axes, an entry or a price is NaN or minus infinity, or
+            costs are too large to be added or are lost beside far larger ones.
         """
         return cls(**parts_of_array(costs, alone))

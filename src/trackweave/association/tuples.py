@@ -9,10 +9,15 @@ from trackweave.arrays import FloatArray, IntArray, float_array, int_array, requ
 from trackweave.association._tuples import build_trie, cost_shares
 from trackweave.errors import InvalidInputError
 
-__all__ = ["MAX_ITEMS", "Requirement", "parts_of_array", "parts_of_tuples"]
+__all__ = ["LARGEST_SUM", "MAX_ITEMS", "Requirement", "parts_of_array", "parts_of_tuples"]
 
 MAX_ITEMS = 10_000_000
 """Greatest number of an item in a list; a larger one is a mistake that would fill the memory."""
+
+LARGEST_SUM = 1e306
+"""Sums of costs beyond this are too near to overflow [nats]."""
+COARSE = 1e-6
+"""A cost may lose this part of itself, or of one, beside the prices of its items [nats]."""
 
 
 class Requirement(NamedTuple):
@@ -48,8 +53,9 @@ def parts_of_tuples(
     Raises
     ------
     InvalidInputError
-        If a number is negative or far too large, a row is empty, a cost is not finite, or a
-        price is NaN or minus infinity.
+        If a number is negative or far too large, a row is empty, a cost is not finite, a price is
+        NaN or minus infinity, or costs are too large to be added or are lost beside far larger
+        ones.
     """
     table = int_array(tuples, "tuples", (None, None))
     cost = float_array(costs, "costs", (table.shape[0],))
@@ -61,15 +67,18 @@ def parts_of_tuples(
     is_single = count == 1
     price = _prices_alone(items[is_single].max(axis=1, initial=-1), cost[is_single], alone, offset)
     rows = np.flatnonzero(~is_single)
-    requirement = _requirement(items[rows], cost[rows], price)
-    worth = price
-    base = 0.0
-    if requirement is not None:
-        worth = price.copy()
-        worth[requirement.item] = requirement.penalty
-    base += float(worth.sum())
-    # One more entry, so that -1 for none is worth nothing.
-    extra = cost - np.append(worth, 0.0)[items].sum(axis=1)
+    # What is too large overflows here, and is refused below.
+    with np.errstate(over="ignore", invalid="ignore"):
+        requirement = _requirement(items[rows], cost[rows], price)
+        worth = price
+        if requirement is not None:
+            worth = price.copy()
+            worth[requirement.item] = requirement.penalty
+        base = float(worth.sum())
+        # One more entry, so that -1 for none is worth nothing.
+        shift = np.append(worth, 0.0)[items].sum(axis=1)
+        extra = cost - shift
+    _require_digits(cost[rows], shift[rows], base)
     trie = build_trie(items, extra, rows[_sorted_rows(table[rows], size)])
     return {
         **trie._asdict(),
@@ -95,10 +104,15 @@ def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> dict[str, Any]:
     Raises
     ------
     InvalidInputError
-        If there are fewer than two axes, or an entry is NaN or minus infinity.
+        If there are fewer than two axes, an entry or a price is NaN or minus infinity, or costs
+        are too large to be added or are lost beside far larger ones.
     """
-    cost = float_array(costs, "costs", (None,) * np.ndim(np.asarray(costs)))
-    if cost.ndim < 2:
+    try:
+        n_axes = np.ndim(costs)
+    except ValueError as err:
+        raise InvalidInputError("costs: rows of several lengths; expected an array") from err
+    cost = float_array(costs, "costs", (None,) * n_axes)
+    if n_axes < 2:
         raise InvalidInputError(
             f"costs: an array of shape {cost.shape}; expected one axis per list, at least two"
         )
@@ -148,10 +162,24 @@ def _requirement(items: IntArray, cost: FloatArray, price: FloatArray) -> Requir
     least[np.isinf(least)] = greatest[np.isinf(greatest)] = 0.0
     ceiling = float(greatest.sum())
     spread = ceiling - float(np.minimum(least, 0.0).sum())
-    if not np.isfinite(spread):
+    if not spread < LARGEST_SUM:
         raise InvalidInputError("costs: too large to be added; expected smaller numbers")
     # A power of two takes no digits from whole costs.
     return Requirement(required, 2.0 ** float(np.ceil(np.log2(2.0 * spread + 2.0))), ceiling)
+
+
+def _require_digits(cost: FloatArray, shift: FloatArray, base: float) -> None:
+    """Refuse costs that overflow, or whose digits are lost, once prices are taken off them."""
+    if not (np.abs(base) < LARGEST_SUM and np.all(np.abs(shift) < LARGEST_SUM)):
+        raise InvalidInputError("costs: too large to be added; expected smaller numbers")
+    lost = np.abs(((cost - shift) + shift) - cost) > COARSE * np.maximum(1.0, np.abs(cost))
+    if np.any(lost):
+        place = int(np.flatnonzero(lost)[0])
+        raise InvalidInputError(
+            f"costs: {cost[place]} is lost beside {abs(shift[place]):.3g}, the prices of leaving "
+            "its items or what other costs make of them; expected costs and prices of like size, "
+            "and infinity where a tuple is not allowed or an item has to be covered"
+        )
 
 
 def _sorted_rows(table: IntArray, size: IntArray) -> NDArray[np.intp]:

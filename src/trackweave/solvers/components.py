@@ -14,7 +14,11 @@ from trackweave.solvers.protocol import Hint
 __all__ = ["Components"]
 
 TOLERANCE = 1e-9
-"""A gap below this [nats] is rounding, and so is one below a hundredth of it per unit of cost."""
+"""A gap below this [nats] is rounding, and so is one below 1e-4 of it per unit of cost."""
+LARGEST_WHOLE = 2.0**36
+"""Beyond this, prices and bounds are not exact enough to tell whole numbers apart."""
+COARSE = 1e-6
+"""Rounding beyond this part of what the whole costs leaves an answer unproven."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,6 +146,10 @@ class Components:
         cost = self.problem.base_cost + float(self.problem.total[nodes].sum())
         slack = float(np.maximum(self.cost - self.lower, 0.0).sum())
         proven = self.open().shape[0] == 0
+        # Where far larger costs cancel, rounding may hide a better answer.
+        rounding = float(_rounding(self.cost[self.step == 0.0]).sum()) if proven else 0.0
+        if rounding > COARSE * max(1.0, abs(cost)):
+            proven, slack, stop_reason = False, slack + rounding, "rounding"
         status = Status.OPTIMAL if proven else Status.FEASIBLE
         certificate = Certificate(cost, cost if proven else cost - slack, status)
         prices = np.zeros(self.problem.n_items)
@@ -174,18 +182,26 @@ class Components:
         return Certificate(np.inf, relaxed.lower_bound, Status.UNKNOWN)
 
 
+def _rounding(cost: FloatArray) -> FloatArray:
+    """Return how far apart two costs of this size may be and still count as equal."""
+    size = np.where(np.isfinite(cost), np.abs(cost), 0.0)
+    rounding: FloatArray = TOLERANCE * np.maximum(1.0, 1e-4 * size)
+    return rounding
+
+
 def _closing(cost: FloatArray, step: FloatArray) -> FloatArray:
     """Return the gap at which an answer of this cost is proven best."""
     # Whole costs leave no room for a better answer when the gap is less than one.
-    rounding = TOLERANCE * np.maximum(1.0, 0.01 * np.abs(cost))
-    closing: FloatArray = np.maximum(rounding, step - 1e-6)
+    closing: FloatArray = np.where(step > 0.0, step - 1e-6, _rounding(cost))
     return closing
 
 
 def _steps(parts: Partition) -> FloatArray:
     """Return 1 for each component all of whose costs are whole, else 0."""
     total = np.where(np.isfinite(parts.total), parts.total, 0.0)
-    broken = np.concatenate([[0], np.cumsum(total != np.floor(total))])
+    # Sums of larger numbers are not whole for certain, and all of these are whole themselves.
+    is_broken = (total != np.floor(total)) | (np.abs(total) > LARGEST_WHOLE)
+    broken = np.concatenate([[0], np.cumsum(is_broken)])
     count = broken[parts.node_start[1:]] - broken[parts.node_start[:-1]]
     step: FloatArray = (count == 0).astype(np.float64)
     return step

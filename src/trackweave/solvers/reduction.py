@@ -72,8 +72,11 @@ class Reduction:
         first = part.parts.node_start[:-1]
         if len(part):
             home = self._component(whole, self.node[part.parts.node[first]])
+            # What is proven of a part, perhaps by whole costs, stays proven in the whole.
+            proven = part.cost.copy()
+            proven[part.open()] = part.lower[part.open()]
             np.add.at(cost, home, part.cost)
-            np.add.at(lower, home, part.lower)
+            np.add.at(lower, home, proven)
         taken = self._taken(part)
         self._absorb_prices(whole, part)
         for index in whole.open().tolist():

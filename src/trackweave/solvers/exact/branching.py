@@ -100,7 +100,7 @@ class Branching:
         root = self._bound_root(limits.cut_rounds)
         if root is None:
             return "stopped"
-        serial = 0
+        serial, least_left = 0, np.inf
         heap: list[tuple[float, int, tuple[Decision, ...], Fraction]] = [(root.bound, 0, (), root)]
         for _ in range(limits.branches):
             if not heap or self.upper - heap[0][0] <= self._closing:
@@ -110,16 +110,21 @@ class Branching:
             if children is None:
                 return "stopped"
             heapq.heappop(heap)
+            if not children:
+                # Whole already; what its bound leaves open is rounding, which is not hidden.
+                least_left = min(least_left, bound)
             for decision, child in children:
                 if child.bound < self.upper - self._closing:
                     serial += 1
                     inherited = max(bound, child.bound)
                     heapq.heappush(heap, (inherited, serial, (*path, decision), child))
-            self._raise(min(heap[0][0], self.upper) if heap else self.upper)
-        if not heap or self.upper - heap[0][0] <= self._closing:
-            self._raise(self.upper)
-            return "gap closed"
-        return "branches"
+            self._raise(min(least_left, heap[0][0] if heap else np.inf))
+        if heap and self.upper - heap[0][0] > self._closing:
+            return "branches"
+        if self.upper - least_left > self._closing:
+            return "rounding"
+        self._raise(self.upper)
+        return "gap closed"
 
     def _raise(self, bound: float) -> None:
         self.lower = max(self.lower, min(bound, self.upper))
