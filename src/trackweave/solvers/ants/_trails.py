@@ -130,8 +130,11 @@ def send_ants(
     """
     selection = np.empty(component.must.shape[0], dtype=np.int64)
     owner = np.empty(component.n_items, dtype=np.int64)
-    order = np.arange(selection.shape[0])
+    order = np.empty_like(selection)
     for _ in range(n_ants):
+        # From the same order each time, so that it does not matter where a search was stopped.
+        for family in range(order.shape[0]):
+            order[family] = family
         shuffle(order, rng)
         cost = choose_options(component, options, weight, order, rng, selection, owner)
         if cost < best_cost:
