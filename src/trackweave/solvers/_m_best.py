@@ -186,12 +186,10 @@ def begin_walk(
 ) -> Walk:
     """Return the enumeration of a group's ``most`` cheapest selections before its first step."""
     n = families.shape[0]
-    count = np.empty(n, dtype=np.int64)
     room = 1.0
-    for index in range(n):
-        count[index] = options.start[families[index] + 1] - options.start[families[index]]
-        room = min(room * count[index], float(most))
-    order = families[np.argsort(count, kind="mergesort")]
+    for family in families:
+        room = min(room * (options.start[family + 1] - options.start[family]), float(most))
+    order = _arrange(component, options, families)
     last = np.full(component.n_items, -1, dtype=np.int64)
     for depth in range(n):
         for entry in range(options.start[order[depth]], options.start[order[depth] + 1]):
@@ -228,6 +226,55 @@ def begin_walk(
         np.zeros(3, dtype=np.int64),
         np.array([bound, math.inf, math.inf]),
     )
+
+
+@jit
+def _arrange(component: Component, options: Options, families: IntArray) -> IntArray:
+    """Return the families so that each comes soon after those in its way.
+
+    First the one with fewest options, then always the one of whose items most are wanted before.
+    """
+    n = families.shape[0]
+    start = np.zeros(component.n_items + 1, dtype=np.int64)
+    for family in families:
+        for entry in range(options.start[family], options.start[family + 1]):
+            climb = options.node[entry]
+            while climb >= 0:
+                start[component.item[climb] + 1] += 1
+                climb = component.parent[climb]
+    for item in range(component.n_items):
+        start[item + 1] += start[item]
+    wanting, fill = np.empty(start[-1], dtype=np.int64), start[:-1].copy()
+    total, met = np.zeros(n), np.zeros(n)
+    for index in range(n):
+        for entry in range(options.start[families[index]], options.start[families[index] + 1]):
+            climb = options.node[entry]
+            while climb >= 0:
+                item = component.item[climb]
+                wanting[fill[item]] = index
+                fill[item] += 1
+                total[index] += 1.0
+                climb = component.parent[climb]
+    order, is_placed = np.empty(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
+    is_met = np.zeros(component.n_items, dtype=np.bool_)
+    for place in range(n):
+        best, best_score = -1, -math.inf
+        for index in range(n):
+            score = met[index] / total[index] if place else -total[index]
+            if not is_placed[index] and score > best_score:
+                best, best_score = index, score
+        order[place] = families[best]
+        is_placed[best] = True
+        for entry in range(options.start[families[best]], options.start[families[best] + 1]):
+            climb = options.node[entry]
+            while climb >= 0:
+                item = component.item[climb]
+                if not is_met[item]:
+                    is_met[item] = True
+                    for index in wanting[start[item] : start[item + 1]]:
+                        met[index] += 1.0
+                climb = component.parent[climb]
+    return order
 
 
 @jit

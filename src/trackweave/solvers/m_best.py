@@ -14,7 +14,7 @@ from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.murty import Partitioning
-from trackweave.solvers.pieces import WIDENING, Enumeration, Piece, Pieces, combine
+from trackweave.solvers.pieces import Enumeration, Piece, Pieces, combine
 from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
 from trackweave.solvers.relaxation import Relaxation
 
@@ -95,8 +95,8 @@ class MBest:
 
     hypotheses: int = 100
     margin: float = 10.0
-    visits: int = 200_000
-    solves: int = 50
+    visits: int = 2_000_000
+    solves: int = 20
     solver: Solver = Dual()  # noqa: RUF009 frozen, so that it can be shared
 
     def __post_init__(self) -> None:
@@ -219,7 +219,7 @@ class MBest:
         requirement = components.problem.requirement
         # Answers that cover what they have to differ by less; those that do not, by more.
         widest = np.inf if requirement is None else 0.5 * requirement.penalty
-        if known - bound_at(component, price) > self.margin / WIDENING:
+        if known - bound_at(component, price) > self.margin / 8.0:
             evaluations += _raise_bound(components, index, stop)
         enumeration = Enumeration(
             component, price, self.hypotheses, self.margin, widest, self.visits, stop

@@ -167,7 +167,9 @@ class Partitioning:
             offset = penalty
         nodes = np.flatnonzero(is_left)
         problem = self._problem(nodes, total)
-        answer = self.solver(problem, rng=self.rng, hint=Hint(prices=self._price), stop=self.stop)
+        known = self.components.taken[self.components.families(self.index)]
+        hint = Hint(self._price, np.flatnonzero(np.isin(nodes, known)))
+        answer = self.solver(problem, rng=self.rng, hint=hint, stop=self.stop)
         selection = np.full(component.must.shape[0], -1)
         selection[:first] = part.prefix
         selection[component.family[nodes[answer.nodes]]] = nodes[answer.nodes]

@@ -20,11 +20,14 @@ from trackweave.solvers._m_best import (
 )
 from trackweave.solvers.protocol import Stop
 
-__all__ = ["WIDENING", "Enumeration", "Piece", "Pieces", "combine"]
+__all__ = ["Enumeration", "Piece", "Pieces", "combine"]
 
-WIDENING = 8.0
-"""The narrowest gap is this part of the margin."""
-SLICE = 20_000
+NARROW = 1.0 / 64.0
+"""The narrowest gap of a component, as a part of the margin, if it has more than these nodes."""
+SMALL = 500
+WIDENING = 4.0
+"""Each gap is so many times the one before."""
+SLICE = 200_000
 """Options visited between two looks at the clock: a few milliseconds."""
 
 
@@ -127,7 +130,9 @@ class Enumeration(NamedTuple):
         """
         bound = bound_at(self.component, self.price)
         slack = 1e-9 * max(1.0, abs(known), abs(bound))
-        margin, found, visits = min(self.margin / WIDENING, self.widest), None, 0
+        is_small = self.component.parent.shape[0] <= SMALL
+        margin = min(self.margin if is_small else self.margin * NARROW, self.widest)
+        found, visits = None, 0
         while self.stop is None or not self.stop():
             limit = known + margin + slack
             options = open_options(self.component, self.price, limit - bound)
@@ -143,7 +148,7 @@ class Enumeration(NamedTuple):
             dearest = found.cost_of(last[0]) if is_full else np.inf
             if is_open or (margin >= self.margin and dearest <= limit):
                 break
-            margin = max(2.0 * margin, options.further - (known - bound))
+            margin = max(WIDENING * margin, options.further - (known - bound))
             if is_full:
                 # What these pieces make bounds how dear the last one asked for can be.
                 margin = max(min(margin, self.margin), dearest - known)
