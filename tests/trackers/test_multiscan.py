@@ -17,7 +17,7 @@ from oracles.scenes import (
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Dual, Exact, Genetic, Greedy
+from trackweave.solvers import Dual, Exact, Genetic, Greedy, MBest
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multiscan import MultiScanTracker
 from trackweave.trackers.window import Window
@@ -26,6 +26,7 @@ SOLVERS = {
     "greedy": Greedy(),
     "dual": Dual(),
     "exact": Exact(),
+    "m-best": MBest(hypotheses=20),
     "permutation": Genetic(population=20, generations=10),
     "association-list": Genetic(population=20, generations=10, genotype="association-list"),
 }
@@ -351,3 +352,19 @@ def test_no_assignment_is_more_probable_than_certain():
         probability = target.pending().probability
         assert probability.max() > 0.999
         assert np.all((probability >= 0.0) & (probability <= 1.0))
+
+
+def test_the_cheapest_hypotheses_give_their_probabilities_to_the_assignments():
+    scans = scene(5, objects=4, clutter=3, area=150.0)
+    weights = {}
+    for name, search in {"believed": Dual(), "ranked": MBest()}.items():
+        target = tracker(search=search)
+        final = [hypothesis.final for hypothesis in run(target, scans)]
+        weights[name] = np.concatenate([each.probability for each in [*final, target.pending()]])
+    given = {name: np.isfinite(each) for name, each in weights.items()}
+    assert (given["believed"] == given["ranked"]).all()
+    ranked, believed = (weights[name][given[name]] for name in ("ranked", "believed"))
+    assert ((ranked >= 0.0) & (ranked <= 1.0)).all()
+    # Where nothing competes both are sure; where objects are near, beliefs are approximate.
+    assert np.median(np.abs(ranked - believed)) < 0.05
+    assert np.abs(ranked - believed).max() > 1e-6

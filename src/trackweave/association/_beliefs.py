@@ -220,3 +220,11 @@ def average_states(
             covariance_out[family, :, :] = math.nan
         else:
             covariance_out[family, :, :] /= kept[family]
+
+
+@jit
+def add_upwards(nodes: Nodes, n_nodes: int, weight: FloatArray) -> None:
+    """Add to each sequence's weight that of all sequences that continue it."""
+    for node in range(n_nodes - 1, -1, -1):
+        if nodes.parent[node] >= 0:
+            weight[nodes.parent[node]] += weight[node]

@@ -1,12 +1,14 @@
 """How probable each sequence of a tree is, all tracks and reports considered together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._beliefs import (
     Edges,
+    add_upwards,
     average_states,
     find_edges,
     log_weights,
@@ -42,6 +44,29 @@ class Beliefs:
     existence: FloatArray
     mean: FloatArray
     covariance: FloatArray
+
+    def with_choices(self, tree: AssociationTree, chosen: FloatArray) -> Self:
+        """Return beliefs whose assignments have the probabilities that a solver found.
+
+        Parameters
+        ----------
+        tree
+            The sequences.
+        chosen
+            How probable each sequence is to be in the hypothesis, shape (nodes,).
+
+        Returns
+        -------
+        The beliefs; what is believed of sequences, existence and states stays.
+        """
+        # A report belongs to a family wherever one of the sequences through it is chosen.
+        passing = chosen.copy()
+        add_upwards(tree.nodes, tree.n_nodes, passing)
+        has_edge = self.edge >= 0
+        edge_probability = np.bincount(
+            self.edge[has_edge], passing[has_edge], minlength=self.edge_probability.shape[0]
+        )
+        return replace(self, edge_probability=np.minimum(edge_probability, 1.0))
 
 
 def believe(

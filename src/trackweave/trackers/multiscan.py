@@ -174,6 +174,8 @@ class MultiScanTracker:
         self._remember(tree, answer)
         time, report_of = self._open.last_time, self._open.reports()
         beliefs = believe(tree, time, report_of.shape[0]) if self._averaging else None
+        if beliefs is not None and answer.node_probability is not None:
+            beliefs = beliefs.with_choices(tree, answer.node_probability)
         tracks, amendments = self._ledger.update(tree, answer.nodes, report_of, time, beliefs)
         self._last = Hypothesis(
             time=time,
@@ -262,7 +264,7 @@ class MultiScanTracker:
             self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
             return tree
         if same is not None:
-            scan = _merged(self._open.remove(same), scan)
+            scan = self._open.remove(same).merged(scan)
         self._open.insert(self._opened(scan))
         return self._grown_anew()
 
@@ -386,14 +388,3 @@ class MultiScanTracker:
             self._last, amendments=(), final=final, late=late, evaluations=0,
             stop_reason="late scan", n_pruned=0,
         )  # fmt: skip
-
-
-def _merged(known: OpenScan, scan: Scan) -> Scan:
-    """Return a scan with the reports of both, the known ones first."""
-    return Scan(
-        time=scan.time,
-        sensor=scan.sensor,
-        measurement=np.concatenate([known.data.position, scan.measurement]),
-        sigma=np.concatenate([known.data.sigma, scan.sigma]),
-        report=np.concatenate([known.report, scan.report]),
-    )

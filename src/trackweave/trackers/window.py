@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association._growth import ScanInput
+from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 
 __all__ = ["OpenScan", "OpenScans", "Window"]
@@ -51,6 +52,16 @@ class OpenScan:
     data: ScanInput
     report: IntArray
     log_density: FloatArray
+
+    def merged(self, scan: Scan) -> Scan:
+        """Return a scan of the same sensor and time with the reports of both, its own first."""
+        return Scan(
+            time=scan.time,
+            sensor=scan.sensor,
+            measurement=np.concatenate([self.data.position, scan.measurement]),
+            sigma=np.concatenate([self.data.sigma, scan.sigma]),
+            report=np.concatenate([self.report, scan.report]),
+        )
 
 
 class OpenScans:
