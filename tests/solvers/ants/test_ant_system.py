@@ -237,14 +237,16 @@ class TestSearch:
         weight = np.exp(later.attraction)
         assert weight == pytest.approx(wanted / search.points.cost**colony.visibility_weight)
 
-    def test_ends_when_all_ants_have_the_same_route(self) -> None:
-        # Whatever the start, one tour alone is left.
-        single = AssignmentProblem([-1], [0], [5.0], [5.0], [True], [0])
-        answer = AntSystem(decompose=False)(replace(single, cost=np.ones(1)), rng=rng())
-        assert answer.evaluations in (0, 30)
-        problem = AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 1], [2, 2]], -np.ones(4))
-        answer = AntSystem(ants=5, cycles=10**6, evaluations=10**6)(problem, rng=rng())
-        assert answer.stop_reason in ("converged", "gap closed")
+    def test_ends_in_the_cycle_in_which_all_ants_have_the_same_route(self) -> None:
+        colony = AntSystem(ants=4, cycles=10**6, evaluations=10**6)
+        _, view, search = search_of(ants=4)
+        routes: list[set[frozenset[int]]] = []
+        while not colony._why_over(search):
+            assert len(routes) == 0 or len(routes[-1]) > 1
+            search = colony._go_on(view, search, 4)
+            routes.append({frozenset(steps(tour)) for tour in search.tours})
+        assert colony._why_over(search) == "converged"
+        assert (len(routes[-1]), search.cycle) == (1, len(routes))
 
     def test_says_which_budget_was_spent(self) -> None:
         problem = hard()
