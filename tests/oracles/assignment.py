@@ -1,5 +1,8 @@
 """Exhaustive optima of small assignment problems, and makers of random ones."""
 
+from dataclasses import replace
+from functools import cache
+
 import numpy as np
 
 from trackweave.association.problem import AssignmentProblem
@@ -17,34 +20,30 @@ def sequence(problem: AssignmentProblem, node: int) -> Sequence:
 
 
 def least_cost(problem: AssignmentProblem) -> float:
-    """Return the optimum, trying every feasible answer that could be better."""
-    must = frozenset(np.flatnonzero(problem.must_cover).tolist())
-    nodes = [node for node in range(problem.n_nodes) if np.isfinite(problem.total[node])]
-    options = [
-        (frozenset(sequence(problem, node)), float(problem.total[node]))
-        for node in nodes
-        # Without an item that must be covered, a sequence that costs something never helps.
-        if problem.total[node] < 0 or must & set(sequence(problem, node))
-    ]
-    options.sort(key=lambda option: option[1])
-    gains = np.cumsum([min(cost, 0.0) for _, cost in reversed(options)])[::-1]
-    best = np.inf
+    """Return the optimum, infinite where nothing covers all that has to be covered."""
+    needed = set(np.flatnonzero(problem.must_cover).tolist())
+    if problem.requirement is not None:
+        needed |= set(problem.requirement.item.tolist())
+    beginning: dict[int, list[tuple[int, float]]] = {}
+    for node in np.flatnonzero(np.isfinite(problem.total)).tolist():
+        items = sequence(problem, node)
+        mask = sum(1 << item for item in items)
+        beginning.setdefault(min(items), []).append((mask, float(problem.total[node])))
 
-    def descend(index: int, used: frozenset[int], cost: float) -> None:
-        nonlocal best
-        if must <= used:
-            best = min(best, cost)
-        if index == len(options):
-            return
-        if must <= used and cost + gains[index] >= best:
-            return
-        items, price = options[index]
-        if not items & used:
-            descend(index + 1, used | items, cost + price)
-        descend(index + 1, used, cost)
+    # What the items from one on cost at least, given which are covered already.
+    @cache
+    def onwards(item: int, covered: int) -> float:
+        if item == problem.n_items:
+            return 0.0
+        if covered >> item & 1:
+            return onwards(item + 1, covered)
+        best = np.inf if item in needed else onwards(item + 1, covered)
+        for mask, cost in beginning.get(item, []):
+            if not mask & covered:
+                best = min(best, cost + onwards(item + 1, covered | mask))
+        return best
 
-    descend(0, frozenset(), 0.0)
-    return float(problem.base_cost + best)
+    return float(problem.base_cost + onwards(0, 0))
 
 
 def all_hypotheses(problem: AssignmentProblem) -> list[tuple[float, Sequence]]:
@@ -77,10 +76,12 @@ def all_hypotheses(problem: AssignmentProblem) -> list[tuple[float, Sequence]]:
     return sorted(found)
 
 
-def least_cost_of_tuples(tuples: np.ndarray, costs: np.ndarray) -> float:
+def least_cost_of_tuples(
+    tuples: np.ndarray, costs: np.ndarray, alone: float | np.ndarray = 0.0
+) -> float:
     """Return the optimum of tuples straight from their definition: each item once or alone."""
     items = [(s, v) for s in range(tuples.shape[1]) for v in range(1, tuples[:, s].max() + 1)]
-    alone = dict.fromkeys(items, 0.0)
+    price = dict(zip(items, np.broadcast_to(alone, len(items)).tolist(), strict=True))
     rows = []
     singles: dict[tuple[int, int], float] = {}
     for row, cost in zip(tuples.tolist(), costs.tolist(), strict=True):
@@ -90,17 +91,17 @@ def least_cost_of_tuples(tuples: np.ndarray, costs: np.ndarray) -> float:
             singles[item] = min(cost, singles.get(item, np.inf))
         else:
             rows.append((taken, cost))
-    alone.update(singles)
+    price.update(singles)
     best = np.inf
 
     def descend(index: int, free: set[tuple[int, int]], cost: float) -> None:
         nonlocal best
         if index == len(rows):
-            best = min(best, cost + sum(alone[item] for item in free))
+            best = min(best, cost + sum(price[item] for item in free))
             return
-        taken, price = rows[index]
+        taken, own = rows[index]
         if taken <= free:
-            descend(index + 1, free - taken, cost + price)
+            descend(index + 1, free - taken, cost + own)
         descend(index + 1, free, cost)
 
     descend(0, set(items), 0.0)
@@ -172,3 +173,33 @@ def random_problem(rng: np.random.Generator) -> AssignmentProblem:
     if rng.random() < 0.5:
         return AssignmentProblem.from_tuples(*random_tuples(rng, 14))
     return random_window(rng, n_tracks=int(rng.integers(0, 4)))
+
+
+def random_required(rng: np.random.Generator, *, whole: bool = False) -> AssignmentProblem:
+    """Return a dense problem of two or three lists, most of whose items have to be covered.
+
+    Some entries are not allowed, so that there may be no answer.
+    """
+    shape = (int(rng.integers(1, 5)),) * int(rng.integers(2, 4))
+    if rng.random() < 0.3:
+        shape = tuple(rng.integers(1, 4, 3).tolist())
+    costs = rng.normal(0.0, 5.0, shape)
+    costs = np.round(costs) if whole else costs
+    costs[rng.random(shape) < rng.choice([0.0, 0.2, 0.5, 0.8])] = np.inf
+    alone = np.full(sum(shape), np.inf)
+    if rng.random() < 0.5:
+        may_be_left = rng.random(alone.shape[0]) < 0.4
+        alone[may_be_left] = np.round(rng.normal(0.0, 4.0, np.count_nonzero(may_be_left)))
+    return AssignmentProblem.from_array(costs, alone=alone)
+
+
+def rounded(problem: AssignmentProblem) -> AssignmentProblem:
+    """Return a problem with whole costs."""
+    return replace(problem, cost=np.round(problem.cost), total=np.round(problem.total))
+
+
+def hard_tuples(seed: int, n_rows: int, n_items: int) -> AssignmentProblem:
+    """Return a dense problem of four lists whose bound stays open without branching."""
+    rng = np.random.default_rng(seed)
+    rows = rng.integers(1, n_items + 1, (n_rows, 4))
+    return AssignmentProblem.from_tuples(rows, rng.normal(-5.0, 1.0, n_rows))
