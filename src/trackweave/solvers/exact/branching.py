@@ -106,6 +106,7 @@ class Branching:
             if not heap or self.upper - heap[0][0] <= self._closing:
                 break
             bound, _, path, fraction = heap[0]
+            self._round(fraction)
             children = self._branch(path, fraction, limits.candidates)
             if children is None:
                 return "stopped"
@@ -135,6 +136,7 @@ class Branching:
         for _ in range(rounds):
             if fraction is None or self.upper - fraction.bound <= self._closing:
                 break
+            self._round(fraction)
             self._leave_out(fraction)
             if not self._cut(fraction):
                 break
@@ -148,26 +150,26 @@ class Branching:
         return fraction
 
     def _solve(self, allowed: BoolArray) -> Fraction | None:
-        """Return a fractional answer and keep the whole one that its prices lead to."""
+        """Return a fractional answer, and keep it where it is whole and better."""
+        if self._stop is not None and self._stop():
+            return None
         fraction = self._program.solve(allowed)
         if fraction is None:
             return None
         self.solved += 1
-        if np.isfinite(fraction.bound):
-            self._round(fraction)
-        return fraction
-
-    def _round(self, fraction: Fraction) -> None:
-        """Keep the answer that the prices lead to, or the fractional one where it is whole."""
-        if np.all(fraction.value > 1.0 - 1e-6):
+        if np.isfinite(fraction.bound) and np.all(fraction.value > 1.0 - 1e-6):
             nodes = self._program.node[fraction.column]
             cost = float(self.component.total[nodes].sum())
             if cost < self.upper:
                 self.selection[:] = -1
                 self.selection[self.component.family[nodes]] = nodes
                 self.upper = cost
-            return
-        self.upper = answer_at(self.component, fraction.price, self.selection, self.upper)
+        return fraction
+
+    def _round(self, fraction: Fraction) -> None:
+        """Keep the answer that the prices of a fractional one lead to where it is better."""
+        if np.isfinite(fraction.bound):
+            self.upper = answer_at(self.component, fraction.price, self.selection, self.upper)
 
     def _leave_out(self, fraction: Fraction) -> None:
         """Leave out for good the columns that no better answer takes."""
