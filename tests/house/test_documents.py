@@ -55,7 +55,7 @@ def test_every_key_of_the_configuration_is_explained() -> None:
 
 
 def test_every_solver_is_explained() -> None:
-    page = (ROOT / "docs/how-to/choosing-a-solver.md").read_text()
+    page = (ROOT / "docs/choosing-a-solver.md").read_text()
     assert [method for method in METHODS if f"`{method}`" not in page] == []
 
 
