@@ -194,3 +194,23 @@ def test_leaves_the_prices_for_the_trees_growth():
     assert np.all(prices >= -1e-12)
     assert prices.max() > 0.0
     assert np.all(prices[tree.nodes.report[: tree.n_nodes] < 0] == 0.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_probabilities_that_the_search_tells_are_summed_by_association(seed):
+    window = Windows(seed, n_known=2)
+    tree = window.tree()
+    count = sum(len(look.positions) for look in window.looks)
+    known = np.random.default_rng(seed).random(tree.n_nodes) / tree.n_nodes
+    told = believe(window.tree(), window.times[-1], count, known)
+    own = believe(tree, window.times[-1], count)
+    wanted = np.zeros(len(own.edge_probability))
+    for node in range(tree.n_nodes):
+        climb = node
+        while climb >= 0:
+            if own.edge[climb] >= 0:
+                wanted[own.edge[climb]] += known[node]
+            climb = tree.nodes.parent[climb]
+    np.testing.assert_allclose(told.edge_probability, wanted)
+    np.testing.assert_array_equal(told.probability, own.probability)
+    np.testing.assert_array_equal(told.mean, own.mean)

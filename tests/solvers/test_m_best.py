@@ -158,11 +158,12 @@ class TestRanking:
             assert ranking.probability.tolist() == chosen.tolist()
 
     def test_a_call_tells_the_best_and_the_probabilities(self) -> None:
-        for problem in PROBLEMS[:10]:
-            answer, ranking = MBest()(problem, rng=rng()), MBest().rank(problem, rng=rng())
+        for problem in PROBLEMS:
+            answer, ranking = EVERY(problem, rng=rng()), EVERY.rank(problem, rng=rng())
             assert answer.nodes.tolist() == ranking.answer.nodes.tolist()
             assert answer.certificate == ranking.answer.certificate
-            assert answer.node_probability.tolist() == ranking.probability.tolist()
+            # A call leaves out hundreds of hypotheses that are 10 nats dearer.
+            assert answer.node_probability == pytest.approx(ranking.probability, abs=5e-3)
 
     @pytest.mark.parametrize("factor", [2.0**-30, 2.0**20])
     def test_ranks_in_any_unit(self, factor: float) -> None:

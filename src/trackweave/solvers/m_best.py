@@ -66,15 +66,16 @@ class MBest:
 
     A hypothesis of cost c weighs exp(−c). The probability of a sequence is the weight of the
     enumerated selections of its group with it, among all of them: every combination counts, not
-    the m cheapest alone.
+    the m cheapest alone. A call enumerates up to the margin alone; a ranking goes on until there
+    are m.
 
     Parameters
     ----------
     hypotheses
         How many are asked for, m, from 1 to 100,000.
     margin
-        How much dearer than the best of its component a hypothesis may be to count for
-        probabilities [nats], where m allows. Must be positive.
+        How much dearer than the best of its group a selection counts for probabilities [nats],
+        where m allows. Must be positive.
     visits
         Greatest number of steps of the enumeration per component.
     solves
@@ -120,7 +121,7 @@ class MBest:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the cheapest hypothesis, with probabilities; see ``Solver``."""
-        return self._search(problem, rng.spawn(1)[0], hint, stop)[0]
+        return self._search(problem, 1, rng.spawn(1)[0], hint, stop)[0]
 
     def rank(
         self,
@@ -148,7 +149,9 @@ class MBest:
         As many hypotheses as were asked for, or as were found; none where not even one covers
         what has to be covered.
         """
-        answer, components, found = self._search(problem, rng.spawn(1)[0], hint, stop)
+        answer, components, found = self._search(
+            problem, self.hypotheses, rng.spawn(1)[0], hint, stop
+        )
         if not np.isfinite(answer.cost):
             return Ranking(answer, (), np.empty(0), 0, False)
         pieces = [piece for part in found for piece in part.pieces]
@@ -176,6 +179,7 @@ class MBest:
     def _search(
         self,
         problem: AssignmentProblem,
+        least: int,
         rng: np.random.Generator,
         hint: Hint | None,
         stop: Stop | None,
@@ -191,7 +195,7 @@ class MBest:
                 lower = float(components.lower[index])
                 found.append(Pieces.single(components.component(index), selection, lower))
                 continue
-            pieces, tried = self._pieces(components, index, rng, stop)
+            pieces, tried = self._pieces(components, index, least, rng, stop)
             evaluations += tried
             found.append(pieces)
             if pieces.cost < components.cost[index]:
@@ -211,7 +215,12 @@ class MBest:
         return replace(answer, node_probability=chance), components, found
 
     def _pieces(
-        self, components: Components, index: int, rng: np.random.Generator, stop: Stop | None
+        self,
+        components: Components,
+        index: int,
+        least: int,
+        rng: np.random.Generator,
+        stop: Stop | None,
     ) -> tuple[Pieces, int]:
         """Return the cheapest selections of a component, and how many evaluations they took."""
         component, price = components.component(index), components.price[components.items(index)]
@@ -222,11 +231,11 @@ class MBest:
         if known - bound_at(component, price) > self.margin / 8.0:
             evaluations += _raise_bound(components, index, stop)
         enumeration = Enumeration(
-            component, price, self.hypotheses, self.margin, widest, self.visits, stop
+            component, price, self.hypotheses, least, self.margin, widest, self.visits, stop
         )
         pieces, visits = enumeration.run(known)
         evaluations += visits
-        if pieces is None or not (pieces.is_all or pieces.count() >= self.hypotheses):
+        if pieces is None or not (pieces.is_all or pieces.count() >= least):
             partitioning = Partitioning(components, index, self.solver, self.solves, rng, stop)
             others, tried = partitioning.run(self.hypotheses)
             evaluations += tried

@@ -78,10 +78,16 @@ class Pieces:
         """Return how many selections the pieces make."""
         return prod(piece.cost.shape[0] for piece in self.pieces)
 
-    def cost_of(self, rows: IntArray) -> float:
-        """Return what the given row of each piece costs together."""
-        pairs = zip(self.pieces, rows.tolist(), strict=True)
-        return float(sum(piece.cost[row] for piece, row in pairs))
+    def cost_of_best(self, rank: int) -> float:
+        """Return what the selection of a rank, from 1 on, costs; infinite where there is none."""
+        if rank == 1:
+            return self.cost
+        rows = combine(self.pieces, rank)[rank - 1 :].tolist()
+        costs = [
+            sum(piece.cost[row] for piece, row in zip(self.pieces, combination, strict=True))
+            for combination in rows
+        ]
+        return float(costs[0]) if costs else np.inf
 
     def within(self, width: float) -> "Pieces":
         """Return the pieces without selections that cost that much more than their best."""
@@ -103,14 +109,16 @@ class Pieces:
 class Enumeration(NamedTuple):
     """The search of a component's cheapest selections, gap by gap.
 
-    ``price`` are the items' prices, ``most`` how many selections are asked for and ``margin`` how
-    much dearer than the best [nats] they may be, where more are asked for than that gives;
-    beyond ``widest`` there are none. ``visits`` is the greatest number of options tried.
+    ``price`` are the items' prices. A piece has ``most`` selections at most, up to ``margin``
+    dearer than the best [nats]; dearer ones only if it takes them to make ``least`` selections of
+    the component. Beyond ``widest`` there are none. ``visits`` is the greatest number of options
+    tried.
     """
 
     component: Component
     price: FloatArray
     most: int
+    least: int
     margin: float
     widest: float
     visits: int
@@ -143,13 +151,11 @@ class Enumeration(NamedTuple):
             is_open = margin >= self.widest
             is_all = is_open and all(piece.cost.shape[0] < self.most for piece in pieces)
             found = Pieces(tuple(pieces), np.inf if is_open else limit - slack, is_all)
-            last = combine(found.pieces, self.most)[self.most - 1 :]
-            is_full = last.shape[0] == 1
-            dearest = found.cost_of(last[0]) if is_full else np.inf
+            dearest = found.cost_of_best(self.least)
             if is_open or (margin >= self.margin and dearest <= limit):
                 break
             margin = max(WIDENING * margin, options.further - (known - bound))
-            if is_full:
+            if np.isfinite(dearest):
                 # What these pieces make bounds how dear the last one asked for can be.
                 margin = max(min(margin, self.margin), dearest - known)
             margin = min(margin, self.widest)
