@@ -1,0 +1,133 @@
+"""Each method alone: at equal evaluations, at equal time, seeded by prices and not."""
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from bench_data import CACHE, add_arguments
+from solvers_families import Records, percent
+from solvers_pictures import draw
+from solvers_runs import METHODS, OTHERS, Run, Task, families_of, is_there, keep, warm_up_methods
+from text_tables import command, heading, table
+
+PICTURES = Path(__file__).resolve().parent.parent / "docs" / "images"
+EVALUATIONS = (1_000, 10_000)
+TIMES = (0.1, 1.0)
+Choice: TypeAlias = Callable[[list[Run]], Run | None]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_arguments(parser, seeds=1)
+    parser.add_argument("--limit", type=float, default=1.0, help="CPU time of a run [s]")
+    parser.add_argument("--scenes", type=int, default=2, help="problems of each family")
+    parser.add_argument("--methods", nargs="+", default=[*OTHERS, *METHODS])
+    parser.add_argument("--families", nargs="+", help="names of families; left out = all")
+    parser.add_argument("--pictures", type=Path, default=PICTURES)
+    arguments = parser.parse_args()
+    missing = [name for name in arguments.methods if not is_there(name)]
+    methods = [name for name in arguments.methods if name not in missing]
+    families = families_of(arguments)
+    warm_up_methods(methods)
+    runs: list[Run] = []
+    for family, problems in families.items():
+        for name, problem in problems.items():
+            for method in methods:
+                runs += Task(family, name, problem, method, arguments.limit).runs()
+    keep(runs, CACHE / "solvers_alone.json")
+    records = Records()
+    for run in runs:
+        records.enter(run.problem, run.cost, run.bound)
+    print(heading(command("solvers_alone.py")), end="\n\n")
+    if missing:
+        print(f"Not there, so not run: {', '.join(missing)}.", end="\n\n")
+    print(text_of(runs, list(families), records))
+    for seeded in (True, False):
+        draw(runs, records, arguments.pictures, seeded=seeded)
+
+
+def text_of(runs: list[Run], families: list[str], records: Records) -> str:
+    """Return the tables: at equal evaluations, then at equal times."""
+    parts = []
+    for title, choose in (
+        ("After 1,000 evaluations per component", _after_evaluations(1_000)),
+        ("After 10,000 evaluations per component", _after_evaluations(10_000)),
+        *((f"After {seconds:g} s of CPU time", _after_time(seconds)) for seconds in TIMES),
+    ):
+        rows = []
+        for method, seeded in _variants(runs):
+            cells = [_gap(runs, family, (method, seeded), choose, records) for family in families]
+            rows.append([_called(method, seeded), *cells])
+        parts += [f"{title}:", table(["method", *families], _with_best(rows))]
+    return "\n\n".join(parts)
+
+
+def _variants(runs: list[Run]) -> list[tuple[str, bool]]:
+    return list(dict.fromkeys((run.method, run.seeded) for run in runs))
+
+
+def _called(method: str, seeded: bool) -> str:
+    if method not in METHODS:
+        return method
+    return f"{method}, {'seeded' if seeded else 'unseeded'}"
+
+
+def _after_evaluations(budget: int) -> Choice:
+    def choose(runs: list[Run]) -> Run | None:
+        full = [run for run in runs if run.budget is None or run.budget <= budget]
+        enough = [
+            run for run in full
+            if run.budget in (budget, None) or run.ended in ("closed", "converged")
+        ]  # fmt: skip
+        return enough[-1] if enough and enough[-1].ended != "stopped" else None
+
+    return choose
+
+
+def _after_time(seconds: float) -> Choice:
+    def choose(runs: list[Run]) -> Run | None:
+        # A stop is seen some milliseconds late.
+        known = [run for run in runs if run.cpu <= 1.1 * seconds + 0.02]
+        return min(known, key=lambda run: run.cost) if known else None
+
+    return choose
+
+
+def _gap(
+    runs: list[Run], family: str, variant: tuple[str, bool], choose: Choice, records: Records
+) -> float | None:
+    """Return the mean gap to the best known over a family, None where a run is missing."""
+    gaps = []
+    for problem in _problems(runs, family):
+        own = [r for r in runs if r.problem == problem and (r.method, r.seeded) == variant]
+        run = choose(own)
+        if run is None:
+            return None
+        gaps.append(records.gap(problem, run.cost))
+    return float(np.mean(gaps))
+
+
+def _problems(runs: list[Run], family: str) -> list[str]:
+    return list(dict.fromkeys(run.problem for run in runs if run.family == family))
+
+
+def _with_best(rows: list[list[Any]]) -> list[list[Any]]:
+    """Return gaps as text, the least of the searches in bold."""
+    names = {_called(method, seeded) for method in METHODS for seeded in (True, False)}
+    shown = [[row[0]] for row in rows]
+    for column in range(1, len(rows[0]) if rows else 0):
+        gaps = [row[column] for row in rows]
+        searched = [row[column] for row in rows if row[0] in names and row[column] is not None]
+        least = min(searched, default=math.inf)
+        for row, out, gap in zip(rows, shown, gaps, strict=True):
+            text = "–" if gap is None else percent(gap)
+            is_best = gap is not None and row[0] in names and gap <= least + 1e-12
+            out.append(f"**{text}**" if is_best else text)
+    return shown
+
+
+if __name__ == "__main__":
+    main()
