@@ -40,7 +40,7 @@ class BranchingLimits:
     cut_rounds: int = 10
 
 
-class Decision(NamedTuple):
+class _Decision(NamedTuple):
     """That two items stand in one sequence, or in none together; or, if equal, a column's fate."""
 
     first: int
@@ -101,7 +101,9 @@ class Branching:
         if root is None:
             return "stopped"
         serial, least_left = 0, np.inf
-        heap: list[tuple[float, int, tuple[Decision, ...], Fraction]] = [(root.bound, 0, (), root)]
+        heap: list[tuple[float, int, tuple[_Decision, ...], Fraction]] = [
+            (root.bound, 0, (), root)
+        ]
         for _ in range(limits.branches):
             if not heap or self.upper - heap[0][0] <= self._closing:
                 break
@@ -189,18 +191,18 @@ class Branching:
         return bool(triples.shape[0])
 
     def _branch(
-        self, path: tuple[Decision, ...], fraction: Fraction, candidates: int
-    ) -> list[tuple[Decision, Fraction]] | None:
+        self, path: tuple[_Decision, ...], fraction: Fraction, candidates: int
+    ) -> list[tuple[_Decision, Fraction]] | None:
         """Return both sides of the branch that raises the bound most; None when stopped."""
         allowed = self._allowed.copy()
         for decision in path:
             allowed &= ~self._excluded(decision)
-        best: list[tuple[Decision, Fraction]] = []
+        best: list[tuple[_Decision, Fraction]] = []
         best_gain = -1.0
         for first, second in self._open_pairs(fraction)[:candidates]:
             sides = []
             for together in (True, False):
-                decision = Decision(first, second, together)
+                decision = _Decision(first, second, together)
                 child = self._solve(allowed & ~self._excluded(decision))
                 if child is None:
                     return None
@@ -226,7 +228,7 @@ class Branching:
         part = fraction.column[(fraction.value > 1e-4) & (fraction.value < 1.0 - 1e-4)]
         return [(-1 - int(column), -1 - int(column)) for column in part]
 
-    def _excluded(self, decision: Decision) -> BoolArray:
+    def _excluded(self, decision: _Decision) -> BoolArray:
         """Return the columns that go against a decision."""
         program = self._program
         excluded = np.zeros(program.node.shape[0], dtype=np.bool_)
