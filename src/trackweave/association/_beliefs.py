@@ -149,18 +149,10 @@ def _sequence_probabilities(
         family = nodes.family[node]
         probability_out[node] = math.exp(log_weight[node] + along[node] - largest[family])
         norm[family] += probability_out[node]
+    edge_out[:] = 0.0
     for node in range(n_nodes):
         probability_out[node] /= norm[nodes.family[node]]
-    sum_edges(nodes, n_nodes, edges, probability_out, edge_out)
-
-
-@jit
-def sum_edges(
-    nodes: Nodes, n_nodes: int, edges: Edges, probability: FloatArray, edge_out: FloatArray
-) -> None:
-    """Write the probability of each edge: that of all sequences with its family and report."""
-    along = probability[:n_nodes].copy()
-    edge_out[:] = 0.0
+        along[node] = probability_out[node]
     for node in range(n_nodes - 1, -1, -1):
         if edges.of_node[node] >= 0:
             edge_out[edges.of_node[node]] += along[node]

@@ -13,7 +13,6 @@ from trackweave.association._beliefs import (
     find_edges,
     log_weights,
     propagate,
-    sum_edges,
 )
 from trackweave.association.tree import AssociationTree
 
@@ -71,11 +70,7 @@ class Beliefs:
 
 
 def believe(
-    tree: AssociationTree,
-    time: float,
-    n_reports: int,
-    known: FloatArray | None = None,
-    max_iterations: int = 15,
+    tree: AssociationTree, time: float, n_reports: int, max_iterations: int = 15
 ) -> Beliefs:
     """Return the beliefs at a time, and leave the reports' prices in the tree for its growth.
 
@@ -87,9 +82,6 @@ def believe(
         Time of the mean states [s].
     n_reports
         Number of the window's slots.
-    known
-        How probable the search found each sequence to be, shape (nodes,); None where it does not
-        tell. Then the probabilities of associations are summed from it; all else is propagated.
     max_iterations
         Of the propagation; it mostly converges in fewer.
 
@@ -106,8 +98,6 @@ def believe(
         nodes, n, tree.track < 0, edges, n_reports, weight, max_iterations,
         probability, edge_probability,
     )  # fmt: skip
-    if known is not None:
-        sum_edges(nodes, n, edges, known, edge_probability)
     size = 2 * tree.dim
     existence = np.empty(n_families)
     mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
