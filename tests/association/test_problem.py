@@ -46,9 +46,19 @@ def chain() -> AssignmentProblem:
         ("total", [0.0, -np.inf, 0.0], "total: NaN or minus infinity"),
         ("total", [np.inf, 0.0, 0.0], "must_cover: expected only items"),
         ("must_cover", [True, False, True], "must_cover: expected only items"),
+        (
+            "total",
+            [0.0, 1e308, 0.0],
+            "total: a cost of size 1e[+]308; expected 3 that can be added",
+        ),
+        ("must_cover", [[False, False, True]], "must_cover: an array of shape"),
+        ("must_cover", True, "must_cover: an array of shape"),
+        ("must_cover", ["a", "b", "c"], "must_cover: .* expected numbers"),
         ("instant", [0, 1], "instant: an array of shape"),
         ("row", [0, 1], "row: an array of shape"),
         ("base_cost", np.nan, "base_cost: nan; expected a finite number"),
+        ("base_cost", None, "base_cost: None; expected a finite number"),
+        ("base_cost", "3", "base_cost: '3'; expected a finite number"),
     ],
 )
 def test_refuses_what_is_no_problem(
