@@ -149,10 +149,18 @@ def _sequence_probabilities(
         family = nodes.family[node]
         probability_out[node] = math.exp(log_weight[node] + along[node] - largest[family])
         norm[family] += probability_out[node]
-    edge_out[:] = 0.0
     for node in range(n_nodes):
         probability_out[node] /= norm[nodes.family[node]]
-        along[node] = probability_out[node]
+    sum_edges(nodes, n_nodes, edges, probability_out, edge_out)
+
+
+@jit
+def sum_edges(
+    nodes: Nodes, n_nodes: int, edges: Edges, probability: FloatArray, edge_out: FloatArray
+) -> None:
+    """Write the probability of each edge: that of all sequences with its family and report."""
+    along = probability[:n_nodes].copy()
+    edge_out[:] = 0.0
     for node in range(n_nodes - 1, -1, -1):
         if edges.of_node[node] >= 0:
             edge_out[edges.of_node[node]] += along[node]
@@ -220,11 +228,3 @@ def average_states(
             covariance_out[family, :, :] = math.nan
         else:
             covariance_out[family, :, :] /= kept[family]
-
-
-@jit
-def add_upwards(nodes: Nodes, n_nodes: int, weight: FloatArray) -> None:
-    """Add to each sequence's weight that of all sequences that continue it."""
-    for node in range(n_nodes - 1, -1, -1):
-        if nodes.parent[node] >= 0:
-            weight[nodes.parent[node]] += weight[node]

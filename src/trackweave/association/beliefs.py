@@ -1,18 +1,17 @@
 """How probable each sequence of a tree is, all tracks and reports considered together."""
 
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._beliefs import (
     Edges,
-    add_upwards,
     average_states,
     find_edges,
     log_weights,
     propagate,
+    sum_edges,
 )
 from trackweave.association.tree import AssociationTree
 
@@ -45,32 +44,13 @@ class Beliefs:
     mean: FloatArray
     covariance: FloatArray
 
-    def with_choices(self, tree: AssociationTree, chosen: FloatArray) -> Self:
-        """Return beliefs whose assignments have the probabilities that a solver found.
-
-        Parameters
-        ----------
-        tree
-            The sequences.
-        chosen
-            How probable each sequence is to be in the hypothesis, shape (nodes,).
-
-        Returns
-        -------
-        The beliefs; what is believed of sequences, existence and states stays.
-        """
-        # A report belongs to a family wherever one of the sequences through it is chosen.
-        passing = chosen.copy()
-        add_upwards(tree.nodes, tree.n_nodes, passing)
-        has_edge = self.edge >= 0
-        edge_probability = np.bincount(
-            self.edge[has_edge], passing[has_edge], minlength=self.edge_probability.shape[0]
-        )
-        return replace(self, edge_probability=np.minimum(edge_probability, 1.0))
-
 
 def believe(
-    tree: AssociationTree, time: float, n_reports: int, max_iterations: int = 15
+    tree: AssociationTree,
+    time: float,
+    n_reports: int,
+    known: FloatArray | None = None,
+    max_iterations: int = 15,
 ) -> Beliefs:
     """Return the beliefs at a time, and leave the reports' prices in the tree for its growth.
 
@@ -82,6 +62,9 @@ def believe(
         Time of the mean states [s].
     n_reports
         Number of the window's slots.
+    known
+        How probable the search found each sequence to be, shape (nodes,); None where it does not
+        tell. Then the probabilities of associations are summed from it; all else is propagated.
     max_iterations
         Of the propagation; it mostly converges in fewer.
 
@@ -98,6 +81,8 @@ def believe(
         nodes, n, tree.track < 0, edges, n_reports, weight, max_iterations,
         probability, edge_probability,
     )  # fmt: skip
+    if known is not None:
+        sum_edges(nodes, n, edges, known, edge_probability)
     size = 2 * tree.dim
     existence = np.empty(n_families)
     mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))

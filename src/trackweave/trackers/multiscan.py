@@ -173,9 +173,9 @@ class MultiScanTracker:
         )
         self._remember(tree, answer)
         time, report_of = self._open.last_time, self._open.reports()
-        beliefs = believe(tree, time, report_of.shape[0]) if self._averaging else None
-        if beliefs is not None and answer.node_probability is not None:
-            beliefs = beliefs.with_choices(tree, answer.node_probability)
+        beliefs = None
+        if self._averaging:
+            beliefs = believe(tree, time, report_of.shape[0], answer.node_probability)
         tracks, amendments = self._ledger.update(tree, answer.nodes, report_of, time, beliefs)
         self._last = Hypothesis(
             time=time,
