@@ -89,18 +89,25 @@ def deflect(
             while node >= 0:
                 gradient[component.item[node]] += 1.0
                 node = component.parent[node]
+        restarted = False
         if climb.steps[1] >= PATIENCE:
             climb.value[1] *= SHRINK
             climb.steps[1] = 0
             current[:] = price
             direction[:] = 0.0
+            restarted = True
         norm = 0.0
         for item in range(component.n_items):
             if climb.is_inside[item]:
                 direction[item] += SMOOTHING * (gradient[item] - direction[item])
                 if current[item] > 0.0 or direction[item] > 0.0:
                     norm += direction[item] * direction[item]
-        if norm < 1e-12 or climb.value[1] < 1e-4 or target - climb.value[0] <= 0.0:
+        if climb.value[1] < 1e-4 or target - climb.value[0] <= 0.0:
+            return True
+        if norm < 1e-12:
+            # Nowhere to go: best already, unless the subgradient is that of prices given up.
+            if restarted:
+                continue
             return True
         step = climb.value[1] * (target - bound) / norm
         for item in range(component.n_items):
