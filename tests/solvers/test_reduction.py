@@ -66,6 +66,19 @@ def test_what_it_gives_back_is_feasible_and_costs_what_it_says(hard) -> None:
         assert whole.cost.sum() == pytest.approx(problem.total[nodes].sum(), abs=1e-9)
 
 
+def test_what_is_known_is_left_or_forced(hard) -> None:
+    n_forced = 0
+    for _, components in hard:
+        reduction = Reduction.of(components)
+        parts, left = components.parts, set(reduction.node.tolist())
+        n_forced += reduction.forced.shape[0]
+        for index in components.open().tolist():
+            taken = components.taken[components.families(index)]
+            own = set((taken[taken >= 0] + parts.node_start[index]).tolist())
+            assert own <= left | set(reduction.forced.tolist())
+    assert n_forced > 5
+
+
 def test_holds_for_any_prices(hard) -> None:
     rng = np.random.default_rng(3)
     for problem, components in hard[:60]:
