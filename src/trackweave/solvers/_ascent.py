@@ -10,8 +10,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
-from trackweave.solvers._dual import choose, price_nodes
 from trackweave.solvers._kernels import Component
+from trackweave.solvers._pricing import choose, price_nodes
 
 SMOOTHING = 0.1
 """Weight of the newest subgradient in the direction."""

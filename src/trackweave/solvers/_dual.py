@@ -1,8 +1,6 @@
-"""Prices of items by Lagrangian relaxation, and enumeration of what the bound leaves open.
+"""Prices of items by subgradient steps, and answers made at them.
 
-Every item may be covered once; the dual charges a price for it instead. For prices π ≥ 0,
-L(π) = Σ_family min(0, min_node total + Σ π) − Σ π is a lower bound of the optimum (no 0 where
-the family must be covered). Nothing here checks or raises.
+Nothing here checks or raises.
 """
 
 import math
@@ -13,18 +11,18 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
+from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers._kernels import (
     Component,
     improve,
-    is_free,
     part_of,
     repair,
     selection_cost,
-    set_owner,
 )
+from trackweave.solvers._pricing import choose, price_nodes
 
 LARGE, FEW = 20_000, 25
-"""In a component of more sequences an answer takes longer than so many bounds, so it gets few."""
+"""In a component of more sequences an answer, which takes long, is made once in so many bounds."""
 
 
 class DualBudget(NamedTuple):
@@ -33,34 +31,6 @@ class DualBudget(NamedTuple):
     iterations: int
     visits: int
     tolerance: float
-
-
-@jit
-def price_nodes(
-    component: Component, price: FloatArray, priced: FloatArray, reduced: FloatArray
-) -> None:
-    """Write the prices along each sequence to ``priced`` and its reduced cost to ``reduced``."""
-    for node in range(component.parent.shape[0]):
-        above = component.parent[node]
-        total = price[component.item[node]]
-        if above >= 0:
-            total += priced[above]
-        priced[node] = total
-        reduced[node] = component.total[node] + total
-
-
-@jit
-def choose(component: Component, reduced: FloatArray, choice: IntArray, best: FloatArray) -> None:
-    """Write each family's node of least reduced cost, -1 where taking none is better."""
-    n_families = choice.shape[0]
-    for family in range(n_families):
-        choice[family] = -1
-        best[family] = math.inf if component.must[family] else 0.0
-    for node in range(component.parent.shape[0]):
-        family = component.family[node]
-        if reduced[node] < best[family]:
-            best[family] = reduced[node]
-            choice[family] = node
 
 
 class Ascent(NamedTuple):
@@ -164,126 +134,27 @@ def ascend(
 
 
 @jit
-def answer_at(component: Component, price: FloatArray, selection: IntArray, upper: float) -> float:
-    """Make an answer by reduced cost at these prices; keep it where it is better.
+def answer_at(
+    component: Component, price: FloatArray, selection: IntArray, upper: float, rounds: int
+) -> float:
+    """Make an answer by reduced cost at these prices, improve it, keep it where it is better.
 
     Returns the cost of the better one.
     """
     n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
     priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
     best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    trial, owner = (
-        np.empty(n_families, dtype=np.int64),
-        np.empty(component.n_items, dtype=np.int64),
-    )
+    trial = np.empty(n_families, dtype=np.int64)
+    owner = np.empty(component.n_items, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
-    repair(component, np.argsort(best), choice, reduced, trial, owner)
-    cost = improve(component, trial, owner, 3)
+    cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
+    if rounds > 0:
+        cost = improve(component, trial, owner, rounds)
     if cost < upper:
         selection[:] = trial
         return cost
     return upper
-
-
-@jit
-def enumerate_open(
-    component: Component,
-    price: FloatArray,
-    selection: IntArray,
-    upper: float,
-    max_visits: int,
-) -> tuple[float, bool, int]:
-    """Search depth first all selections that the prices do not exclude.
-
-    A selection costs at least L(π) + Σ_family (reduced cost − the family's least) + Σ π over
-    uncovered items, so a family need only try the nodes whose excess is below what is left of
-    the gap. Writes a better selection if there is one. Returns its cost, whether the search was
-    complete (the cost is then optimal), and how many nodes it visited.
-    """
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
-    lower = best.sum() - price.sum()
-    gap = upper - lower
-    # Open nodes of each family in order of excess; -1 stands for taking none.
-    start = np.zeros(n_families + 1, dtype=np.int64)
-    option, excess = np.empty(n_nodes + n_families, dtype=np.int64), np.empty(n_nodes + n_families)
-    fill = 0
-    for family in range(n_families):
-        first = fill
-        if not component.must[family] and -best[family] < gap:
-            option[fill], excess[fill] = -1, -best[family]
-            fill += 1
-        for entry in range(component.start[family], component.start[family + 1]):
-            node = component.members[entry]
-            if reduced[node] - best[family] < gap:
-                option[fill], excess[fill] = node, reduced[node] - best[family]
-                fill += 1
-        order = np.argsort(excess[first:fill])
-        option[first:fill] = option[first:fill][order]
-        excess[first:fill] = excess[first:fill][order]
-        start[family + 1] = fill
-    return _depth_first(component, selection, upper, lower, start, option, excess, max_visits)
-
-
-@jit
-def _depth_first(
-    component: Component,
-    selection: IntArray,
-    upper: float,
-    lower: float,
-    start: IntArray,
-    option: IntArray,
-    excess: FloatArray,
-    max_visits: int,
-) -> tuple[float, bool, int]:
-    """Walk the options of ``enumerate_open``; families with fewest options first."""
-    n_families = component.must.shape[0]
-    order = np.argsort(start[1:] - start[:-1])
-    owner = np.full(component.n_items, -1, dtype=np.int64)
-    current = np.full(n_families, -1, dtype=np.int64)
-    pointer = start[order].copy()
-    spent = np.zeros(n_families + 1)
-    cost = np.zeros(n_families + 1)
-    depth, visits = 0, 0
-    while depth >= 0:
-        if depth == n_families:
-            if cost[depth] < upper - 1e-12:
-                upper = cost[depth]
-                selection[:] = current
-            depth -= 1
-            continue
-        family = order[depth]
-        if current[family] >= 0:
-            set_owner(component, current[family], -1, owner)
-            current[family] = -1
-        if pointer[depth] >= start[family + 1]:
-            pointer[depth] = start[family]
-            depth -= 1
-            continue
-        entry = pointer[depth]
-        pointer[depth] += 1
-        visits += 1
-        if visits > max_visits:
-            return upper, False, visits
-        if lower + spent[depth] + excess[entry] >= upper - 1e-12:
-            # Options are in order of excess, so the rest of this family is closed too.
-            pointer[depth] = start[family]
-            depth -= 1
-            continue
-        node = option[entry]
-        if node >= 0:
-            if not is_free(component, node, family, owner):
-                continue
-            set_owner(component, node, family, owner)
-            current[family] = node
-        spent[depth + 1] = spent[depth] + excess[entry]
-        cost[depth + 1] = cost[depth] + (component.total[node] if node >= 0 else 0.0)
-        depth += 1
-    return upper, True, visits
 
 
 @jit
@@ -310,11 +181,7 @@ def solve_components(
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
         selection = taken[f0:f1]
         ascent = begin_ascent(own_price, cost[index], lower[index])
-        n = (
-            budget.iterations
-            if component.parent.shape[0] <= LARGE
-            else min(budget.iterations, FEW)
-        )
+        n = budget.iterations
         ascend(component, own_price, selection, ascent, n, n, budget.tolerance)
         upper, bound = ascent.value[0], ascent.value[1]
         evaluations += ascent.iteration[0]

@@ -4,8 +4,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
-from trackweave.solvers._dual import choose, price_nodes
 from trackweave.solvers._kernels import Component
+from trackweave.solvers._pricing import choose, price_nodes
 
 DROPPED, PREFIX, OPEN, FORCED = 0, 1, 2, 3
 

@@ -1,6 +1,5 @@
 """Stretches of the climb to what prices can prove, cut short enough to look at the clock."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from trackweave.solvers._ascent import begin_climb, deflect, smooth
@@ -14,6 +13,10 @@ SLICE_WORK = 2_000_000
 """Sequences priced between two looks at the clock."""
 HOT, COLD = 2.0, 0.06
 """First and last temperature of the smoothed dual, in units of the gap per family."""
+BETWEEN_ANSWERS = 25
+"""How many bounds are computed before an answer is made at the prices as they are."""
+IMPROVEMENTS = 3
+"""How often the last answer is improved locally."""
 FACTOR = 0.1
 """First step of the subgradients, as a part of Polyak's."""
 
@@ -61,23 +64,18 @@ def climb(
     selection = components.taken[components.families(index)]
     upper, lower = float(components.cost[index]), float(components.lower[index])
     start = begin_climb(component, price, lower, 1.0 if stretch.is_smooth else FACTOR)
-    step: Callable[[int], bool]
-    if stretch.is_smooth:
-        unit = (upper - lower) / max(1, component.must.shape[0])
-        hot, cold = HOT * unit, COLD * unit
-
-        def step(more: int) -> bool:
-            return smooth(component, price, start, hot, cold, more, stretch.bounds)
-    else:
-
-        def step(more: int) -> bool:
-            return deflect(component, price, start, upper, more, stretch.bounds)
-
-    more = max(1, SLICE_WORK // component.parent.shape[0])
-    stopped = False
-    while not stopped and not step(more):
+    unit = (upper - lower) / max(1, component.must.shape[0])
+    more = max(1, min(BETWEEN_ANSWERS, SLICE_WORK // component.parent.shape[0]))
+    over = stopped = False
+    while not over and not stopped:
+        if stretch.is_smooth:
+            heat = HOT * unit, COLD * unit
+            over = smooth(component, price, start, *heat, more, stretch.bounds)
+        else:
+            over = deflect(component, price, start, upper, more, stretch.bounds)
+        upper = answer_at(component, start.current, selection, upper, 0)
         stopped = stop is not None and stop()
-    upper = answer_at(component, price, selection, upper)
+    upper = answer_at(component, price, selection, upper, IMPROVEMENTS)
     components.cost[index] = upper
     components.lower[index] = min(upper, max(lower, float(start.value[0])))
     return int(start.steps[0]), stopped

@@ -10,9 +10,9 @@ from trackweave.solvers._dual import (
     DualBudget,
     ascend,
     begin_ascent,
-    enumerate_open,
     solve_components,
 )
+from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop

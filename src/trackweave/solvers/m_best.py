@@ -9,7 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers._m_best import bound_at
+from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual

@@ -10,7 +10,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import AssignmentProblem, Status
 from trackweave.solvers._kernels import Component
-from trackweave.solvers._m_best import beyond, excesses
+from trackweave.solvers._pricing import beyond, excesses
 from trackweave.solvers.components import Components
 from trackweave.solvers.pieces import Piece, Pieces
 from trackweave.solvers.protocol import Hint, Solver, Stop

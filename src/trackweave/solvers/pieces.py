@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.solvers._kernels import Component
-from trackweave.solvers._m_best import (
+from trackweave.solvers._enumeration import (
     Options,
     Walk,
     begin_walk,
-    bound_at,
     go_on,
     open_options,
 )
+from trackweave.solvers._kernels import Component
+from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.protocol import Stop
 
 __all__ = ["Enumeration", "Piece", "Pieces", "combine"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackweave.solvers._dual import price_nodes
+from trackweave.solvers._pricing import price_nodes
 from trackweave.solvers.ants._tours import Points
 from trackweave.solvers.metaheuristic import View
 

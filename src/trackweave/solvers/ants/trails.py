@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.solvers._dual import price_nodes
 from trackweave.solvers._kernels import Component
+from trackweave.solvers._pricing import price_nodes
 from trackweave.solvers.ants._trails import Options, deposit, improve_selection, list_options
 from trackweave.solvers.metaheuristic import Start
 

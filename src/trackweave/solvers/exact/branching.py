@@ -17,6 +17,8 @@ from trackweave.solvers.protocol import Stop
 __all__ = ["Branching", "BranchingLimits"]
 
 BoolArray = NDArray[np.bool_]
+IMPROVEMENTS = 3
+"""How often an answer made from prices is improved locally."""
 MAX_ITEMS = 4_000
 """Beyond this many items the table of pairs would be too large."""
 
@@ -171,7 +173,9 @@ class Branching:
     def _round(self, fraction: Fraction) -> None:
         """Keep the answer that the prices of a fractional one lead to where it is better."""
         if np.isfinite(fraction.bound):
-            self.upper = answer_at(self.component, fraction.price, self.selection, self.upper)
+            self.upper = answer_at(
+                self.component, fraction.price, self.selection, self.upper, IMPROVEMENTS
+            )
 
     def _leave_out(self, fraction: Fraction) -> None:
         """Leave out for good the columns that no better answer takes."""

@@ -1,8 +1,8 @@
 """Enumeration of the cheapest selections of a component. Nothing here checks or raises.
 
 For prices π ≥ 0 a selection costs exactly L(π) + Σ_family (reduced cost − the family's least) +
-Σ π over uncovered items, with L as in ``_dual``. So only sequences whose excess fits the gap can
-be in a selection that cheap.
+Σ π over uncovered items, with L as in ``_pricing``. So only sequences whose excess fits the gap
+can be in a selection that cheap.
 """
 
 import math
@@ -13,8 +13,8 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.jit import jit
-from trackweave.solvers._dual import choose, price_nodes
-from trackweave.solvers._kernels import Component, is_free, set_owner
+from trackweave.solvers._kernels import Component, is_free, selection_cost, set_owner
+from trackweave.solvers._pricing import bound_at, choose, price_nodes
 
 
 class Options(NamedTuple):
@@ -59,17 +59,6 @@ class Walk(NamedTuple):
     kept_cost: FloatArray
     tally: IntArray
     limit: FloatArray
-
-
-@jit
-def bound_at(component: Component, price: FloatArray) -> float:
-    """Return the bound L(π) at these prices."""
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
-    return float(best.sum() - price.sum())
 
 
 @jit
@@ -183,13 +172,21 @@ def begin_walk(
     options: Options,
     families: IntArray,
     most: int,
+    by_count: bool = False,
 ) -> Walk:
-    """Return the enumeration of a group's ``most`` cheapest selections before its first step."""
+    """Return the enumeration of a group's ``most`` cheapest selections before its first step.
+
+    The families come in order of their number of options, or each soon after those in its way.
+    """
     n = families.shape[0]
     room = 1.0
     for family in families:
         room = min(room * (options.start[family + 1] - options.start[family]), float(most))
-    order = _arrange(component, options, families)
+    if by_count:
+        count = options.start[families + 1] - options.start[families]
+        order = families[np.argsort(count, kind="mergesort")]
+    else:
+        order = _arrange(component, options, families)
     last = np.full(component.n_items, -1, dtype=np.int64)
     for depth in range(n):
         for entry in range(options.start[order[depth]], options.start[order[depth] + 1]):
@@ -345,31 +342,43 @@ def _keep(walk: Walk, cost: float) -> None:
 
 
 @jit
-def excesses(component: Component, price: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return the bound L(π), each node's excess, and each family's of taking none."""
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
-    none = np.full(n_families, math.inf)
-    for family in range(n_families):
-        if not component.must[family]:
-            none[family] = -best[family]
-    for node in range(n_nodes):
-        reduced[node] -= best[component.family[node]]
-    return float(best.sum() - price.sum()), reduced, none
+def enumerate_open(
+    component: Component, price: FloatArray, selection: IntArray, upper: float, max_visits: int
+) -> tuple[float, bool, int]:
+    """Search all selections that the prices do not exclude; write a better one if there is any.
 
-
-@jit
-def beyond(component: Component, prefix: IntArray) -> np.ndarray:
-    """Tell which nodes are of later families than those of a prefix, and share no item with it."""
-    is_beyond = np.zeros(component.parent.shape[0], dtype=np.bool_)
-    owner = np.full(component.n_items, -1, dtype=np.int64)
-    for family in range(prefix.shape[0]):
-        set_owner(component, prefix[family], family, owner)
-    for node in range(is_beyond.shape[0]):
-        above = component.parent[node]
-        is_later = component.family[node] >= prefix.shape[0] and owner[component.item[node]] < 0
-        is_beyond[node] = is_later and (above < 0 or is_beyond[above])
-    return is_beyond
+    Returns its cost, whether the search was complete (the cost is then optimal), and how many
+    options it visited.
+    """
+    floor = bound_at(component, price)
+    options = open_options(component, price, upper - floor)
+    n_groups = options.group.max() + 1
+    found, visits, complete, known = options.fixed.copy(), 0, True, math.inf
+    # What the groups cost at least is known better with each that is done.
+    for group in range(n_groups):
+        families = np.flatnonzero(options.group == group)
+        is_over, known = False, math.inf
+        for attempt in range(2):
+            if is_over:
+                break
+            # In order of options a good answer comes soon; by who is in whose way, the proof.
+            walk = begin_walk(component, price, options, families, 1, attempt == 0)
+            walk.limit[1] = walk.limit[0] + upper - floor
+            walk.limit[1] = min(walk.limit[1], known)
+            share = (max_visits - visits) // 4 if attempt == 0 else max_visits - visits
+            is_over = go_on(component, price, options, walk, share)
+            visits += walk.tally[1]
+            if walk.tally[2] > 0:
+                known = walk.kept_cost[0]
+                for place in range(families.shape[0]):
+                    found[walk.order[place]] = walk.kept[0, place]
+        complete = complete and is_over
+        if known == math.inf:
+            # Nothing within the gap: what is known is best, if that was all.
+            return upper, complete, visits
+        floor += known - walk.limit[0]
+    cost = selection_cost(component, found)
+    if cost < upper:
+        selection[:] = found
+        upper = cost
+    return upper, complete, visits
