@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from trackweave.models.sensors import Sensor as Sensor
     from trackweave.run import TrackingResult as TrackingResult
     from trackweave.run import track as track
+    from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Dual as Dual
     from trackweave.solvers import Exact as Exact
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers import MBest as MBest
     from trackweave.solvers import Ranking as Ranking
+    from trackweave.solvers import TabuSearch as TabuSearch
     from trackweave.solvers.solve import solve as solve
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
 # Where each public name lives.
 _HOMES = {
     "Amendment": "trackweave.trackers.hypothesis",
+    "Annealing": "trackweave.solvers",
     "Answer": "trackweave.association.problem",
     "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
@@ -79,6 +82,7 @@ _HOMES = {
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",
     "Status": "trackweave.association.problem",
+    "TabuSearch": "trackweave.solvers",
     "TrackTable": "trackweave.domain.tracks",
     "TrackingResult": "trackweave.run",
     "TrackweaveError": "trackweave.errors",

@@ -21,6 +21,7 @@ from oracles.assignment import (
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import (
+    Annealing,
     AntSystem,
     Dual,
     Exact,
@@ -31,6 +32,7 @@ from trackweave.solvers import (
     MaxMinAntSystem,
     MBest,
     Solver,
+    TabuSearch,
     solve,
 )
 from trackweave.solvers.metaheuristic import Metaheuristic
@@ -61,6 +63,19 @@ SOLVERS: dict[str, Solver] = {
     "max-min ant system": MaxMinAntSystem(ants=8, evaluations=80),
     "max-min ant system, unseeded": MaxMinAntSystem(
         ants=8, evaluations=80, patience=3, seeded=False, improvement=False, decompose=False
+    ),
+    "annealing": Annealing(evaluations=6000, moves_per_item=300),
+    "annealing, unseeded": Annealing(
+        evaluations=6000, links=1, seeded=False, improvement=False, decompose=False
+    ),
+    "tabu search": TabuSearch(evaluations=3000),
+    "tabu search, unseeded": TabuSearch(
+        evaluations=3000,
+        links=3,
+        moves_per_item=40,
+        seeded=False,
+        improvement=False,
+        decompose=False,
     ),
 }
 

@@ -23,6 +23,8 @@ METHODS = {
     "list-genetic": "ListGenetic",
     "ant-system": "AntSystem",
     "max-min-ant-system": "MaxMinAntSystem",
+    "annealing": "Annealing",
+    "tabu": "TabuSearch",
     "m-best": "MBest",
 }
 DEFAULT_METHOD = "genetic"

@@ -7,6 +7,8 @@ from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
 from trackweave.solvers.genetic import ListGenetic as ListGenetic
 from trackweave.solvers.greedy import Greedy as Greedy
+from trackweave.solvers.local import Annealing as Annealing
+from trackweave.solvers.local import TabuSearch as TabuSearch
 from trackweave.solvers.m_best import MBest as MBest
 from trackweave.solvers.m_best import Ranking as Ranking
 from trackweave.solvers.metaheuristic import SearchState as SearchState
@@ -16,6 +18,7 @@ from trackweave.solvers.protocol import Stop as Stop
 from trackweave.solvers.solve import solve as solve
 
 __all__ = [
+    "Annealing",
     "AntSystem",
     "Dual",
     "Exact",
@@ -29,5 +32,6 @@ __all__ = [
     "SearchState",
     "Solver",
     "Stop",
+    "TabuSearch",
     "solve",
 ]

@@ -140,6 +140,10 @@ class Metaheuristic(ABC):
     def _why_over(self, search: Any) -> str:
         """Return why the search of a component that is at rest is over, "" while it is not."""
 
+    def _chunk(self, view: View) -> int:
+        """Return how many evaluations take a few milliseconds: fewer where all nodes are read."""
+        return max(1, CHUNK_WORK // max(1, view.component.parent.shape[0]))
+
     def __call__(
         self,
         problem: AssignmentProblem,
@@ -288,7 +292,7 @@ class Metaheuristic(ABC):
             seeds = [seed[families] for seed in state.seeds]
             known = components.taken[families], float(components.cost[index])
             search = self._begin(view, Start(seeds, *known, rng=rng.spawn(1)[0]))
-        chunk = max(1, CHUNK_WORK // max(1, view.component.parent.shape[0]))
+        chunk = self._chunk(view)
         begun, reason = search.evaluations, ""
         while search.evaluations - begun < evaluations and not reason:
             if stop is not None and stop():

@@ -1,0 +1,116 @@
+"""What local searches begin with."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.solvers._kernels import Component, cheapest_first, repair, set_owner
+from trackweave.solvers.lists import Lists, lists_of
+from trackweave.solvers.local._moves import (
+    Moves,
+    begin_holding,
+    cost_of,
+    list_moves,
+    typical_excess,
+)
+from trackweave.solvers.local._relist import local_search
+from trackweave.solvers.metaheuristic import Start, View
+
+__all__ = ["CHUNK", "Ground", "lay_ground", "owner_of", "polish"]
+
+CHUNK = 2_000
+"""Moves tried between two looks at the clock: a few milliseconds, however large the component."""
+RANK = 10
+"""The excess of an item's candidate of this rank is typical of what moves cost."""
+
+
+class Ground(NamedTuple):
+    """What a local search of a component stands on.
+
+    ``scale`` is the typical excess of a move [nats], ``holder`` the best answer known
+    beforehand, and ``cost`` what it costs.
+    """
+
+    moves: Moves
+    lists: Lists
+    scale: float
+    holder: IntArray
+    cost: float
+
+
+def lay_ground(view: View, start: Start, price: FloatArray) -> Ground:
+    """Return what a local search of a component stands on.
+
+    Parameters
+    ----------
+    view
+        What is searched.
+    start
+        What is known beforehand. Where that is nothing, the greedy answer is.
+    price
+        Of each item, at least 0; better prices make for better moves.
+
+    Returns
+    -------
+    The candidates that a better answer may have, and the best known answer.
+    """
+    component = view.component
+    selection, cost = start.selection.copy(), start.cost
+    trial, owner = np.empty_like(selection), np.empty(component.n_items, dtype=np.int64)
+    if not np.isfinite(cost):
+        cost, _ = cheapest_first(component, selection)
+    for seed in start.seeds:
+        # Seeds may share items, so the cheapest sequences go first.
+        taken = np.where(seed >= 0, component.total[seed], np.inf)
+        order = np.argsort(taken, kind="stable")
+        known = repair(component, order, seed, component.total, trial, owner)
+        if known < cost:
+            selection, cost = trial.copy(), known
+    moves = list_moves(component, price, cost)
+    holder = begin_holding(moves, component, selection)
+    lists = lists_of(component, view.instant)
+    return Ground(moves, lists, typical_excess(moves, RANK), holder, cost_of(moves, holder))
+
+
+def owner_of(component: Component, selection: IntArray) -> IntArray:
+    """Return the family that covers each item in a selection; -1 for none.
+
+    Parameters
+    ----------
+    component
+        Nodes and items.
+    selection
+        Each family's node, -1 for none; disjoint.
+
+    Returns
+    -------
+    The families. A family that must be covered has its root's item in any case.
+    """
+    owner = np.full(component.n_items, -1, dtype=np.int64)
+    roots = component.members[component.start[:-1]]
+    owner[component.item[roots[component.must]]] = np.flatnonzero(component.must)
+    for family in np.flatnonzero(selection >= 0).tolist():
+        set_owner(component, int(selection[family]), family, owner)
+    return owner
+
+
+def polish(component: Component, lists: Lists, selection: IntArray, first: int = 0) -> float:
+    """Improve a selection in place by ``local_search``; return what it costs then.
+
+    Parameters
+    ----------
+    component
+        Nodes and items.
+    lists
+        Its items as lists.
+    selection
+        Each family's node, -1 for none; disjoint.
+    first
+        The family that eject, insert and repair begins with.
+
+    Returns
+    -------
+    What the selection costs then.
+    """
+    return local_search(component, lists, selection, owner_of(component, selection), first)
