@@ -142,7 +142,8 @@ class Metaheuristic(ABC):
 
     def _chunk(self, view: View) -> int:
         """Return how many evaluations take a few milliseconds: fewer where all nodes are read."""
-        return max(1, CHUNK_WORK // max(1, view.component.parent.shape[0]))
+        n_nodes = int(view.component.parent.shape[0])
+        return max(1, CHUNK_WORK // max(1, n_nodes))
 
     def __call__(
         self,
