@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from trackweave.run import track as track
     from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
+    from trackweave.solvers import Auto as Auto
     from trackweave.solvers import Dual as Dual
     from trackweave.solvers import Exact as Exact
     from trackweave.solvers import Genetic as Genetic
@@ -57,6 +58,7 @@ _HOMES = {
     "Answer": "trackweave.association.problem",
     "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
+    "Auto": "trackweave.solvers",
     "Certificate": "trackweave.association.problem",
     "ConstantVelocity": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",

@@ -5,6 +5,7 @@ from dataclasses import replace
 from trackweave.solvers import (
     Annealing,
     AntSystem,
+    Auto,
     Dual,
     Exact,
     Genetic,
@@ -21,6 +22,8 @@ LETTER = Genetic(
     **SMALL, seeded=False, improvement=False, decompose=False, elite=0, selection="rank"
 )
 SOLVERS: dict[str, Solver] = {
+    "auto": Auto(),
+    "auto with little to spend": Auto(evaluations=50, branches=1),
     "greedy": Greedy(),
     "exact": Exact(),
     "dual": Dual(),

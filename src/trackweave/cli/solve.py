@@ -26,6 +26,9 @@ from trackweave.solvers import Solver, Stop
 
 __all__ = ["SolveRequest", "run_solve"]
 
+WITHOUT_END = 10**12
+"""A budget that no time limit leaves anything of."""
+
 
 @dataclass(frozen=True, slots=True)
 class SolveRequest:
@@ -82,7 +85,7 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
 
 
 def _solver(method: str, time_limit: float | None) -> Solver:
-    """Return the solver of a name, told of the time limit where it has one of its own."""
+    """Return the solver of a name, with no budget but the time where that is limited."""
     if method not in METHODS:
         raise InvalidInputError(
             f'--method: "{method}" is not known; {suggest(method, list(METHODS))}'
@@ -92,10 +95,10 @@ def _solver(method: str, time_limit: float | None) -> Solver:
         return solver  # type: ignore[no-any-return]
     if not 0 <= time_limit < float("inf"):
         raise InvalidInputError(f"--time-limit: {time_limit}; expected a number ≥ 0 of seconds")
-    if hasattr(solver, "time_limit"):
-        # A library that it calls may look at the clock more often than we are asked.
-        solver = dataclasses.replace(solver, time_limit=max(time_limit, 1e-3))
-    return solver  # type: ignore[no-any-return]
+    # Who sets a time means it to be used.
+    budgets = {field.name for field in dataclasses.fields(solver)} & {"evaluations", "branches"}
+    patient: Solver = dataclasses.replace(solver, **dict.fromkeys(budgets, WITHOUT_END))
+    return patient
 
 
 def _clock(begin: float, time_limit: float | None) -> Stop | None:

@@ -16,6 +16,7 @@ __all__ = ["METHODS", "check_search", "make_solver", "options_model"]
 
 # What ``[search] method`` may name, and the class in trackweave.solvers behind it.
 METHODS = {
+    "auto": "Auto",
     "greedy": "Greedy",
     "exact": "Exact",
     "dual": "Dual",
@@ -27,7 +28,7 @@ METHODS = {
     "tabu": "TabuSearch",
     "m-best": "MBest",
 }
-DEFAULT_METHOD = "genetic"
+DEFAULT_METHOD = "auto"
 
 
 def check_search(search: SearchSection, name: str) -> None:

@@ -2,6 +2,7 @@
 
 from trackweave.solvers.ants import AntSystem as AntSystem
 from trackweave.solvers.ants import MaxMinAntSystem as MaxMinAntSystem
+from trackweave.solvers.auto import Auto as Auto
 from trackweave.solvers.dual import Dual as Dual
 from trackweave.solvers.exact import Exact as Exact
 from trackweave.solvers.genetic import Genetic as Genetic
@@ -20,6 +21,7 @@ from trackweave.solvers.solve import solve as solve
 __all__ = [
     "Annealing",
     "AntSystem",
+    "Auto",
     "Dual",
     "Exact",
     "Genetic",

@@ -81,4 +81,4 @@ def require_solver(value: object, name: str) -> None:
         If it cannot be called, or is a class: its call would make a solver, not an answer.
     """
     if isinstance(value, type) or not callable(value):
-        raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Genetic()")
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")

@@ -5,7 +5,7 @@ import numpy as np
 from trackweave.arrays import require_instance
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers.genetic import Genetic
+from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
 
 __all__ = ["solve"]
@@ -26,7 +26,7 @@ def solve(
     problem
         What to choose from.
     solver
-        How; None for the genetic search with its defaults.
+        How; None for ``Auto``.
     rng
         The only source of randomness.
     hint
@@ -43,7 +43,7 @@ def solve(
     InvalidInputError
         If an argument is of another kind than it has to be.
     """
-    chosen = Genetic() if solver is None else solver
+    chosen = Auto() if solver is None else solver
     _require_arguments(problem, chosen, rng, hint, stop)
     return chosen(problem, rng=rng, hint=hint, stop=stop)
 

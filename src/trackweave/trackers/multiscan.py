@@ -19,7 +19,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
-from trackweave.solvers.genetic import Genetic
+from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Hint, Solver
 from trackweave.trackers._arguments import (
     checked_priors,
@@ -57,7 +57,7 @@ class MultiScanTracker:
     window
         How much of the past stays open, or its depth in scans.
     search
-        Any solver; None for the genetic search with its defaults.
+        Any solver; None for ``Auto``.
     lifecycle
         When tracks begin to count and end.
     priors
@@ -97,7 +97,7 @@ class MultiScanTracker:
         self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
-        self._search: Solver = search if search is not None else Genetic()
+        self._search: Solver = search if search is not None else Auto()
         self._limits = limits or GrowthLimits()
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
