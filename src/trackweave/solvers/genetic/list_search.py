@@ -10,10 +10,10 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.genetic._columns import Table, evaluate_columns, least_below
 from trackweave.solvers.genetic._list_operators import breed_lists, shuffle_lists
-from trackweave.solvers.genetic.improvement import improve_selection
 from trackweave.solvers.genetic.parameters import ListParameters
-from trackweave.solvers.lists import lists_of
+from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.metaheuristic import Start
+from trackweave.solvers.polishing import polish
 
 __all__ = ["ListSearch", "individual_of", "make_table"]
 
@@ -27,6 +27,7 @@ class ListSearch:
     of the one before.
     """
 
+    lists: Lists
     table: Table
     population: IntArray
     cost: FloatArray
@@ -73,6 +74,7 @@ class ListSearch:
             offspring[row] = individual_of(component, table, seed, length)
         shuffle_lists(start.rng, len(seeds), offspring)
         return cls(
+            lists=lists_of(component, instant),
             table=table,
             population=offspring,
             cost=np.full(size, np.inf),
@@ -136,7 +138,7 @@ def _next_generation(
     population, cost = search.offspring.copy(), search.offspring_cost.copy()
     selection, best = search.selection.copy(), search.best
     if parameters.improvement:
-        improved = improve_selection(component, selection, search.generation)
+        improved = polish(component, search.lists, selection, search.generation)
         if improved < best - 1e-12 or not np.any(cost <= best):
             best = min(best, improved)
             worst = int(np.argmax(cost))

@@ -10,9 +10,10 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
-from trackweave.solvers.genetic.improvement import improve_selection
 from trackweave.solvers.genetic.parameters import Parameters
+from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.metaheuristic import Start
+from trackweave.solvers.polishing import polish
 
 __all__ = ["GeneticSearch", "genes_of", "in_time_order", "make_lookup"]
 
@@ -50,6 +51,7 @@ class GeneticSearch:
     population.
     """
 
+    lists: Lists
     population: IntArray
     cost: FloatArray
     offspring: IntArray
@@ -98,6 +100,7 @@ class GeneticSearch:
             component, lookup, parameters.is_permutation, start.rng, len(rows), offspring
         )
         return cls(
+            lists=lists_of(component, lookup.instant),
             population=offspring,
             cost=np.full(size, np.inf),
             offspring=offspring,
@@ -163,7 +166,7 @@ def _next_generation(
     population, cost = search.offspring.copy(), search.offspring_cost.copy()
     selection, best = search.selection.copy(), search.best
     if parameters.improvement:
-        improved = improve_selection(component, selection, search.generation)
+        improved = polish(component, search.lists, selection, search.generation)
         if improved < best - 1e-12 or not np.any(cost <= best):
             best = min(best, improved)
             worst = int(np.argmax(cost))

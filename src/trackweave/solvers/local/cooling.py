@@ -10,7 +10,8 @@ from trackweave.arrays import IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of, selection_of
-from trackweave.solvers.local.starts import Ground, polish
+from trackweave.solvers.local.starts import Ground
+from trackweave.solvers.polishing import polish
 
 __all__ = ["Cooling", "Schedule"]
 
@@ -156,7 +157,7 @@ def _colder(cooling: Cooling, component: Component, schedule: Schedule) -> Cooli
     selection, best_holder, best = cooling.selection, cooling.best_holder, cooling.best
     if schedule.improvement:
         trial = selection.copy()
-        polish(component, cooling.ground.lists, trial)
+        polish(component, cooling.ground.lists, trial, cooling.cooling)
         polished = begin_holding(moves, component, trial)
         if cost_of(moves, polished) < best:
             selection, best_holder, best = trial, polished, cost_of(moves, polished)

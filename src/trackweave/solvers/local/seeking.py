@@ -10,7 +10,8 @@ from trackweave.arrays import IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.local._moves import begin_holding, cost_of, selection_of
 from trackweave.solvers.local._tabu import seek
-from trackweave.solvers.local.starts import Ground, polish
+from trackweave.solvers.local.starts import Ground
+from trackweave.solvers.polishing import polish
 
 __all__ = ["Habits", "Seeking"]
 
@@ -170,7 +171,7 @@ def _restarted(search: Seeking, component: Component, habits: Habits) -> Seeking
     if habits.improvement:
         selection = np.empty_like(search.selection)
         selection_of(moves, component, own_holder, selection)
-        polish(component, search.ground.lists, selection)
+        polish(component, search.ground.lists, selection, search.starts)
         own_holder = begin_holding(moves, component, selection)
         own = cost_of(moves, own_holder)
     ended = _with_best(search, component, own_holder) if own < search.best else search

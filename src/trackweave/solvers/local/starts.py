@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.solvers._kernels import Component, cheapest_first, repair, set_owner
+from trackweave.solvers._kernels import cheapest_first, repair
 from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.local._moves import (
     Moves,
@@ -14,10 +14,9 @@ from trackweave.solvers.local._moves import (
     list_moves,
     typical_excess,
 )
-from trackweave.solvers.local._relist import local_search
 from trackweave.solvers.metaheuristic import Start, View
 
-__all__ = ["CHUNK", "Ground", "lay_ground", "owner_of", "polish"]
+__all__ = ["CHUNK", "Ground", "lay_ground"]
 
 CHUNK = 2_000
 """Moves tried between two looks at the clock: a few milliseconds, however large the component."""
@@ -71,46 +70,3 @@ def lay_ground(view: View, start: Start, price: FloatArray) -> Ground:
     holder = begin_holding(moves, component, selection)
     lists = lists_of(component, view.instant)
     return Ground(moves, lists, typical_excess(moves, RANK), holder, cost_of(moves, holder))
-
-
-def owner_of(component: Component, selection: IntArray) -> IntArray:
-    """Return the family that covers each item in a selection; -1 for none.
-
-    Parameters
-    ----------
-    component
-        Nodes and items.
-    selection
-        Each family's node, -1 for none; disjoint.
-
-    Returns
-    -------
-    The families. A family that must be covered has its root's item in any case.
-    """
-    owner = np.full(component.n_items, -1, dtype=np.int64)
-    roots = component.members[component.start[:-1]]
-    owner[component.item[roots[component.must]]] = np.flatnonzero(component.must)
-    for family in np.flatnonzero(selection >= 0).tolist():
-        set_owner(component, int(selection[family]), family, owner)
-    return owner
-
-
-def polish(component: Component, lists: Lists, selection: IntArray, first: int = 0) -> float:
-    """Improve a selection in place by ``local_search``; return what it costs then.
-
-    Parameters
-    ----------
-    component
-        Nodes and items.
-    lists
-        Its items as lists.
-    selection
-        Each family's node, -1 for none; disjoint.
-    first
-        The family that eject, insert and repair begins with.
-
-    Returns
-    -------
-    What the selection costs then.
-    """
-    return local_search(component, lists, selection, owner_of(component, selection), first)
