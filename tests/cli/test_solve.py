@@ -216,7 +216,7 @@ def test_kernels_are_kept_after_a_run(run: Run, problem: Path) -> None:
     ("options", "said"),
     [
         (["--method", "exakt"], '--method: "exakt" is not known; did you mean exact?'),
-        (["--method", ""], '--method: "" is not known; expected one of greedy'),
+        (["--method", ""], '--method: "" is not known; expected one of auto'),
         (["--time-limit", "-1"], "--time-limit: -1.0; expected a number ≥ 0 of seconds"),
         (["--time-limit", "nan"], "--time-limit: nan; expected a number"),
         (["--time-limit", "inf"], "--time-limit: inf; expected a number"),

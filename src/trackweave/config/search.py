@@ -46,7 +46,15 @@ def check_search(search: SearchSection, name: str) -> None:
     InvalidInputError
         If the method is unknown, or an option is unknown or has a wrong value.
     """
+    options = set(search.model_extra or {})
+    if search.method is None and any(options <= set(_options(method)) for method in METHODS):
+        # Whose options these are, a preset may still say.
+        return
     make_solver(search, name)
+
+
+def _options(method: str) -> dict[str, Any]:
+    return options_model(method).model_fields
 
 
 def make_solver(search: SearchSection, name: str = "configuration") -> Any:

@@ -34,7 +34,32 @@ class Relaxation:
 
     @classmethod
     def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
-        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
+        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known.
+
+        Parameters
+        ----------
+        problem
+            The problem.
+        hint
+            What is known beforehand.
+        whole
+            Whether to take it as one.
+
+        Returns
+        -------
+        The relaxation, of one level.
+
+        Raises
+        ------
+        InvalidInputError
+            If the hint does not fit the problem.
+        """
+        if hint is not None and hint.nodes is not None:
+            nodes = int_array(hint.nodes, "hint.nodes", (None,))
+            if np.any((nodes < 0) | (nodes >= problem.n_nodes)):
+                raise InvalidInputError(
+                    f"hint.nodes: expected numbers from 0 to {problem.n_nodes - 1}"
+                )
         return cls((Components.of(problem, hint, whole=whole),))
 
     @property
@@ -70,18 +95,10 @@ class Relaxation:
         Returns
         -------
         For each family of the rest its node, -1 for none; None where the hint has no answer.
-
-        Raises
-        ------
-        InvalidInputError
-            If a node of the hint is none of the problem's.
         """
         if hint is None or hint.nodes is None:
             return None
-        n_nodes = self.levels[0].problem.n_nodes
-        nodes = int_array(hint.nodes, "hint.nodes", (None,))
-        if np.any((nodes < 0) | (nodes >= n_nodes)):
-            raise InvalidInputError(f"hint.nodes: expected numbers from 0 to {n_nodes - 1}")
+        nodes = np.asarray(hint.nodes, dtype=np.int64)
         for level, reduction in zip(self.levels, self.reductions, strict=False):
             nodes = reduction.nodes_left(level, nodes)
         return self.rest.selection_of(nodes)
