@@ -156,6 +156,8 @@ class Components:
         prices[self.parts.item_of] = self.price
         if not self._is_complete(nodes):
             certificate = self._without_answer(certificate)
+            if certificate.status is Status.INFEASIBLE:
+                stop_reason = "gap closed"
         return Answer(nodes, certificate, evaluations, stop_reason, prices)
 
     def _is_complete(self, nodes: IntArray) -> bool:

@@ -7,12 +7,14 @@ import numpy as np
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers._dual import (
+    LARGE,
     DualBudget,
     ascend,
     begin_ascent,
     solve_components,
 )
 from trackweave.solvers._enumeration import enumerate_open
+from trackweave.solvers._kernels import cheapest_first
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
@@ -21,7 +23,7 @@ from trackweave.solvers.relaxation import Relaxation
 __all__ = ["Dual"]
 
 STALLED = 0.02
-"""A stretch that closes less of the gap than this is the last."""
+"""A stretch that closes no more of the gap than this is the last."""
 QUICK = 100
 """Bounds after which a component that is still open is reduced before it climbs on."""
 SLICE_NODES = 2_000
@@ -101,6 +103,7 @@ class Dual:
         The relaxation with further levels, how many bounds were computed and steps of the
         enumeration taken, and whether it was stopped.
         """
+        self._begin_large(relaxation.rest)
         evaluations, stopped = self.bound(relaxation.rest, stop)
         left = self.iterations - QUICK
         for turn, stretch in enumerate(STRETCHES):
@@ -121,21 +124,29 @@ class Dual:
                 break
         return relaxation, evaluations, stopped
 
+    def _begin_large(self, components: Components) -> None:
+        """Answer greedily where making an answer from prices takes long."""
+        sizes = np.diff(components.parts.node_start)
+        for index in np.flatnonzero((sizes > LARGE) & np.isinf(components.cost)).tolist():
+            selection = components.taken[components.families(index)]
+            cost, lower = cheapest_first(components.component(index), selection)
+            components.cost[index] = cost
+            components.lower[index] = min(lower, cost)
+
     def _climb(
         self, components: Components, stretch: Stretch, stop: Stop | None
     ) -> tuple[int, float, bool]:
-        """Climb with every open component; tell how many bounds, how far, and whether stopped."""
+        """Climb with the open components; return bounds, part of the gap closed, if stopped."""
         candidates = components.open()
-        before = float(components.lower[candidates].sum())
+        before = float((components.cost - components.lower)[candidates].sum())
         evaluations, stopped = 0, False
         for index in candidates.tolist():
             more, stopped = climb(components, index, stretch, stop)
             evaluations += more
             if stopped:
                 break
-        rise = float(components.lower[candidates].sum()) - before
         gap = float((components.cost - components.lower)[candidates].sum())
-        return evaluations, rise / max(rise + gap, TOLERANCE), stopped
+        return evaluations, 1.0 - gap / max(before, TOLERANCE), stopped
 
     def _enumerate(self, components: Components) -> int:
         """Search the open components through, as far as visits go; return how many it took."""

@@ -39,8 +39,20 @@ class Reduction:
     forced: IntArray
 
     @classmethod
-    def of(cls, components: Components) -> Self:
-        """Return what the bounds of the open components leave open."""
+    def of(cls, components: Components, most: float = 1.0) -> Self | None:
+        """Return what the bounds of the open components leave open.
+
+        Parameters
+        ----------
+        components
+            A problem taken apart, with answers and bounds.
+        most
+            Part of the nodes, up to 1, beyond which what is left is not worth its making.
+
+        Returns
+        -------
+        What is left, None where that is more.
+        """
         parts = components.parts
         kept, forced = [], []
         total = parts.total.copy()
@@ -60,6 +72,8 @@ class Reduction:
             forced.append(start + np.flatnonzero(state == FORCED))
         empty = [np.empty(0, dtype=np.int64)]
         node = np.concatenate(kept or empty)
+        if node.shape[0] > most * parts.node.shape[0]:
+            return None
         problem, prices, item = _subproblem(components, node, total)
         return cls(problem, prices, node, item, np.concatenate(forced or empty))
 

@@ -15,6 +15,9 @@ from trackweave.solvers.reduction import Reduction
 
 __all__ = ["Relaxation"]
 
+WORTHWHILE = 0.9
+"""A reduction that leaves more of the nodes than this would cost more time than it saves."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Relaxation:
@@ -72,9 +75,12 @@ class Relaxation:
 
         Returns
         -------
-        The relaxation. What is left keeps the best known answers: prices never exclude them.
+        The relaxation, itself where nearly everything is left. What is left keeps the best known
+        answers: prices never exclude them.
         """
-        reduction = Reduction.of(self.rest)
+        reduction = Reduction.of(self.rest, WORTHWHILE)
+        if reduction is None:
+            return self
         rest = Components.of(reduction.problem, Hint(prices=reduction.prices))
         rest.taken[:] = rest.selection_of(reduction.nodes_left(self.rest, self.rest.nodes()))
         bound_components(rest.parts, rest.price, rest.taken, rest.cost, rest.lower)
