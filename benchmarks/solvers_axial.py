@@ -13,7 +13,7 @@ from trackweave.association.problem import AssignmentProblem, Status
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--solvers", nargs="+", default=["default", "Exact"])
+    parser.add_argument("--solvers", nargs="+", default=["patient", "Exact"])
     parser.add_argument("--limit", type=float, default=60.0, help="CPU time for each [s]")
     parser.add_argument("--highs", type=int, default=10, help="instances of each size for HiGHS")
     arguments = parser.parse_args()

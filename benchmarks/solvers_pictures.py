@@ -51,10 +51,12 @@ def _draw_panel(axis: Any, runs: list[Run], records: Records) -> None:
         if method in METHODS:
             axis.plot(x, y, "o-", color=COLOURS[method], label=method, markersize=4, linewidth=1.5)
         else:
-            style = "full" if method == "default" else "none"
+            style = "full" if method == "patient" else "none"
+            label = "default" if method == "patient" else method
             axis.plot(
-                x, y, MARKS[method], color="black", label=method, markersize=9, fillstyle=style
-            )
+                x, y, MARKS[method] + ":", color="black", label=label, markersize=9,
+                fillstyle=style, linewidth=1,
+            )  # fmt: skip
     axis.set_xscale("log")
     axis.set_yscale("symlog", linthresh=1e-3)
     axis.set_ylim(-3e-4, 200)
@@ -66,12 +68,13 @@ def _draw_panel(axis: Any, runs: list[Run], records: Records) -> None:
 
 
 def _curve(runs: list[Run], records: Records) -> tuple[list[float], list[float]]:
-    """Return a method's mean CPU times and gaps [%], one for each budget."""
+    """Return a method's mean CPU times and gaps [%], one for each time that it was given."""
+    runs = [run for run in runs if run.limit is not None]
     problems = dict.fromkeys(run.problem for run in runs)
     x, y = [], []
-    for budget in dict.fromkeys(run.budget for run in runs):
-        # A search that is over stays so with a greater budget.
-        known = [run for run in runs if budget is None or (run.budget or 0) <= budget]
+    for limit in dict.fromkeys(run.limit for run in runs):
+        # A search that is over stays so with more time.
+        known = [run for run in runs if (run.limit or 0.0) <= (limit or 0.0)]
         last = [[run for run in known if run.problem == problem][-1] for problem in problems]
         x.append(float(np.mean([run.cpu for run in last])))
         y.append(100 * float(np.mean([records.gap(run.problem, run.cost) for run in last])))

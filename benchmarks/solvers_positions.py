@@ -10,12 +10,14 @@ from solvers_highs import columns_of_tuples, linear, mixed_integer
 from text_tables import command, heading, table
 
 REPEATS = 3
+MANY = 50_000
+"""Of scenes with more tuples HiGHS sees the first of a family: it takes minutes."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--solver", default="default")
-    parser.add_argument("--limit", type=float, default=60.0, help="CPU time for each [s]")
+    parser.add_argument("--solver", default="patient")
+    parser.add_argument("--limit", type=float, default=20.0, help="CPU time for each [s]")
     parser.add_argument("--families", nargs="+", default=[family.name for family in POSITIONS])
     arguments = parser.parse_args()
     solver = solver_named(arguments.solver)
@@ -28,8 +30,8 @@ def main() -> None:
         for seed in family.seeds
     ]
     print(heading(command("solvers_positions.py")), end="\n\n")
-    head = ["scene", "tuples", "certified gap", "CPU s", "at 1 s, gap", "HiGHS MIP s", "its gap",
-            "MIP ÷ ours", "HiGHS LP s", "LP ÷ ours"]  # fmt: skip
+    head = ["scene", "tuples", "certified gap", "CPU ms", "at 1 s, gap", "HiGHS MIP ms", "its gap",
+            "MIP ÷ ours", "HiGHS LP ms", "LP ÷ ours"]  # fmt: skip
     print(table(head, rows))
 
 
@@ -41,16 +43,19 @@ def _row(family: Family, seed: int, solver: Any, limit: float, records: Records)
     cpu = float(np.median([run.cpu for run in runs]))
     answer = runs[0].answer
     early = on_tuples(scored, solver, 1.0).answer if cpu > 1.0 else answer
+    name = f"{family.name}, seed {seed}"
+    records.enter(name, answer.cost, answer.lower_bound)
+    ours = [name, len(scored), percent(answer.gap), 1e3 * cpu, percent(early.gap)]
+    if len(scored) > MANY and seed != family.seeds[0]:
+        return [*ours, *[None] * 5]
     columns = columns_of_tuples(scored.tuples, scored.costs)
     program = linear(columns, limit)[-1]
     search = mixed_integer(columns, limit)[-1]
-    records.enter(f"{family.name}, seed {seed}", answer.cost, answer.lower_bound)
-    records.enter(f"{family.name}, seed {seed}", search.cost, search.bound)
+    records.enter(name, search.cost, search.bound)
     more = "" if math.isfinite(search.gap) and search.gap <= 1e-4 else "> "
     return [
-        f"{family.name}, seed {seed}", len(scored), percent(answer.gap), round(cpu, 3),
-        percent(early.gap), f"{more}{search.cpu:.2f}", percent(search.gap),
-        f"{more}{search.cpu / cpu:.1f}", program.cpu, program.cpu / cpu,
+        *ours, f"{more}{1e3 * search.cpu:.0f}", percent(search.gap),
+        f"{more}{search.cpu / cpu:.1f}", 1e3 * program.cpu, program.cpu / cpu,
     ]  # fmt: skip
 
 

@@ -1,12 +1,13 @@
 """Runs of each method alone, budget by budget, on every family of problems.
 
-A method is run anew for each budget of evaluations, because annealing cools as its budget goes;
-a run ends when its evaluations are spent, its gap is closed, or the time is over.
+A method is run anew for each budget of evaluations, without a limit of time that matters, and for
+each time, without a limit of evaluations; a run also ends when its gap is closed.
 """
 
 import argparse
 import json
 import time
+import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 from bench_data import bench_of
 from solvers_families import (
     BEARINGS,
+    ENDLESS,
     POSITIONS,
     SEED,
     Clock,
@@ -28,76 +30,92 @@ import trackweave.solvers
 from trackweave import solve
 from trackweave.association.problem import AssignmentProblem, Status
 
-ENDLESS = 10**9
-BUDGETS = (100, 300, 1_000, 3_000, 10_000, 30_000, 100_000, 300_000)
+BUDGETS = (1_000, 10_000)
+TIMES = (0.1, 0.3, 1.0)
+"""CPU times that runs are given [s]."""
+PATIENT = {"patience": ENDLESS}
 WINDOWS = "windows, T100"
-OTHERS = ("Greedy", "Dual", "Exact", "default")
+OTHERS = ("Greedy", "Dual", "Exact", "patient")
 # Further limits than evaluations are lifted.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "Genetic": ("Genetic", {"generations": ENDLESS}),
     "Genetic, association lists": (
         "Genetic", {"generations": ENDLESS, "genotype": "association-list"}
     ),
-    "ListGenetic": ("ListGenetic", {"generations": ENDLESS, "patience": ENDLESS}),
+    "ListGenetic": ("ListGenetic", {"generations": ENDLESS, **PATIENT}),
     "AntSystem": ("AntSystem", {"cycles": ENDLESS}),
     "MaxMinAntSystem": ("MaxMinAntSystem", {}),
-    "Annealing": ("Annealing", {}),
-    "TabuSearch": ("TabuSearch", {}),
+    "Annealing": ("Annealing", PATIENT),
+    "TabuSearch": ("TabuSearch", PATIENT),
 }  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a run of a method with a budget came to; no budget where there is none."""
+    """What a run came to; ``budget`` and ``limit`` are None where there was none."""
 
     family: str
     problem: str
     method: str
     seeded: bool
     budget: int | None
+    limit: float | None
     evaluations: int
     cpu: float
     cost: float
     bound: float
     ended: str
 
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left to gain from more time or evaluations."""
+        return self.ended != "stopped" and self.ended != "evaluations"
+
 
 @dataclass(frozen=True)
 class Task:
-    """A method on a problem, within a CPU time [s]."""
+    """A method on a problem; ``longest`` ends runs that evaluations do not [s]."""
 
     family: str
     name: str
     problem: AssignmentProblem
     method: str
-    limit: float
+    longest: float
 
     def runs(self) -> list[Run]:
-        """Return the runs with ever greater budgets, until nothing is left to gain."""
-        if self.method not in METHODS:
-            return [self._run(None, seeded=False)]
+        """Return the runs with ever greater times and budgets, until nothing is left to gain."""
         found: list[Run] = []
-        for seeded in (True, False):
-            for budget in BUDGETS:
-                found.append(self._run(budget, seeded=seeded))
-                if found[-1].ended in ("stopped", "closed", "converged"):
+        for seeded in (True, False) if self.method in METHODS else (False,):
+            for limit in TIMES:
+                found.append(self._run(None, limit, seeded=seeded))
+                if found[-1].is_over:
+                    break
+            cpu = 0.0
+            for budget in BUDGETS if self.method in METHODS else ():
+                # Ten times the evaluations take ten times as long, beyond the start.
+                if cpu > self.longest / 3:
+                    break
+                found.append(self._run(budget, None, seeded=seeded))
+                cpu = found[-1].cpu
+                if found[-1].ended != "evaluations":
                     break
         return found
 
-    def _run(self, budget: int | None, *, seeded: bool) -> Run:
-        if budget is None:
-            solver = solver_named(self.method)
-        else:
+    def _run(self, budget: int | None, limit: float | None, *, seeded: bool) -> Run:
+        if self.method in METHODS:
             kind, options = METHODS[self.method]
-            solver = solver_named(kind, **options, seeded=seeded, evaluations=budget)
+            evaluations = ENDLESS if budget is None else budget
+            solver = solver_named(kind, **options, seeded=seeded, evaluations=evaluations)
+        else:
+            solver = solver_named(self.method)
         begun = time.process_time()
-        stop = Clock(self.limit)
+        stop = Clock(self.longest if limit is None else limit)
         answer = solve(self.problem, solver, rng=np.random.default_rng(SEED), stop=stop)
         cpu = time.process_time() - begun
         return Run(
             family=self.family, problem=self.name, method=self.method, seeded=seeded,
-            budget=budget, evaluations=answer.evaluations, cpu=cpu, cost=answer.cost,
-            bound=answer.lower_bound,
+            budget=budget, limit=limit, evaluations=answer.evaluations, cpu=cpu,
+            cost=answer.cost, bound=answer.lower_bound,
             ended="closed" if answer.status == Status.OPTIMAL else answer.stop_reason,
         )  # fmt: skip
 
@@ -112,6 +130,10 @@ def families_of(arguments: argparse.Namespace) -> dict[str, dict[str, Assignment
             found[f"axial, n = {size}"] = {
                 name: AssignmentProblem.from_array(costs) for name, costs in some[:n]
             }
+    if (chosen is None or WINDOWS in chosen) and (arguments.bench / "gen.py").exists():
+        windows = collected(bench_of(arguments).scene(100, 1, 1), priors=False)
+        scans = np.linspace(20, len(windows) - 1, n).astype(int).tolist()
+        found[WINDOWS] = {_window_name(k, windows[k][0]): windows[k][0] for k in scans}
     for family in (*POSITIONS, *BEARINGS):
         if chosen is None or family.name in chosen:
             scored = {seed: family.tuples(seed) for seed in family.seeds[:n]}
@@ -119,17 +141,18 @@ def families_of(arguments: argparse.Namespace) -> dict[str, dict[str, Assignment
                 f"{family.name}, seed {seed}": AssignmentProblem.from_tuples(s.tuples, s.costs)
                 for seed, s in scored.items()
             }
-    if (chosen is None or WINDOWS in chosen) and (arguments.bench / "gen.py").exists():
-        windows = collected(bench_of(arguments).scene(100, 1, 1), priors=False)
-        scans = np.linspace(10, len(windows) - 1, n).astype(int).tolist()
-        found[WINDOWS] = {f"{WINDOWS}, scan {k}": windows[k][0] for k in scans}
     return {name: problems for name, problems in found.items() if problems}
+
+
+def _window_name(scan: int, problem: AssignmentProblem) -> str:
+    """Return a name that another tracker's window of the same scan does not have."""
+    return f"{WINDOWS}, scan {scan}, {zlib.crc32(problem.total.tobytes()):08x}"
 
 
 def is_there(method: str) -> bool:
     """Tell whether the library has a method yet."""
     name = METHODS[method][0] if method in METHODS else method
-    return name == "default" or hasattr(trackweave.solvers, name)
+    return name == "patient" or hasattr(trackweave.solvers, name)
 
 
 def warm_up_methods(methods: list[str]) -> None:
