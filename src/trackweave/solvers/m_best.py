@@ -8,14 +8,13 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.errors import InvalidInputError
 from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.murty import Partitioning
 from trackweave.solvers.pieces import Enumeration, Piece, Pieces, combine
-from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
+from trackweave.solvers.protocol import Hint, Solver, Stop, refuse_parameters, require_solver
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["MBest", "Ranking"]
@@ -107,9 +106,7 @@ class MBest:
             (not self.visits >= 1, "visits", "a whole number ≥ 1"),
             (not self.solves >= 0, "solves", "a whole number ≥ 0"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+        refuse_parameters(self, wrong)
         require_solver(self.solver, "solver")
 
     def __call__(

@@ -118,15 +118,10 @@ class Metaheuristic(ABC):
 
     __slots__ = ()
 
-    @property
-    @abstractmethod
-    def starts_from_prices(self) -> bool:
-        """Whether the dual's bounds, answers and reduction, and the hint, come before."""
-
-    @property
-    @abstractmethod
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
+    seeded: bool
+    """Whether the dual's bounds, answers and reduction, and the hint, come before."""
+    decompose: bool
+    """Whether components are searched one by one."""
 
     @abstractmethod
     def _begin(self, view: View, start: Start) -> Search:
@@ -182,9 +177,9 @@ class Metaheuristic(ABC):
         -------
         Where the search stands then.
         """
-        relaxation = Relaxation.of(problem, hint, whole=not self.takes_apart)
+        relaxation = Relaxation.of(problem, hint, whole=not self.decompose)
         seeds, evaluations = [], 0
-        if self.starts_from_prices:
+        if self.seeded:
             relaxation, evaluations, _ = Dual().relax(relaxation, stop)
             last = relaxation.left_of(hint)
             seeds = [relaxation.rest.taken.copy(), *([] if last is None else [last])]

@@ -1,6 +1,6 @@
 """What a solver is, and what it may be told beforehand."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 
-__all__ = ["Hint", "Solver", "Stop", "require_solver"]
+__all__ = ["Hint", "Solver", "Stop", "refuse_parameters", "require_solver"]
 
 Stop: TypeAlias = Callable[[], bool]
 """Tells, every few milliseconds, whether to stop with the best answer so far."""
@@ -82,3 +82,23 @@ def require_solver(value: object, name: str) -> None:
     """
     if isinstance(value, type) or not callable(value):
         raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")
+
+
+def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) -> None:
+    """Refuse a solver with a parameter out of range.
+
+    Parameters
+    ----------
+    solver
+        The solver.
+    wrong
+        For each check whether it fails, which parameter it is about, and what was expected.
+
+    Raises
+    ------
+    InvalidInputError
+        If a check fails.
+    """
+    for is_wrong, name, expected in wrong:
+        if is_wrong:
+            raise InvalidInputError(f"{name}: {getattr(solver, name)!r:.80}; expected {expected}")

@@ -7,7 +7,6 @@ from typing import Self
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.errors import InvalidInputError
 from trackweave.solvers.ants._tours import (
     Points,
     accumulate,
@@ -18,6 +17,7 @@ from trackweave.solvers.ants._tours import (
 )
 from trackweave.solvers.ants.points import make_points
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["AntSearch", "AntSystem"]
 
@@ -157,19 +157,7 @@ class AntSystem(Metaheuristic):
             (not self.cycles >= 1, "cycles", "a whole number ≥ 1"),
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
-
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
+        refuse_parameters(self, wrong)
 
     def _begin(self, view: View, start: Start) -> AntSearch:
         points = make_points(view, priced=self.seeded)

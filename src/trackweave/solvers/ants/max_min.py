@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackweave.errors import InvalidInputError
 from trackweave.solvers.ants._trails import send_ants
 from trackweave.solvers.ants.trails import TrailSearch, make_trails
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["MaxMinAntSystem"]
 
@@ -87,19 +87,7 @@ class MaxMinAntSystem(Metaheuristic):
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
-
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
+        refuse_parameters(self, wrong)
 
     def _begin(self, view: View, start: Start) -> TrailSearch:
         price = view.price if self.seeded else np.zeros(view.component.n_items)

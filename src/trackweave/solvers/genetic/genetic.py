@@ -63,16 +63,6 @@ class Genetic(Parameters, Metaheuristic):
        genetic algorithm*, US patent 6,055,523, 2000.
     """
 
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
-
     def _begin(self, view: View, start: Start) -> GeneticSearch:
         return GeneticSearch.begin(view.component, self._lookup(view), self, start)
 

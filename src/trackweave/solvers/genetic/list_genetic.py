@@ -58,16 +58,6 @@ class ListGenetic(ListParameters, Metaheuristic):
        multi-object flight path connection based on GA*, 2008, section 2.
     """
 
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
-
     def _begin(self, view: View, start: Start) -> ListSearch:
         return ListSearch.begin(view.component, view.instant, self, start)
 

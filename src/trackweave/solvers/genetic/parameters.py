@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from trackweave.errors import InvalidInputError
 from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["ListParameters", "Parameters"]
 
@@ -46,9 +46,7 @@ class Parameters:
             (not 0 <= self.elite < self.population, "elite", "less than the population"),
             (not self.spread >= 0, "spread", "a number ≥ 0"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+        refuse_parameters(self, wrong)
 
     @property
     def is_permutation(self) -> bool:
@@ -92,9 +90,7 @@ class ListParameters:
             (not self.tolerance >= 0, "tolerance", "a number ≥ 0"),
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
+        refuse_parameters(self, wrong)
 
     @property
     def shares(self) -> tuple[int, int]:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave.errors import InvalidInputError
 from trackweave.solvers.local.cooling import Cooling, Schedule
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["Annealing"]
 
@@ -65,7 +65,7 @@ class Annealing(Metaheuristic):
     hot: float = 2.0
     cold: float = 0.1
     links: int = 2
-    patience: int = 5
+    patience: int = 10
     improvement: bool = True
     seeded: bool = True
     decompose: bool = True
@@ -79,19 +79,7 @@ class Annealing(Metaheuristic):
             (not self.links >= 1, "links", "a whole number ≥ 1"),
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
-
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
+        refuse_parameters(self, wrong)
 
     def _begin(self, view: View, start: Start) -> Cooling:
         price = view.price if self.seeded else np.zeros(view.component.n_items)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave.errors import InvalidInputError
 from trackweave.solvers.local.seeking import Habits, Seeking
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["TabuSearch"]
 
@@ -76,19 +76,7 @@ class TabuSearch(Metaheuristic):
             (not self.moves_per_item >= 1, "moves_per_item", "a whole number ≥ 1"),
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
         ]
-        for is_wrong, name, expected in wrong:
-            if is_wrong:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected {expected}")
-
-    @property
-    def starts_from_prices(self) -> bool:
-        """Whether the dual comes before."""
-        return self.seeded
-
-    @property
-    def takes_apart(self) -> bool:
-        """Whether components are searched one by one."""
-        return self.decompose
+        refuse_parameters(self, wrong)
 
     def _begin(self, view: View, start: Start) -> Seeking:
         price = view.price if self.seeded else np.zeros(view.component.n_items)
