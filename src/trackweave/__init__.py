@@ -7,6 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trackweave.association.chain_rule import TrackEstimates as TrackEstimates
+    from trackweave.association.chain_rule import track_chains as track_chains
+    from trackweave.association.plots_rule import PlotsRule as PlotsRule
+    from trackweave.association.plots_rule import SensorPlots as SensorPlots
     from trackweave.association.problem import Answer as Answer
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
     from trackweave.association.problem import Certificate as Certificate
@@ -22,6 +26,7 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.io.problem_file import read_problem as read_problem
     from trackweave.io.reports import read_reports as read_reports
     from trackweave.io.truth import read_tracks as read_tracks
     from trackweave.io.truth import read_truth as read_truth
@@ -79,23 +84,28 @@ _HOMES = {
     "MultiScanTracker": "trackweave.trackers.multiscan",
     "NumericalError": "trackweave.errors",
     "OutputError": "trackweave.errors",
+    "PlotsRule": "trackweave.association.plots_rule",
     "Ranking": "trackweave.solvers",
     "ReportTable": "trackweave.domain.reports",
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",
+    "SensorPlots": "trackweave.association.plots_rule",
     "Status": "trackweave.association.problem",
     "TabuSearch": "trackweave.solvers",
+    "TrackEstimates": "trackweave.association.chain_rule",
     "TrackTable": "trackweave.domain.tracks",
     "TrackingResult": "trackweave.run",
     "TrackweaveError": "trackweave.errors",
     "TruthTable": "trackweave.domain.truth",
     "Window": "trackweave.trackers.window",
     "evaluate": "trackweave.metrics",
+    "read_problem": "trackweave.io.problem_file",
     "read_reports": "trackweave.io.reports",
     "read_tracks": "trackweave.io.truth",
     "read_truth": "trackweave.io.truth",
     "solve": "trackweave.solvers.solve",
     "track": "trackweave.run",
+    "track_chains": "trackweave.association.chain_rule",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])
