@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Exact as Exact
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
+    from trackweave.solvers import Hint as Hint
     from trackweave.solvers import ListGenetic as ListGenetic
     from trackweave.solvers import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers import MBest as MBest
@@ -73,6 +74,7 @@ _HOMES = {
     "FieldOfView": "trackweave.models.coverage",
     "Genetic": "trackweave.solvers",
     "Greedy": "trackweave.solvers",
+    "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
