@@ -69,7 +69,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     add_arguments(parser, seeds=1)
     parser.add_argument("--solvers", nargs="+", default=["default", "Dual", "Exact"])
-    parser.add_argument("--highs", type=int, default=8, help="windows of each scene for HiGHS")
+    parser.add_argument("--highs", type=int, default=5, help="windows of each scene for HiGHS")
     arguments = parser.parse_args()
     if not (arguments.bench / "gen.py").exists():
         print("Skipped: no bench beside the checkout.")
