@@ -16,7 +16,7 @@ from windows import Place, grown, scans_of
 
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.association.tree import GrowthLimits
-from trackweave.solvers import Dual, Exact, Genetic, Greedy, Solver
+from trackweave.solvers import Auto, Dual, Exact, Genetic, Greedy, Solver
 
 DEPTH = 5
 REFERENCE = "scipy's MIP, all at once"
@@ -24,6 +24,7 @@ EQUAL = 1e-9
 # A proof by HiGHS is only as sharp as its own tolerances.
 BELOW = 1e-6
 SOLVERS: dict[str, Solver] = {
+    "Auto, the default": Auto(),
     "Exact": Exact(),
     "Genetic": Genetic(),
     "Genetic, unseeded": Genetic(seeded=False),
