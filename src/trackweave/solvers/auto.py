@@ -1,14 +1,14 @@
 """The default: prices first, then a search, then branch and bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers.dual import Dual
-from trackweave.solvers.exact.branching import BranchingLimits
-from trackweave.solvers.exact.exact import branch
+from trackweave.solvers.exact.branching import Branching, BranchingLimits
+from trackweave.solvers.exact.exact import begin, branch, go_on
 from trackweave.solvers.local import Annealing
 from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.relaxation import Relaxation
@@ -19,6 +19,8 @@ LITTLE = 3_000
 """A component of no more sequences is branched on at once: its linear programs take little."""
 MUCH = 30_000
 """Linear programs of components of more sequences take longer than a search that is as good."""
+TURN = 30
+"""Branches before the search has its turn again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +30,9 @@ class Auto:
     Ends as soon as the gap is closed. In order: the dual with reduction (``Dual``); branch and
     bound of components of which little is left (``Exact``); simulated annealing from the prices
     of the others (``Annealing``), which finds the best answers there in the least time; reduction
-    by what it found; branch and bound again, which raises the bound, except of what is still
-    too large. The measurements behind this order are in the documentation, under "choosing a
-    solver".
+    by what it found; then branch and bound, which raises the bound, and annealing by turns, until
+    the budget is spent. What is too large for linear programs is annealed alone. The measurements
+    behind this order are in the documentation, under "choosing a solver".
 
     Parameters
     ----------
@@ -64,37 +66,79 @@ class Auto:
         """Return the best answer found; see ``Solver``."""
         source = rng.spawn(1)[0]
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
-        reason = "stopped" if stopped else "bound stalled"
-        for most in (LITTLE, MUCH):
-            if reason == "stopped" or not relaxation.rest.open().size:
-                break
-            if most == MUCH and self.evaluations:
-                method = Annealing(evaluations=self.evaluations)
-                last = relaxation.left_of(hint)
-                seeds = [relaxation.rest.taken.copy(), *([] if last is None else [last])]
-                state = method.start_at(relaxation, seeds, rng=source)
-                state = method.advance(state, stop=stop)
-                relaxation, reason = state.relaxation, state.stop_reason
-                evaluations += state.evaluations
-                if reason != "stopped" and relaxation.rest.open().size:
-                    relaxation = relaxation.reduced()
-            if reason != "stopped":
-                done, reason = self._branch(relaxation, most, reason, stop)
-                evaluations += done
-        return relaxation.answer(evaluations, reason)
+        effort = _Effort(relaxation, source, hint, stop, evaluations)
+        if not stopped:
+            effort.branch_on_little(self.branches)
+        moves, branches = self.evaluations, self.branches
+        while not (stopped or effort.is_over) and (moves > 0 or branches > 0):
+            moves = effort.search(moves) if moves > 0 else 0
+            branches = effort.branch(branches) if branches > 0 else 0
+        reason = "stopped" if stopped or effort.was_stopped else "budget spent"
+        return effort.relaxation.answer(effort.evaluations, reason)
 
-    def _branch(
-        self, relaxation: Relaxation, most: int, reason: str, stop: Stop | None
-    ) -> tuple[int, str]:
-        """Branch on the open components of no more sequences; return evaluations and reason."""
-        solved, rest = 0, relaxation.rest
-        for index in rest.open().tolist():
-            if rest.component(index).parent.shape[0] > most:
-                continue
-            ending, done = branch(rest, index, BranchingLimits(self.branches), stop)
-            solved += done
-            if ending != "gap closed":
-                reason = ending
-            if ending == "stopped":
+
+@dataclass(slots=True)
+class _Effort:
+    """What has been done for a problem, and with which source of randomness it goes on.
+
+    ``searches`` holds the branch and bound of components of the last level, once it has begun.
+    """
+
+    relaxation: Relaxation
+    rng: np.random.Generator
+    hint: Hint | None
+    stop: Stop | None
+    evaluations: int
+    searches: dict[int, Branching] = field(default_factory=dict)
+    was_stopped: bool = False
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is open, or a stop was asked for."""
+        return self.was_stopped or not self.relaxation.rest.open().size
+
+    def search(self, moves: int) -> int:
+        """Anneal what is open until nothing better comes; return the moves left of a budget."""
+        method = Annealing(evaluations=moves)
+        last = self.relaxation.left_of(self.hint)
+        seeds = [self.relaxation.rest.taken.copy(), *([] if last is None else [last])]
+        state = method.start_at(self.relaxation, seeds, rng=self.rng)
+        n_components = len(state.queue)
+        state = method.advance(state, stop=self.stop)
+        self.evaluations += state.evaluations
+        self.was_stopped = state.stop_reason == "stopped"
+        self.relaxation = state.relaxation
+        if not self.searches and not self.is_over:
+            # What is found later makes the branches fewer, but not the component smaller.
+            self.relaxation = self.relaxation.reduced()
+        return moves - max(1, state.evaluations // max(1, n_components))
+
+    def branch_on_little(self, branches: int) -> None:
+        """Branch on the open components of which little is left."""
+        for index in self._open(LITTLE):
+            limits = BranchingLimits(branches)
+            self._count(*branch(self.relaxation.rest, index, limits, self.stop))
+            if self.was_stopped:
                 break
-        return solved, reason
+
+    def branch(self, branches: int) -> int:
+        """Go on branching on the open components for a while; return the branches left."""
+        candidates = self._open(MUCH)
+        share = min(branches, TURN)
+        for index in candidates:
+            if self.is_over:
+                break
+            if index not in self.searches:
+                self.searches[index] = begin(self.relaxation.rest, index, self.stop)
+            search = self.searches[index]
+            self._count(*go_on(self.relaxation.rest, index, search, BranchingLimits(share)))
+        return branches - share if candidates else 0
+
+    def _open(self, most: int) -> list[int]:
+        rest = self.relaxation.rest
+        sizes = np.diff(rest.parts.node_start)
+        return [index for index in rest.open().tolist() if sizes[index] <= most]
+
+    def _count(self, ending: str, solved: int) -> None:
+        self.evaluations += solved
+        self.was_stopped = ending == "stopped"

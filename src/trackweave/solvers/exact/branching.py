@@ -2,7 +2,7 @@
 
 import heapq
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,10 @@ class _Decision(NamedTuple):
     together: bool
 
 
+_Open: TypeAlias = tuple[float, int, tuple[_Decision, ...], Fraction]
+"""A branch to look into: its bound, when it came, what it has decided, its fractional answer."""
+
+
 class Branching:
     """The search of a component for its optimum.
 
@@ -86,9 +90,18 @@ class Branching:
         self._stop = stop
         self._program = LinearProgram(component, stop)
         self._allowed = np.ones(self._program.node.shape[0], dtype=np.bool_)
+        # Best bound first; None until the first linear program is solved.
+        self._heap: list[_Open] | None = None
+        self._serial, self._least_left = 0, np.inf
+
+    def learn(self, selection: IntArray, cost: float) -> None:
+        """Take over an answer that was found elsewhere where it is better."""
+        if cost < self.upper:
+            self.selection[:] = selection
+            self.upper = cost
 
     def run(self, limits: BranchingLimits) -> str:
-        """Search until the bound meets the answer, or a limit is reached.
+        """Search until the bound meets the answer, or a limit is reached; go on where it ended.
 
         Parameters
         ----------
@@ -99,37 +112,42 @@ class Branching:
         -------
         Why the search ended.
         """
-        root = self._bound_root(limits.cut_rounds)
-        if root is None:
-            return "stopped"
-        serial, least_left = 0, np.inf
-        heap: list[tuple[float, int, tuple[_Decision, ...], Fraction]] = [
-            (root.bound, 0, (), root)
-        ]
+        if self._heap is None:
+            root = self._bound_root(limits.cut_rounds)
+            if root is None:
+                return "stopped"
+            self._heap = [(root.bound, 0, (), root)]
+        heap = self._heap
         for _ in range(limits.branches):
             if not heap or self.upper - heap[0][0] <= self._closing:
                 break
-            bound, _, path, fraction = heap[0]
-            self._round(fraction)
-            children = self._branch(path, fraction, limits.candidates)
-            if children is None:
+            if not self._expand(heap, limits.candidates):
                 return "stopped"
-            heapq.heappop(heap)
-            if not children:
-                # Whole already; what its bound leaves open is rounding, which is not hidden.
-                least_left = min(least_left, bound)
-            for decision, child in children:
-                if child.bound < self.upper - self._closing:
-                    serial += 1
-                    inherited = max(bound, child.bound)
-                    heapq.heappush(heap, (inherited, serial, (*path, decision), child))
-            self._raise(min(least_left, heap[0][0] if heap else np.inf))
+            self._raise(min(self._least_left, heap[0][0] if heap else np.inf))
         if heap and self.upper - heap[0][0] > self._closing:
             return "branches"
-        if self.upper - least_left > self._closing:
+        if self.upper - self._least_left > self._closing:
             return "rounding"
         self._raise(self.upper)
         return "gap closed"
+
+    def _expand(self, heap: list[_Open], candidates: int) -> bool:
+        """Put both sides of a branch in the place of the least bound; tell whether it was done."""
+        bound, _, path, fraction = heap[0]
+        self._round(fraction)
+        children = self._branch(path, fraction, candidates)
+        if children is None:
+            return False
+        heapq.heappop(heap)
+        if not children:
+            # Whole already; what its bound leaves open is rounding, which is not hidden.
+            self._least_left = min(self._least_left, bound)
+        for decision, child in children:
+            if child.bound < self.upper - self._closing:
+                self._serial += 1
+                inherited = max(bound, child.bound)
+                heapq.heappush(heap, (inherited, self._serial, (*path, decision), child))
+        return True
 
     def _raise(self, bound: float) -> None:
         self.lower = max(self.lower, min(bound, self.upper))

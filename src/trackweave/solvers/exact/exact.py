@@ -13,7 +13,7 @@ from trackweave.solvers.exact.branching import Branching, BranchingLimits
 from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.relaxation import Relaxation
 
-__all__ = ["Exact", "branch"]
+__all__ = ["Exact", "begin", "branch", "go_on"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,16 +100,61 @@ def branch(
     -------
     Why the search ended, and how many linear programs were solved.
     """
-    search = Branching(
+    return go_on(components, index, begin(components, index, stop), limits)
+
+
+def begin(components: Components, index: int, stop: Stop | None) -> Branching:
+    """Return the search of a component for its optimum before its first linear program.
+
+    Parameters
+    ----------
+    components
+        A problem taken apart and answered; it is not changed.
+    index
+        Which component.
+    stop
+        Asked every few milliseconds whether to stop.
+
+    Returns
+    -------
+    The search.
+    """
+    return Branching(
         components.component(index),
-        components.taken[components.families(index)],
+        components.taken[components.families(index)].copy(),
         (float(components.cost[index]), float(components.lower[index])),
         components.closing(index),
         stop,
     )
+
+
+def go_on(
+    components: Components, index: int, search: Branching, limits: BranchingLimits
+) -> tuple[str, int]:
+    """Go on with a component's search; its answer and bound are improved in place.
+
+    Parameters
+    ----------
+    components
+        The problem taken apart, perhaps with a better answer by now.
+    index
+        Which component.
+    search
+        Its search.
+    limits
+        What bounds the work from here on.
+
+    Returns
+    -------
+    Why the search ended, and how many linear programs were solved.
+    """
+    families, before = components.families(index), search.solved
+    search.learn(components.taken[families], float(components.cost[index]))
     reason = search.run(limits)
-    components.cost[index], components.lower[index] = search.upper, search.lower
-    return reason, search.solved
+    components.taken[families] = search.selection
+    components.cost[index] = search.upper
+    components.lower[index] = max(float(components.lower[index]), search.lower)
+    return reason, search.solved - before
 
 
 def _until(stop: Stop | None, time_limit: float | None) -> Stop | None:
