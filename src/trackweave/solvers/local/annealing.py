@@ -61,8 +61,8 @@ class Annealing(Metaheuristic):
     """
 
     evaluations: int = 1_000_000
-    moves_per_item: int = 400
-    hot: float = 2.0
+    moves_per_item: int = 800
+    hot: float = 4.0
     cold: float = 0.1
     links: int = 2
     patience: int = 10
