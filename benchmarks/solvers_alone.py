@@ -19,11 +19,13 @@ from solvers_runs import (
     families_of,
     is_there,
     keep,
+    kept,
     warm_up_methods,
 )
 from text_tables import command, heading, table
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "images"
+KEPT = CACHE / "solvers_alone.json"
 SHOWN = (1.0,)
 """Times of tables [s]."""
 Choice: TypeAlias = Callable[[list[Run]], Run | None]
@@ -37,6 +39,9 @@ def main() -> None:
     )
     parser.add_argument("--scenes", type=int, default=1, help="problems of each family")
     parser.add_argument("--methods", nargs="+", default=[*OTHERS, *METHODS])
+    parser.add_argument(
+        "--keep-others", action="store_true", help="take other methods' runs from the last time"
+    )
     parser.add_argument("--families", nargs="+", help="names of families; left out = all")
     parser.add_argument("--pictures", type=Path, default=PICTURES)
     arguments = parser.parse_args()
@@ -44,12 +49,13 @@ def main() -> None:
     methods = [name for name in arguments.methods if name not in missing]
     families = families_of(arguments)
     warm_up_methods(methods)
-    runs: list[Run] = []
+    runs = kept(KEPT, methods) if arguments.keep_others else []
     for family, problems in families.items():
         for name, problem in problems.items():
             for method in methods:
                 runs += Task(family, name, problem, method, arguments.longest).runs()
-    keep(runs, CACHE / "solvers_alone.json")
+    runs.sort(key=lambda run: [*OTHERS, *METHODS].index(run.method))
+    keep(runs, KEPT)
     records = Records()
     for run in runs:
         records.enter(run.problem, run.cost, run.bound)
@@ -99,8 +105,8 @@ def _after_evaluations(budget: int) -> Choice:
 
 def _after_time(seconds: float) -> Choice:
     def choose(runs: list[Run]) -> Run | None:
-        known = [run for run in runs if run.limit is not None and run.limit <= seconds]
-        return known[-1] if known else None
+        known = [run for run in runs if run.is_within(seconds)]
+        return min(known, key=lambda run: run.cost) if known else None
 
     return choose
 

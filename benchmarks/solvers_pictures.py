@@ -58,6 +58,7 @@ def _draw_panel(axis: Any, runs: list[Run], records: Records) -> None:
                 fillstyle=style, linewidth=1,
             )  # fmt: skip
     axis.set_xscale("log")
+    axis.set_xlim(3e-4, 2.0)
     axis.set_yscale("symlog", linthresh=1e-3)
     axis.set_ylim(-3e-4, 200)
     axis.set_yticks([0, 1e-3, 1e-2, 0.1, 1, 10, 100])
@@ -69,13 +70,16 @@ def _draw_panel(axis: Any, runs: list[Run], records: Records) -> None:
 
 def _curve(runs: list[Run], records: Records) -> tuple[list[float], list[float]]:
     """Return a method's mean CPU times and gaps [%], one for each time that it was given."""
-    runs = [run for run in runs if run.limit is not None]
     problems = dict.fromkeys(run.problem for run in runs)
     x, y = [], []
-    for limit in dict.fromkeys(run.limit for run in runs):
-        # A search that is over stays so with more time.
-        known = [run for run in runs if (run.limit or 0.0) <= (limit or 0.0)]
-        last = [[run for run in known if run.problem == problem][-1] for problem in problems]
-        x.append(float(np.mean([run.cpu for run in last])))
-        y.append(100 * float(np.mean([records.gap(run.problem, run.cost) for run in last])))
+    for limit in sorted({run.limit for run in runs if run.limit is not None}):
+        known = [run for run in runs if run.is_within(limit)]
+        best = [
+            min((run for run in known if run.problem == problem), key=lambda r: (r.cost, r.cpu))
+            for problem in problems
+        ]
+        over = [all(r.is_over for r in known if r.problem == problem) for problem in problems]
+        cpu = [run.cpu if is_over else limit for run, is_over in zip(best, over, strict=True)]
+        x.append(float(np.mean(cpu)))
+        y.append(100 * float(np.mean([records.gap(run.problem, run.cost) for run in best])))
     return x, y

@@ -69,7 +69,17 @@ class Run:
     @property
     def is_over(self) -> bool:
         """Whether nothing is left to gain from more time or evaluations."""
-        return self.ended != "stopped" and self.ended != "evaluations"
+        return self.ended not in ("stopped", "evaluations", "budget spent")
+
+    def is_within(self, seconds: float) -> bool:
+        """Tell whether this could be had in a CPU time, but for how late a stop is seen.
+
+        Runs with few evaluations count too: one without a limit of them may spend all its time
+        on the first component.
+        """
+        if self.limit is not None:
+            return self.limit <= seconds
+        return self.cpu <= seconds
 
 
 @dataclass(frozen=True)
@@ -170,3 +180,9 @@ def keep(runs: list[Run], path: Path) -> None:
     """Write runs to a file, for a look at them later."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps([asdict(run) for run in runs]), encoding="utf-8")
+
+
+def kept(path: Path, but: list[str]) -> list[Run]:
+    """Return the runs in a file, but those of some methods."""
+    runs = [Run(**values) for values in json.loads(path.read_text(encoding="utf-8"))]
+    return [run for run in runs if run.method not in but]
