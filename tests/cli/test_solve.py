@@ -186,7 +186,7 @@ def test_the_clock_runs_from_the_start_of_solving(
     original = command.solvers.solve
     monkeypatch.setattr(command, "perf_counter", lambda: now[0])
     monkeypatch.setattr(command, "read_problem", read_slowly)
-    monkeypatch.setattr(command, "_warm_up", lambda solver: None)
+    monkeypatch.setattr(command, "warm_up", lambda solver, rng: None)
     monkeypatch.setattr(command.solvers, "solve", watch)
     file = tmp_path / "p.csv"
     file.write_text(TEXT)

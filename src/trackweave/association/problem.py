@@ -241,7 +241,8 @@ class AssignmentProblem:
             Cost of each row, finite [nats]. Of equal rows the cheapest counts.
         alone
             What it costs to leave an item that no row prices: one number, or one for each item,
-            list after list; infinite where the item has to be covered.
+            list after list; infinite where the item has to be covered. A list's items are all
+            numbers up to the greatest that stands in it.
 
         Returns
         -------

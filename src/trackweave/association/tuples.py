@@ -165,7 +165,9 @@ def _requirement(items: IntArray, cost: FloatArray, price: FloatArray) -> Requir
     if not spread < LARGEST_SUM:
         raise InvalidInputError("costs: too large to be added; expected smaller numbers")
     # A power of two takes no digits from whole costs.
-    return Requirement(required, 2.0 ** float(np.ceil(np.log2(2.0 * spread + 2.0))), ceiling)
+    # Of the size of the costs, so that small ones keep their digits.
+    size = max(spread, float(np.abs(cost).max(initial=0.0))) or 1.0
+    return Requirement(required, 2.0 ** float(np.ceil(np.log2(4.0 * size))), ceiling)
 
 
 def _require_digits(cost: FloatArray, shift: FloatArray, base: float) -> None:

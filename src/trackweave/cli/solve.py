@@ -2,8 +2,6 @@
 
 import dataclasses
 from dataclasses import dataclass
-from functools import partial
-from itertools import count
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
@@ -23,6 +21,7 @@ from trackweave.io.output_file import OutputFile
 from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
 from trackweave.io.tables import file_ending
 from trackweave.solvers import Solver, Stop
+from trackweave.solvers.warming import warm_up
 
 __all__ = ["SolveRequest", "run_solve"]
 
@@ -65,9 +64,9 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
     table = read_problem(request.problem)
     if not voice.quiet and not _kernels_are_kept():
         voice.say("compiling kernels, once; this takes up to a minute")
-    _warm_up(solver)
+    warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
-    problem = table.problem()
+    problem = _problem(request.problem, table)
     rng = np.random.default_rng(request.seed)
     answer = solvers.solve(problem, solver, rng=rng, stop=_clock(begin, request.time_limit))
     time_s = perf_counter() - begin
@@ -109,12 +108,12 @@ def _clock(begin: float, time_limit: float | None) -> Stop | None:
     return lambda: perf_counter() >= end
 
 
-def _warm_up(solver: Solver) -> None:
-    """Load or compile what the solver needs, which is nothing that the clock should measure."""
-    costs = np.arange(27.0).reshape(3, 3, 3) ** 2 % 7.0
-    asked = partial(next, count())
-    problem = AssignmentProblem.from_array(costs)
-    solvers.solve(problem, solver, rng=np.random.default_rng(0), stop=lambda: asked() >= 3)
+def _problem(source: Path, table: ProblemTable) -> AssignmentProblem:
+    """Return the problem of a table; what is wrong with all costs together names the file."""
+    try:
+        return table.problem()
+    except InvalidInputError as err:
+        raise InvalidInputError(f"{source}: {err}") from err
 
 
 def _kernels_are_kept() -> bool:

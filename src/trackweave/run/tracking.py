@@ -1,5 +1,6 @@
 """The main job: from reports to tracks."""
 
+import copy
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -22,6 +23,8 @@ from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
+from trackweave.solvers.auto import Auto
+from trackweave.solvers.warming import warm_up
 from trackweave.trackers.multiscan import MultiScanTracker
 
 __all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
@@ -147,6 +150,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         estimate=settings.estimate,
     )
     limit = settings.deadline if deadline is None else deadline
+    if limit is not None:
+        # The first scan's deadline is not for compiling.
+        warm_up(settings.search or Auto(), copy.deepcopy(rng))
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
     for number, scan in enumerate(scans, start=1):
         cpu, wall = clock.process_time(), clock.perf_counter()

@@ -10,7 +10,7 @@ from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
 from trackweave.solvers.exact.exact import begin, branch, go_on
 from trackweave.solvers.local import Annealing
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, require_kinds
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Auto"]
@@ -51,6 +51,7 @@ class Auto:
     branches: int = 50
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         for name in ("evaluations", "branches"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name}: {getattr(self, name)}; expected a number ≥ 0")

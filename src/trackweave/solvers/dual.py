@@ -17,7 +17,7 @@ from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers._kernels import cheapest_first
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, require_kinds
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Dual"]
@@ -71,6 +71,7 @@ class Dual:
     visits: int = 20_000
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         if self.iterations < 1 or self.visits < 0:
             raise InvalidInputError(
                 f"Dual: {self.iterations} iterations, {self.visits} visits; expected ≥ 1 and ≥ 0"

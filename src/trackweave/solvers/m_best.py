@@ -14,7 +14,14 @@ from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.murty import Partitioning
 from trackweave.solvers.pieces import Enumeration, Piece, Pieces, combine
-from trackweave.solvers.protocol import Hint, Solver, Stop, refuse_parameters, require_solver
+from trackweave.solvers.protocol import (
+    Hint,
+    Solver,
+    Stop,
+    refuse_parameters,
+    require_kinds,
+    require_solver,
+)
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["MBest", "Ranking"]
@@ -100,6 +107,7 @@ class MBest:
     solver: Solver = Dual()  # noqa: RUF009 frozen, so that it can be shared
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not 1 <= self.hypotheses <= 100_000, "hypotheses", "a whole number from 1 to 100000"),
             (not 0 < self.margin < np.inf, "margin", "a number > 0"),

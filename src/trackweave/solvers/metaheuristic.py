@@ -8,8 +8,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.errors import InvalidInputError
 from trackweave.solvers._kernels import Component, cheapest_first
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
@@ -235,14 +236,23 @@ class Metaheuristic(ABC):
         state
             Where the search stands; it is left as it is.
         evaluations
-            How many answers to try at most; None for as many as the search takes.
+            How many further answers to try at most; None for as many as the search takes.
         stop
             Asked every few milliseconds whether to stop.
 
         Returns
         -------
         Where the search stands then. However often it is interrupted, it ends the same.
+
+        Raises
+        ------
+        InvalidInputError
+            If the number of evaluations is none.
         """
+        if evaluations is not None and not (is_whole(evaluations) and evaluations >= 0):
+            raise InvalidInputError(
+                f"evaluations: {evaluations!r:.80}; expected a whole number ≥ 0, or None"
+            )
         rest = state.relaxation.rest.copy()
         state = replace(state, relaxation=state.relaxation.with_rest(rest))
         left = np.inf if evaluations is None else evaluations

@@ -1,16 +1,16 @@
 """What a solver is, and what it may be told beforehand."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from dataclasses import dataclass, fields
+from typing import Any, Protocol, TypeAlias, get_type_hints
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, is_number, is_whole
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 
-__all__ = ["Hint", "Solver", "Stop", "refuse_parameters", "require_solver"]
+__all__ = ["Hint", "Solver", "Stop", "refuse_parameters", "require_kinds", "require_solver"]
 
 Stop: TypeAlias = Callable[[], bool]
 """Tells, every few milliseconds, whether to stop with the best answer so far."""
@@ -102,3 +102,30 @@ def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) ->
     for is_wrong, name, expected in wrong:
         if is_wrong:
             raise InvalidInputError(f"{name}: {getattr(solver, name)!r:.80}; expected {expected}")
+
+
+def require_kinds(solver: Any) -> None:
+    """Refuse a solver with a parameter of another kind than its field says.
+
+    Parameters
+    ----------
+    solver
+        A dataclass whose fields may be whole numbers, numbers, or true and false; fields of any
+        other type are left to the solver.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is of another kind.
+    """
+    kinds: dict[Any, tuple[Callable[[object], bool], str]] = {
+        int: (is_whole, "a whole number"),
+        float: (is_number, "a number"),
+        bool: (lambda value: isinstance(value, bool), "True or False"),
+    }
+    hints = get_type_hints(type(solver))
+    for field in fields(solver):
+        fits, expected = kinds.get(hints[field.name], (None, ""))
+        value = getattr(solver, field.name)
+        if fits is not None and not fits(value):
+            raise InvalidInputError(f"{field.name}: {value!r:.80}; expected {expected}")

@@ -142,7 +142,7 @@ class TestAnnealing:
             ("hot", 0.0),
             ("hot", np.inf),
             ("cold", 0.0),
-            ("cold", 3.0),
+            ("cold", 5.0),
             ("links", 0),
             ("patience", 0),
         ],

@@ -17,7 +17,7 @@ from trackweave.solvers.ants._tours import (
 )
 from trackweave.solvers.ants.points import make_points
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
-from trackweave.solvers.protocol import refuse_parameters
+from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["AntSearch", "AntSystem"]
 
@@ -149,6 +149,7 @@ class AntSystem(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.ants >= 1, "ants", "a whole number ≥ 1"),
             (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),

@@ -8,7 +8,7 @@ import numpy as np
 from trackweave.solvers.ants._trails import send_ants
 from trackweave.solvers.ants.trails import TrailSearch, make_trails
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
-from trackweave.solvers.protocol import refuse_parameters
+from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["MaxMinAntSystem"]
 
@@ -77,6 +77,7 @@ class MaxMinAntSystem(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.ants >= 1, "ants", "a whole number ≥ 1"),
             (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),

@@ -10,6 +10,8 @@ __all__ = ["make_points"]
 
 MARGIN = 0.01
 """Least shifted cost per item, as a share of the spread of costs per item."""
+LEAST_MARGIN = 1e-12
+"""No shifted cost may be less [nats], or visibility is beyond numbers."""
 
 
 def make_points(view: View, *, priced: bool) -> Points:
@@ -52,7 +54,7 @@ def make_points(view: View, *, priced: bool) -> Points:
     spread = float(np.median(per_item)) - least if node.size else 0.0
     # Where all cost the same, any margin does.
     margin = MARGIN * (spread or abs(least) or float(price.max(initial=0.0)) or 1.0)
-    shift = max(0.0, -least) + margin
+    shift = max(0.0, -least) + max(margin, LEAST_MARGIN)
     return Points(
         node=np.concatenate([node, np.full(alone.shape[0], -1)]),
         item=np.concatenate([component.item[node], alone]),

@@ -10,7 +10,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, require_kinds
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Exact", "begin", "branch", "go_on"]
@@ -46,6 +46,7 @@ class Exact:
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         if self.branches < 0 or self.max_sequences < 1:
             raise InvalidInputError(
                 f"branches: {self.branches}, max_sequences: {self.max_sequences}; "

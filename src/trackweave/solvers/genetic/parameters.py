@@ -5,7 +5,7 @@ from typing import Literal
 
 from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
-from trackweave.solvers.protocol import refuse_parameters
+from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["ListParameters", "Parameters"]
 
@@ -31,6 +31,7 @@ class Parameters:
     settle: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.population >= 2, "population", "a whole number ≥ 2"),
             (not self.generations >= 1, "generations", "a whole number ≥ 1"),
@@ -76,6 +77,7 @@ class ListParameters:
     decompose: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.population >= 2, "population", "a whole number ≥ 2"),
             (not self.generations >= 1, "generations", "a whole number ≥ 1"),

@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.solvers.local.cooling import Cooling, Schedule
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
-from trackweave.solvers.protocol import refuse_parameters
+from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["Annealing"]
 
@@ -71,6 +71,7 @@ class Annealing(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
             (not self.moves_per_item >= 1, "moves_per_item", "a whole number ≥ 1"),

@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.solvers.local.seeking import Habits, Seeking
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
-from trackweave.solvers.protocol import refuse_parameters
+from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["TabuSearch"]
 
@@ -68,6 +68,7 @@ class TabuSearch(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
+        require_kinds(self)
         wrong = [
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
             (not self.sample >= 1, "sample", "a whole number ≥ 1"),
