@@ -18,7 +18,7 @@ def test_leaves_nothing_to_compile_for_a_harder_problem(solver: Solver) -> None:
         pytest.skip("kernels are not compiled here")
     before = [len(kernel.signatures) for kernel in kernels]
     assert min(before) > 0
-    solver(hard_tuples(3, 400), rng=np.random.default_rng(1))
+    solver(hard_tuples(3, 400, 12), rng=np.random.default_rng(1))
     assert [len(kernel.signatures) for kernel in kernels] == before
 
 
@@ -31,8 +31,8 @@ def test_greed_needs_nothing() -> None:
 @pytest.mark.parametrize("wrong", [1.5, -1, "x", True])
 def test_a_search_refuses_a_number_of_evaluations_that_is_none(wrong: object) -> None:
     search = Annealing()
-    state = search.start(hard_tuples(), rng=np.random.default_rng(0))
-    with pytest.raises(InvalidInputError, match="evaluations: .*; expected a whole number ≥ 0"):
+    state = search.start(hard_tuples(0, 60, 8), rng=np.random.default_rng(0))
+    with pytest.raises(InvalidInputError, match=r"evaluations: .*; expected a whole number"):
         search.advance(state, evaluations=wrong)
 
 
@@ -40,5 +40,5 @@ def test_a_search_refuses_a_number_of_evaluations_that_is_none(wrong: object) ->
     ("name", "wrong"), [("hot", "x"), ("links", 1.5), ("seeded", 1), ("patience", None)]
 )
 def test_refuses_parameters_of_another_kind(name: str, wrong: object) -> None:
-    with pytest.raises(InvalidInputError, match=f"{name}: .*; expected"):
+    with pytest.raises(InvalidInputError, match=rf"{name}: .*; expected"):
         Annealing(**{name: wrong})

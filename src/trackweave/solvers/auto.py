@@ -116,7 +116,10 @@ class _Effort:
 
     def branch_on_little(self, branches: int) -> None:
         """Branch on the open components of which little is left."""
-        for index in self._open(LITTLE):
+        # Whole costs let a gap below one count as closed, which branching soon reaches.
+        whole = self.relaxation.rest.step > 0.0
+        candidates = {*self._open(LITTLE), *(i for i in self._open(MUCH) if whole[i])}
+        for index in sorted(candidates):
             limits = BranchingLimits(branches)
             self._count(*branch(self.relaxation.rest, index, limits, self.stop))
             if self.was_stopped:
