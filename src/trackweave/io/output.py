@@ -11,13 +11,19 @@ change and removes it.
 import contextlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeGuard
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
-from trackweave.io.staging import STAGING_PREFIX, Staging, is_staging, recover, remove_abandoned
+from trackweave.io.staging import (
+    Staging,
+    is_staging,
+    recover,
+    remove_abandoned,
+    translated,
+)
 
 __all__ = ["FILES", "RECORD", "OutputDirectory"]
 
@@ -67,7 +73,7 @@ class OutputDirectory:
             If the path is a file, a directory that is not empty and not ours, or not writable, or
             if an input would be lost.
         """
-        with _translated(self.path):
+        with translated(self.path):
             target = self._target()
             if target.is_dir():
                 self._recover_in(target)
@@ -102,7 +108,7 @@ class OutputDirectory:
             disk; then nothing has changed.
         """
         contents = _contents(files, record, self.command)
-        with _translated(self.path):
+        with translated(self.path):
             target = self._target()
             if target.is_dir():
                 self._recover_in(target)
@@ -228,19 +234,3 @@ def _read_record(path: Path) -> dict[str, Any] | None:
     except (FileNotFoundError, IsADirectoryError, ValueError, RecursionError):
         return None
     return record if isinstance(record, dict) and "trackweave" in record else None
-
-
-@contextlib.contextmanager
-def _translated(path: Path) -> Iterator[None]:
-    """Turn what the system complains of into an OutputError that names the file and the reason."""
-    try:
-        yield
-    except OutputError:
-        raise
-    except OSError as err:
-        place = err.filename if isinstance(err.filename, str) else str(path)
-        if STAGING_PREFIX in place:  # nobody asked for that one
-            place = str(path)
-        raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
-    except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
-        raise OutputError(f"{str(path)!r}: not a place for files ({err})") from err

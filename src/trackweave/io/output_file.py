@@ -6,11 +6,11 @@ place, which replaces an older file in one step.
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from trackweave.errors import OutputError
-from trackweave.io.staging import STAGING_PREFIX, Staging, remove_abandoned
+from trackweave.io.staging import Staging, remove_abandoned, translated
 
 __all__ = ["OutputFile"]
 
@@ -43,7 +43,7 @@ class OutputFile:
             If the path is a directory or another thing than a file, its folder is missing or not
             writable, or an input would be lost.
         """
-        with _translated(self.path):
+        with translated(self.path):
             target = self._target()
             if target.exists():
                 for path in map(Path, inputs):
@@ -70,7 +70,7 @@ class OutputFile:
         OutputError
             If the environment fails, such as by a full disk; then nothing has changed.
         """
-        with _translated(self.path):
+        with translated(self.path):
             target = self._target()
             with contextlib.suppress(OSError):  # we need no right to list the folder
                 remove_abandoned(target.parent)
@@ -92,19 +92,3 @@ class OutputFile:
         if not target.parent.is_dir():
             raise OutputError(f"{self.path}: no such directory {target.parent}")
         return target
-
-
-@contextlib.contextmanager
-def _translated(path: Path) -> Iterator[None]:
-    """Turn what the system complains of into an OutputError that names the file."""
-    try:
-        yield
-    except OutputError:
-        raise
-    except OSError as err:
-        place = err.filename if isinstance(err.filename, str) else str(path)
-        if STAGING_PREFIX in place:  # nobody asked for that one
-            place = str(path)
-        raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
-    except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
-        raise OutputError(f"{str(path)!r}: not a place for a file ({err})") from err

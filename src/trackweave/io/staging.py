@@ -11,8 +11,10 @@ import json
 import os
 import secrets
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+
+from trackweave.errors import OutputError
 
 try:
     import fcntl
@@ -21,7 +23,7 @@ except ImportError:  # Windows: every staging directory then counts as left behi
 else:
     _HAS_LOCKS = True
 
-__all__ = ["STAGING_PREFIX", "Staging", "is_staging", "recover", "remove_abandoned"]
+__all__ = ["STAGING_PREFIX", "Staging", "is_staging", "recover", "remove_abandoned", "translated"]
 
 STAGING_PREFIX = ".trackweave-staging-"
 _JOURNAL = "journal.json"
@@ -230,3 +232,30 @@ def _flush_directory(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+@contextlib.contextmanager
+def translated(path: Path) -> Iterator[None]:
+    """Turn what the system complains of into an OutputError that names the file and the reason.
+
+    Parameters
+    ----------
+    path
+        What was to be written.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be.
+    """
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as err:
+        place = err.filename if isinstance(err.filename, str) else str(path)
+        if STAGING_PREFIX in place:  # nobody asked for that one
+            place = str(path)
+        raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
+    except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
+        raise OutputError(f"{str(path)!r}: not a place for files ({err})") from err

@@ -20,7 +20,14 @@ from trackweave.solvers.protocol import Solver
 __all__ = ["warm_up"]
 
 # Budgets that are enough to reach every kernel of a solver, by the names of their fields.
-LITTLE = {"evaluations": 600, "branches": 1, "generations": 2, "cycles": 3, "visits": 2_000}
+LITTLE = {
+    "evaluations": 600,
+    "branches": 1,
+    "generations": 2,
+    "cycles": 3,
+    "visits": 2_000,
+    "solves": 1,
+}
 
 
 def warm_up(solver: Solver, rng: np.random.Generator) -> None:
