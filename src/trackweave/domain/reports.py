@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 
 __all__ = ["BadRow", "ReportTable"]
@@ -56,9 +57,10 @@ class ReportTable:
     sensors
         Names of the sensors.
     measurement
-        Position of each report [m], shape (reports, dim), dim 2 or 3.
+        What each report measures, shape (reports, width), in the order of its sensor's kind,
+        angles in radians from 0 to 2π; NaN to the right of what a kind has.
     sigma
-        Standard deviation along each axis [m], shape (reports, dim); NaN where the file has none.
+        Standard deviation of each number, of the same shape; NaN where the file has none.
     report
         Identifier of each report as text, shape (reports,).
     scan
@@ -74,6 +76,22 @@ class ReportTable:
     kind
         The kind of table that came in and in which results go back: "polars" (also for files),
         "pandas" or "pyarrow".
+    kinds
+        What each sensor measures; empty where all report positions.
+    space
+        Number of dimensions of the tracking space, 2 or 3; 0 for as many as a measurement has
+        numbers, where all sensors report positions.
+    platform
+        Where each report's sensor was, and how it moved: x, y, z [m] and their rates [m/s], shape
+        (reports, 6); NaN where the row does not say. None where no row does.
+    identity
+        Whom each report says it is of, an index into ``identities`` or -1, shape (reports,).
+    identities
+        Their names.
+    strength
+        How strong each report is, shape (reports,), NaN where the row does not say.
+    height
+        Height of each report's object [m], shape (reports,), NaN where the row does not say.
     """
 
     time: FloatArray
@@ -88,14 +106,25 @@ class ReportTable:
     iso_time: bool = False
     skipped: tuple[BadRow, ...] = ()
     kind: str = "polars"
+    kinds: tuple[MeasurementKind, ...] = ()
+    space: int = 0
+    platform: FloatArray | None = None
+    identity: IntArray | None = None
+    identities: tuple[str, ...] = ()
+    strength: FloatArray | None = None
+    height: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.time)
 
     @property
     def dim(self) -> int:
-        """Number of spatial dimensions, 2 or 3."""
-        return int(self.measurement.shape[1])
+        """Number of dimensions of the tracking space, 2 or 3."""
+        return self.space or int(self.measurement.shape[1])
+
+    def kind_of(self, sensor: int) -> MeasurementKind:
+        """Return what a sensor measures, by its index."""
+        return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
 
     def scans(self) -> Iterator[Scan]:
         """Yield the scans in order of time, then sensor.
@@ -112,10 +141,39 @@ class ReportTable:
         groups = np.split(order, np.flatnonzero(changes) + 1)
         groups.sort(key=lambda rows: (self.time[rows].max(), self.sensor[rows[0]]))
         for rows in groups:
-            yield Scan(
-                time=float(self.time[rows].max()),
-                sensor=self.sensors[self.sensor[rows[0]]],
-                measurement=self.measurement[rows],
-                sigma=self.sigma[rows],
-                report=np.asarray(rows, dtype=np.int64),
-            )
+            yield self.scan_of(rows, float(self.time[rows].max()))
+
+    def scan_of(self, rows: IntArray, time: float, *, own_times: bool = False) -> Scan:
+        """Return a scan of some rows of one sensor.
+
+        Parameters
+        ----------
+        rows
+            At least one row number.
+        time
+            End of the scan [s].
+        own_times
+            Whether each report keeps its own time, or all count as of the end.
+
+        Returns
+        -------
+        The scan; ``Scan.report`` holds the row numbers.
+        """
+        sensor = int(self.sensor[rows[0]])
+        size = self.kind_of(sensor).n_components(self.dim)
+        # Positions without a height stand in a space of three dimensions with two numbers.
+        size = min(size, self.measurement.shape[1])
+        has_platform = self.platform is not None and not np.isnan(self.platform[rows, 0]).any()
+        return Scan(
+            time=time,
+            sensor=self.sensors[sensor],
+            measurement=self.measurement[rows, :size],
+            sigma=self.sigma[rows, :size],
+            report=np.asarray(rows, dtype=np.int64),
+            moments=self.time[rows] if own_times else None,
+            platform=np.nan_to_num(self.platform[rows])
+            if self.platform is not None and has_platform
+            else None,
+            identity=None if self.identity is None else self.identity[rows],
+            strength=None if self.strength is None else self.strength[rows],
+        )

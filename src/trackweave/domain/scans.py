@@ -26,24 +26,35 @@ class Scan:
     Parameters
     ----------
     time
-        End of the scan [s].
+        End of the scan [s], for a rotating sensor of the turn.
     sensor
         Name of the sensor, a text or a whole number; kept as text, so that 0 is "0".
     measurement
-        One row per report, shape (reports, dim): position [m]. Finite. An empty list is an empty
-        scan of no dimensions, shape (0, 0), which fits every tracker.
+        One row per report, shape (reports, components): what the sensor measures, angles in
+        radians. Finite. An empty list is an empty scan of no components, shape (0, 0), which fits
+        every tracker.
     sigma
-        Standard deviation of each report along each axis [m], shape (reports, dim), positive;
-        NaN where the sensor's own noise applies. Left out = NaN everywhere.
+        Standard deviation of each number, of the same shape, positive; NaN where the sensor's own
+        noise applies. Left out = NaN everywhere.
     report
         A number that identifies each report, shape (reports,); unique over a tracker's life.
         Left out = -1, and the tracker counts on from the last one.
+    moments
+        Each report's own time [s], shape (reports,), none after ``time``; None for ``time``.
+    platform
+        Where the sensor is and how it moves: x, y, z [m] and their rates [m/s], shape (6,), or
+        one row per report, shape (reports, 6); None for where the sensor stands.
+    identity
+        A number for whom each report says it is of, shape (reports,), -1 for nobody; None where
+        no report says.
+    strength
+        How strong each report is, shape (reports,), NaN where it does not tell; None for none.
 
     Raises
     ------
     InvalidInputError
-        If a shape does not fit, a time or position is not finite, a sigma is not positive, or
-        the sensor's name is neither text nor a whole number.
+        If a shape does not fit, a time or measurement is not finite, a sigma is not positive, a
+        moment lies after the scan's end, or the sensor's name is neither text nor a whole number.
     """
 
     time: float
@@ -51,6 +62,10 @@ class Scan:
     measurement: FloatArray
     sigma: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     report: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    moments: FloatArray | None = None
+    platform: FloatArray | None = None
+    identity: IntArray | None = None
+    strength: FloatArray | None = None
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
@@ -74,6 +89,7 @@ class Scan:
             report = np.full(n_reports, -1, dtype=np.int64)
         else:
             report = int_array(self.report, "report", (n_reports,))
+        self._check_extras(n_reports)
         set_field(self, "time", float(self.time))
         set_field(self, "sensor", name_text(self.sensor, "sensor"))
         set_field(self, "measurement", measurement)
@@ -82,6 +98,28 @@ class Scan:
 
     def __len__(self) -> int:
         return int(self.measurement.shape[0])
+
+    def _check_extras(self, n_reports: int) -> None:
+        """Check and cast what a scan need not have."""
+        set_field = object.__setattr__
+        if self.moments is not None:
+            moments = float_array(self.moments, "moments", (n_reports,))
+            require_finite(moments, "moments")
+            if np.any(moments > self.time):
+                raise InvalidInputError(
+                    f"moments: {moments.max():.15g} s; expected none after the scan's end at "
+                    f"{self.time:.15g} s"
+                )
+            set_field(self, "moments", moments)
+        if self.platform is not None:
+            shape = (6,) if np.ndim(self.platform) == 1 else (n_reports, 6)
+            platform = float_array(self.platform, "platform", shape)
+            require_finite(platform, "platform")
+            set_field(self, "platform", platform)
+        if self.identity is not None:
+            set_field(self, "identity", int_array(self.identity, "identity", (n_reports,)))
+        if self.strength is not None:
+            set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
 
 
 def _is_empty(values: ArrayLike) -> bool:

@@ -5,32 +5,48 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.models.coverage import FieldOfView
+from trackweave.models.measurements import NO_PLATFORM
+from trackweave.models.rotation import Rotation
+from trackweave.models.strength import StrengthModel
 
 __all__ = ["Sensor"]
 
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A sensor that reports positions.
+    """A sensor: what it measures, how well, how often, and how falsely.
 
     Parameters
     ----------
     name
         As in the reports.
     sigma
-        Standard deviation of a report along each axis [m]: one number, or one per axis. Applies
-        where a report carries none. Must be positive.
+        Standard deviation of each number of a report [m, rad, m/s]: one for all, or one each.
+        Applies where a report carries none. Must be positive.
     detection_probability
         Chance to report an object that it covers, in (0, 1).
     clutter_density
-        False alarms per m² (m³) of covered space and scan. Must be positive.
+        False alarms per unit of what is measured (m², m³, m·rad, rad …) and scan. Must be
+        positive.
     scan_period
         Seconds from scan to scan, None for a sensor that does not scan: a single report of it
         says nothing of other objects, and makes no track miss a chance. Must be positive.
     field_of_view
-        What it covers; None for everywhere.
+        What it covers, about ``position`` or where its scans say that it is; None for
+        everywhere.
+    measurement
+        What its reports hold.
+    position
+        Where it stands, x, y[, z] [m]; None for the origin. Scans of a moving sensor say it.
+    rotation
+        How its beam turns; None where a scan is taken at one time.
+    strength
+        What the strength of its reports says; None for nothing.
+    identity_error
+        Chance that a report's identity is another than its object's was, in (0, 1).
 
     Raises
     ------
@@ -44,40 +60,59 @@ class Sensor:
     clutter_density: float = 1e-6
     scan_period: float | None = None
     field_of_view: FieldOfView | None = None
+    measurement: MeasurementKind = MeasurementKind.POSITION
+    position: tuple[float, ...] | None = None
+    rotation: Rotation | None = None
+    strength: StrengthModel | None = None
+    identity_error: float = 0.01
 
     def __post_init__(self) -> None:
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
         if sigmas.size == 0 or not np.all(np.isfinite(sigmas) & (sigmas > 0)):
-            raise InvalidInputError(f"sigma: {self.sigma}; expected numbers > 0 in metres")
-        if not 0 < self.detection_probability < 1:
-            raise InvalidInputError(
-                f"detection_probability: {self.detection_probability}; expected between 0 and 1"
-            )
+            raise InvalidInputError(f"sigma: {self.sigma}; expected numbers > 0")
+        for name in ("detection_probability", "identity_error"):
+            if not 0 < getattr(self, name) < 1:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected between 0 and 1")
         for name in ("clutter_density", "scan_period"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
+        if self.measurement is MeasurementKind.RANGE_RATE:
+            raise InvalidInputError("measurement: range-rate; expected what tells a direction")
+        if self.position is not None and (
+            len(self.position) not in {2, 3} or not np.all(np.isfinite(self.position))
+        ):
+            raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
+
+    @property
+    def platform(self) -> FloatArray:
+        """Where it stands and that it does not move: x, y, z [m] and their rates [m/s]."""
+        platform = np.array(NO_PLATFORM)
+        if self.position is not None:
+            platform[: len(self.position)] = self.position
+        return platform
 
     def sigmas(self, dim: int) -> FloatArray:
-        """Return the standard deviation along each axis [m].
+        """Return the standard deviation of each number of a report [m, rad, m/s].
 
         Parameters
         ----------
         dim
-            Number of axes.
+            Number of dimensions of the tracking space.
 
         Returns
         -------
-        One number per axis.
+        One number per component.
 
         Raises
         ------
         InvalidInputError
-            If the sensor was given another number of axes.
+            If the sensor was given another number of them.
         """
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
-        if sigmas.size not in (1, dim):
+        size = self.measurement.n_components(dim)
+        if sigmas.size not in (1, size):
             raise InvalidInputError(
-                f"sensor {self.name}: sigma for {sigmas.size} axes; expected 1 or {dim}"
+                f"sensor {self.name}: sigma for {sigmas.size} axes; expected 1 or {size}"
             )
-        return np.ascontiguousarray(np.broadcast_to(sigmas, (dim,)))
+        return np.ascontiguousarray(np.broadcast_to(sigmas, (size,)))

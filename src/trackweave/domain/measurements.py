@@ -1,0 +1,74 @@
+"""What the numbers of a report are."""
+
+from enum import IntEnum
+
+__all__ = ["MeasurementKind"]
+
+
+class MeasurementKind(IntEnum):
+    """What a sensor measures. Angles are in radians, azimuth and bearing clockwise from north.
+
+    Range is the distance from the sensor in all dimensions of the tracking space, elevation the
+    angle over the horizontal plane through the sensor, range rate the time derivative of range.
+    """
+
+    POSITION = 0
+    RANGE_AZIMUTH = 1
+    RANGE_AZIMUTH_RATE = 2
+    RANGE_AZIMUTH_ELEVATION = 3
+    RANGE_AZIMUTH_ELEVATION_RATE = 4
+    BEARING = 5
+    RANGE_RATE = 6
+    """Range rate alone; no sensor reports it, but the others' rates are taken in by it."""
+
+    @property
+    def word(self) -> str:
+        """The name in configuration files."""
+        return self.name.lower().replace("_", "-")
+
+    @property
+    def has_range(self) -> bool:
+        """Whether the first component is a range."""
+        return 1 <= self <= 4
+
+    @property
+    def has_elevation(self) -> bool:
+        """Whether the third component is an elevation."""
+        return self in {3, 4}
+
+    @property
+    def has_rate(self) -> bool:
+        """Whether the last component is a range rate."""
+        return self in {2, 4}
+
+    def n_components(self, dim: int) -> int:
+        """Return how many numbers a report holds.
+
+        Parameters
+        ----------
+        dim
+            Number of dimensions of the tracking space.
+
+        Returns
+        -------
+        The number.
+        """
+        if self is MeasurementKind.POSITION:
+            return dim
+        return (0, 2, 3, 3, 4, 1, 1)[self]
+
+    def gives_position(self, dim: int) -> bool:
+        """Tell whether one report says where its object is.
+
+        Parameters
+        ----------
+        dim
+            Number of dimensions of the tracking space.
+
+        Returns
+        -------
+        False for a bearing, and in three dimensions for a range without an elevation.
+        """
+        if self.has_range:
+            return dim == 2 or self.has_elevation
+        return self is MeasurementKind.POSITION

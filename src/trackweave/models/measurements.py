@@ -1,0 +1,78 @@
+"""Where reports put their objects."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.measurements import MeasurementKind
+
+__all__ = ["NO_PLATFORM", "to_position"]
+
+NO_PLATFORM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""A sensor that stands at the origin: x, y, z [m] and their rates [m/s]."""
+
+
+def to_position(
+    kind: MeasurementKind,
+    measurement: FloatArray,
+    sigma: FloatArray,
+    platform: FloatArray,
+    dim: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Return where reports put their objects, and how uncertain that is.
+
+    Ranges and angles are unbiased to second order in the angles' noise: the mean of a position
+    on an arc lies inside it [1]_.
+
+    Parameters
+    ----------
+    kind
+        What the reports hold.
+    measurement
+        One row per report, shape (reports, components).
+    sigma
+        Standard deviation of each number, of the same shape.
+    platform
+        Where the sensor was at each report, x, y, z [m] first, shape (reports, ≥ 3).
+    dim
+        Number of dimensions of the tracking space.
+
+    Returns
+    -------
+    Positions [m], shape (reports, dim), and covariances, shape (reports, dim, dim); NaN where a
+    report of this kind does not tell.
+
+    References
+    ----------
+    .. [1] D. Lerro, Y. Bar-Shalom, *Tracking with debiased consistent converted measurements
+       versus EKF*, 1993, eqs. 13-16. doi:10.1109/7.220948
+    """
+    count = measurement.shape[0]
+    if not kind.gives_position(dim):
+        return np.full((count, dim), np.nan), np.full((count, dim, dim), np.nan)
+    if kind is MeasurementKind.POSITION:
+        covariance = sigma[:, :dim, None] ** 2 * np.eye(dim)
+        return measurement[:, :dim].copy(), covariance
+    distance, azimuth = measurement[:, 0], measurement[:, 1]
+    if dim == 2:
+        elevation, elevation_sigma = np.zeros(count), np.zeros(count)
+    else:
+        elevation, elevation_sigma = measurement[:, 2], sigma[:, 2]
+    east, north = np.sin(azimuth), np.cos(azimuth)
+    level, up = np.cos(elevation), np.sin(elevation)
+    # The mean of a direction that wanders by s is shorter by exp(-s²/2).
+    length = distance * np.exp((sigma[:, 1] ** 2 + elevation_sigma**2) / 2)
+    along = np.stack([level * east, level * north, up], axis=-1)
+    across = np.stack([level * north, -level * east, np.zeros(count)], axis=-1)
+    over = np.stack([-up * east, -up * north, level], axis=-1)
+    spread = (
+        sigma[:, 0, None, None] ** 2 * _outer(along)
+        + (distance * sigma[:, 1])[:, None, None] ** 2 * _outer(across)
+        + (distance * elevation_sigma)[:, None, None] ** 2 * _outer(over)
+    )
+    position = platform[:, :3] + length[:, None] * along
+    return position[:, :dim].copy(), np.ascontiguousarray(spread[:, :dim, :dim])
+
+
+def _outer(vector: FloatArray) -> FloatArray:
+    product: FloatArray = vector[:, :, None] * vector[:, None, :]
+    return product

@@ -1,0 +1,63 @@
+"""What the strength of a report says of its origin."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.errors import InvalidInputError
+
+__all__ = ["StrengthModel"]
+
+MOST_EVIDENCE = 8.0
+"""Tails of fitted curves are not to be trusted further than this [nats]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StrengthModel:
+    """How strong reports of objects are, and how strong false alarms are; both about normal.
+
+    Parameters
+    ----------
+    target_mean, target_sigma
+        Of reports of objects, in the unit of the reports' strength (best in decibels).
+    clutter_mean, clutter_sigma
+        Of false alarms.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is not finite or a sigma is not positive.
+    """
+
+    target_mean: float
+    target_sigma: float
+    clutter_mean: float
+    clutter_sigma: float
+
+    def __post_init__(self) -> None:
+        for name in ("target_mean", "clutter_mean", "target_sigma", "clutter_sigma"):
+            value = getattr(self, name)
+            if not np.isfinite(value) or (name.endswith("sigma") and value <= 0):
+                raise InvalidInputError(
+                    f"strength: {name} {value}; expected a finite number, a sigma above 0"
+                )
+
+    def evidence(self, strength: FloatArray) -> FloatArray:
+        """Return how much more likely each strength is of an object than of a false alarm.
+
+        Parameters
+        ----------
+        strength
+            Strengths, shape (reports,); NaN where a report has none.
+
+        Returns
+        -------
+        Log likelihood ratios [nats], within ± 8; 0 where there is no strength.
+        """
+        target = (strength - self.target_mean) / self.target_sigma
+        clutter = (strength - self.clutter_mean) / self.clutter_sigma
+        ratio = (clutter**2 - target**2) / 2 + np.log(self.clutter_sigma / self.target_sigma)
+        within = np.clip(ratio, -MOST_EVIDENCE, MOST_EVIDENCE)
+        evidence: FloatArray = np.where(np.isnan(strength), 0.0, within)
+        return evidence
