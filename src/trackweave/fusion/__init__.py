@@ -1,0 +1,1 @@
+"""Tracks of many sensors become one picture: associated, confirmed, registered and fused."""
