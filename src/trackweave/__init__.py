@@ -33,7 +33,11 @@ if TYPE_CHECKING:
     from trackweave.metrics import Evaluation as Evaluation
     from trackweave.metrics import evaluate as evaluate
     from trackweave.models.coverage import FieldOfView as FieldOfView
+    from trackweave.models.motion import ConstantAcceleration as ConstantAcceleration
     from trackweave.models.motion import ConstantVelocity as ConstantVelocity
+    from trackweave.models.motion import CoordinatedTurn as CoordinatedTurn
+    from trackweave.models.motion import Imm as Imm
+    from trackweave.models.motion import RandomWalk as RandomWalk
     from trackweave.models.sensors import Sensor as Sensor
     from trackweave.run import TrackingResult as TrackingResult
     from trackweave.run import track as track
@@ -66,7 +70,9 @@ _HOMES = {
     "AssignmentProblem": "trackweave.association.problem",
     "Auto": "trackweave.solvers",
     "Certificate": "trackweave.association.problem",
+    "ConstantAcceleration": "trackweave.models.motion",
     "ConstantVelocity": "trackweave.models.motion",
+    "CoordinatedTurn": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",
     "Dual": "trackweave.solvers",
     "Evaluation": "trackweave.metrics",
@@ -76,6 +82,7 @@ _HOMES = {
     "Greedy": "trackweave.solvers",
     "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
+    "Imm": "trackweave.models.motion",
     "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
     "Lifecycle": "trackweave.trackers.lifecycle",
@@ -87,6 +94,7 @@ _HOMES = {
     "NumericalError": "trackweave.errors",
     "OutputError": "trackweave.errors",
     "PlotsRule": "trackweave.association.plots_rule",
+    "RandomWalk": "trackweave.models.motion",
     "Ranking": "trackweave.solvers",
     "ReportTable": "trackweave.domain.reports",
     "Scan": "trackweave.domain.scans",

@@ -1,12 +1,56 @@
 """How objects move between reports."""
 
 from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from trackweave.arrays import FloatArray, IntArray, is_number
 from trackweave.errors import InvalidInputError
 
-__all__ = ["ConstantVelocity"]
+__all__ = [
+    "CONSTANT_ACCELERATION",
+    "CONSTANT_VELOCITY",
+    "COORDINATED_TURN",
+    "RANDOM_WALK",
+    "ConstantAcceleration",
+    "ConstantVelocity",
+    "CoordinatedTurn",
+    "Imm",
+    "Mode",
+    "Motion",
+    "MotionRule",
+    "RandomWalk",
+]
+
+CONSTANT_VELOCITY = 0
+CONSTANT_ACCELERATION = 1
+COORDINATED_TURN = 2
+RANDOM_WALK = 3
+
+
+class MotionRule(NamedTuple):
+    """How objects move, as kernels read it.
+
+    A state of ``n`` components holds positions, velocities, accelerations if any mode has them,
+    and a turn rate [rad/s, clockwise seen from above] if any mode turns. ``kind`` says what each
+    mode is and ``noise`` its main process noise and that of its turn rate. The mode is drawn anew
+    from ``share`` at ``rate`` [1/s], which is 0 where there is one mode. ``prior`` is the variance
+    of each component of which nothing is known, 0 for positions. ``acceleration_at`` and
+    ``turn_at`` say where accelerations and the turn rate stand, -1 for nowhere. ``unscented``
+    says how turns are predicted and measurements foreseen: by sigma points instead of Jacobians.
+    """
+
+    dim: int
+    kind: IntArray
+    noise: FloatArray
+    rate: float
+    share: FloatArray
+    prior: FloatArray
+    acceleration_at: int
+    turn_at: int
+    unscented: bool
+    max_speed: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +75,8 @@ class ConstantVelocity:
     max_speed: float
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.process_noise) and self.process_noise >= 0):
-            raise InvalidInputError(
-                f"process_noise: {self.process_noise}; expected a finite number ≥ 0 in m²/s³"
-            )
-        if not (np.isfinite(self.max_speed) and self.max_speed > 0):
-            raise InvalidInputError(
-                f"max_speed: {self.max_speed}; expected a finite number > 0 in m/s"
-            )
+        _check_noise(self, "process_noise", "m²/s³")
+        _check_bound(self, "max_speed", "m/s")
 
     def velocity_variance(self, dim: int) -> float:
         """Return the variance of a new object's velocity along one axis [m²/s²].
@@ -54,4 +92,289 @@ class ConstantVelocity:
         -------
         The variance.
         """
-        return self.max_speed**2 / (dim + 2)
+        return _ball_variance(self.max_speed, dim)
+
+    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
+        """Return the form that kernels read.
+
+        Parameters
+        ----------
+        dim
+            Number of spatial dimensions.
+        unscented
+            Whether what is not linear is taken by sigma points instead of Jacobians.
+
+        Returns
+        -------
+        The rule, of one mode.
+        """
+        return _rule((self,), None, dim, unscented=unscented)
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantAcceleration:
+    """Nearly constant acceleration, driven by white jerk along each axis.
+
+    Parameters
+    ----------
+    process_noise
+        Power spectral density of the jerk [m²/s⁵]. Must not be negative.
+    max_speed
+        Greatest speed of an object [m/s], as in `ConstantVelocity`. Must be positive.
+    max_acceleration
+        Greatest acceleration of an object [m/s²]; one of which nothing is known is spread
+        uniformly over the ball of this radius. Must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    process_noise: float
+    max_speed: float
+    max_acceleration: float
+
+    def __post_init__(self) -> None:
+        _check_noise(self, "process_noise", "m²/s⁵")
+        _check_bound(self, "max_speed", "m/s")
+        _check_bound(self, "max_acceleration", "m/s²")
+
+    def velocity_variance(self, dim: int) -> float:
+        """Return the variance of a new object's velocity along one axis [m²/s²]."""
+        return _ball_variance(self.max_speed, dim)
+
+    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
+        """Return the form that kernels read, of one mode."""
+        return _rule((self,), None, dim, unscented=unscented)
+
+
+@dataclass(frozen=True, slots=True)
+class CoordinatedTurn:
+    """A horizontal turn of nearly constant speed and turn rate; height at constant velocity.
+
+    Parameters
+    ----------
+    process_noise
+        Power spectral density of the acceleration along each axis [m²/s³]. Must not be negative.
+    turn_noise
+        Power spectral density of the turn rate's change [rad²/s³]. Must not be negative.
+    max_speed
+        Greatest speed of an object [m/s], as in `ConstantVelocity`. Must be positive.
+    max_turn_rate
+        Greatest turn rate to either side [rad/s]; one of which nothing is known is spread
+        uniformly between the two. Must be positive. A turn of a g at v m/s has 9.81·a/v rad/s.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    process_noise: float
+    turn_noise: float
+    max_speed: float
+    max_turn_rate: float
+
+    def __post_init__(self) -> None:
+        _check_noise(self, "process_noise", "m²/s³")
+        _check_noise(self, "turn_noise", "rad²/s³")
+        _check_bound(self, "max_speed", "m/s")
+        _check_bound(self, "max_turn_rate", "rad/s")
+
+    def velocity_variance(self, dim: int) -> float:
+        """Return the variance of a new object's velocity along one axis [m²/s²]."""
+        return _ball_variance(self.max_speed, dim)
+
+    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
+        """Return the form that kernels read, of one mode."""
+        return _rule((self,), None, dim, unscented=unscented)
+
+
+@dataclass(frozen=True, slots=True)
+class RandomWalk:
+    """Brownian motion: an object that diffuses and has no velocity.
+
+    Parameters
+    ----------
+    process_noise
+        How fast the variance of the position grows along each axis [m²/s], twice the diffusion
+        coefficient. Must not be negative.
+    max_speed
+        Greatest speed at which a report may lie from the last [m/s]. Must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    process_noise: float
+    max_speed: float
+
+    def __post_init__(self) -> None:
+        _check_noise(self, "process_noise", "m²/s")
+        _check_bound(self, "max_speed", "m/s")
+
+    def velocity_variance(self, dim: int) -> float:
+        """Return the variance of an object's velocity along one axis [m²/s²]."""
+        return _ball_variance(self.max_speed, dim)
+
+    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
+        """Return the form that kernels read, of one mode."""
+        return _rule((self,), None, dim, unscented=unscented)
+
+
+Mode: TypeAlias = ConstantVelocity | ConstantAcceleration | CoordinatedTurn | RandomWalk
+
+
+@dataclass(frozen=True, slots=True)
+class Imm:
+    """Objects that change between several ways to move: an interacting multiple model [1]_.
+
+    The change of mode is a chain in continuous time, so that any interval has its exact
+    transition probabilities: the mode is drawn anew at a rate, from shares; both follow from the
+    sojourn times.
+
+    Parameters
+    ----------
+    models
+        At least two ways to move.
+    sojourn_time
+        How long an object stays in each on average [s]. Each must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are fewer than two models, as many sojourn times are missing or too many, one is
+        out of range, or one is so short beside the others that no chain of this kind has it.
+
+    References
+    ----------
+    .. [1] H. A. P. Blom, Y. Bar-Shalom, *The interacting multiple model algorithm for systems
+       with Markovian switching coefficients*, 1988. doi:10.1109/9.1299
+    """
+
+    models: tuple[Mode, ...]
+    sojourn_time: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        models, times = tuple(self.models), tuple(self.sojourn_time)
+        object.__setattr__(self, "models", models)
+        object.__setattr__(self, "sojourn_time", times)
+        if len(models) < 2 or not all(isinstance(model, Mode) for model in models):
+            names = ", ".join(type(model).__name__ for model in models)
+            raise InvalidInputError(f"models: [{names}]; expected two or more ways to move")
+        if len(times) != len(models):
+            raise InvalidInputError(
+                f"sojourn_time: {len(times)} times for {len(models)} models; expected one each"
+            )
+        for time in times:
+            if not (is_number(time) and time > 0):
+                raise InvalidInputError(
+                    f"sojourn_time: {time!r:.80}; expected finite numbers > 0 in s"
+                )
+        _, share = _chain(times)
+        if np.any(share < 0):
+            worst = int(np.argmin(share))
+            raise InvalidInputError(
+                f"sojourn_time: {times[worst]} s for {type(models[worst]).__name__} is too short "
+                f"beside the others' {sorted(times)}; expected times nearer to each other"
+            )
+
+    @property
+    def max_speed(self) -> float:
+        """Greatest speed of an object in any mode [m/s]."""
+        return max(model.max_speed for model in self.models)
+
+    def velocity_variance(self, dim: int) -> float:
+        """Return the variance of a new object's velocity along one axis [m²/s²]."""
+        return _ball_variance(self.max_speed, dim)
+
+    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
+        """Return the form that kernels read.
+
+        Parameters
+        ----------
+        dim
+            Number of spatial dimensions.
+        unscented
+            Whether what is not linear is taken by sigma points instead of Jacobians.
+
+        Returns
+        -------
+        The rule, one mode per model.
+        """
+        return _rule(self.models, self.sojourn_time, dim, unscented=unscented)
+
+
+Motion: TypeAlias = Mode | Imm
+
+
+def _check_noise(model: Mode, name: str, unit: str) -> None:
+    value = getattr(model, name)
+    if not (is_number(value) and value >= 0):
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite number ≥ 0 in {unit}")
+
+
+def _check_bound(model: Mode, name: str, unit: str) -> None:
+    value = getattr(model, name)
+    if not (is_number(value) and value > 0):
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite number > 0 in {unit}")
+
+
+def _ball_variance(radius: float, dim: int) -> float:
+    """Return the variance along an axis of what is spread uniformly over a ball."""
+    return float(radius**2 / (dim + 2))
+
+
+def _chain(sojourn_time: tuple[float, ...]) -> tuple[float, FloatArray]:
+    """Return the rate at which the mode is drawn anew, and each mode's share."""
+    # A mode of share s is left at rate·(1 − s), which is one over its sojourn time.
+    leaving = 1.0 / np.asarray(sojourn_time, dtype=float)
+    rate = float(leaving.sum()) / (leaving.size - 1)
+    share = 1.0 - leaving / rate
+    # Rounding may leave a share of nothing a hair below it.
+    share[np.abs(share) < 1e-12] = 0.0
+    return rate, share
+
+
+def _rule(
+    models: tuple[Mode, ...],
+    sojourn_time: tuple[float, ...] | None,
+    dim: int,
+    *,
+    unscented: bool,
+) -> MotionRule:
+    """Return the rule of one or more modes, with room for what any of them needs."""
+    max_speed = max(model.max_speed for model in models)
+    parts = [np.zeros(dim), np.full(dim, _ball_variance(max_speed, dim))]
+    pulling = [m.max_acceleration for m in models if isinstance(m, ConstantAcceleration)]
+    turning = [m.max_turn_rate for m in models if isinstance(m, CoordinatedTurn)]
+    if pulling:
+        parts.append(np.full(dim, _ball_variance(max(pulling), dim)))
+    if turning:
+        parts.append(np.full(1, max(turning) ** 2 / 3.0))
+    rate, share = (0.0, np.ones(1)) if sojourn_time is None else _chain(sojourn_time)
+    kinds = [_KINDS[type(model)] for model in models]
+    noise = [[model.process_noise, getattr(model, "turn_noise", 0.0)] for model in models]
+    return MotionRule(
+        dim=int(dim),
+        kind=np.array(kinds, dtype=np.int64),
+        noise=np.array(noise, dtype=np.float64),
+        rate=rate,
+        share=share,
+        prior=np.concatenate(parts),
+        acceleration_at=2 * dim if pulling else -1,
+        turn_at=(3 if pulling else 2) * dim if turning else -1,
+        unscented=bool(unscented),
+        max_speed=float(max_speed),
+    )
+
+
+_KINDS: dict[type, int] = {
+    ConstantVelocity: CONSTANT_VELOCITY,
+    ConstantAcceleration: CONSTANT_ACCELERATION,
+    CoordinatedTurn: COORDINATED_TURN,
+    RandomWalk: RANDOM_WALK,
+}
