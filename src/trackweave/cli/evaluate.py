@@ -4,12 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trackweave.cli.edge import Voice
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
 from trackweave.metrics import assignment_quality, evaluate
 
-__all__ = ["Measure", "run_evaluate"]
+__all__ = ["Measure", "run_evaluate", "show_evaluation"]
+
+MOST_TARGETS = 20
+"""As many targets are listed on a terminal; all are in the JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +25,17 @@ class Measure:
     cutoff
         Distance from which a track is not a target's [m].
     order
-        Exponent of GOSPA and OSPA.
+        Exponent of GOSPA, OSPA and OSPA(2).
     max_gap
         Longest time between rows that is bridged [s]; None for a period and a half.
+    window
+        Number of the truth's times over which OSPA(2) is taken.
     """
 
     cutoff: float = 50.0
     order: float = 2.0
     max_gap: float | None = None
+    window: int = 10
 
 
 def run_evaluate(
@@ -44,6 +51,7 @@ def run_evaluate(
         cutoff=measure.cutoff,
         order=measure.order,
         max_gap=measure.max_gap,
+        window=measure.window,
     )
     if assignments is not None:
         table = read_assignments(assignments)
@@ -54,6 +62,34 @@ def run_evaluate(
             )
         found = found.with_assignments(assignment_quality(table.target, table.track))
     return found.as_dict()
+
+
+def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
+    """Show every measure, then the targets that were followed worst."""
+    measures = [(name, _shown(value)) for name, value in found.items() if name != "targets"]
+    voice.table("Tracks against truth", measures)
+    worst = sorted(found["targets"], key=lambda record: record["covered"])[:MOST_TARGETS]
+    rows = [(f"target {record['target']}", _told(record)) for record in worst]
+    more = len(found["targets"]) - len(rows)
+    title = "Targets" if more == 0 else f"The {len(rows)} targets that were followed worst"
+    voice.table(title, rows)
+    if more:
+        voice.say(f"{more} more targets: see --json")
+
+
+def _told(record: dict[str, Any]) -> str:
+    """Return what is to be said of a target, in one line."""
+    names = record["tracks"]
+    tracks = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    return (
+        f"{100 * record['covered']:.1f} % of {record['time_present']:.6g} s, "
+        f"rmse {_shown(record['rmse'])}, switches {record['switches']}, "
+        f"fragmentations {record['fragmentations']}, tracks {tracks or '–'}"
+    )
+
+
+def _shown(value: float | int | None) -> str:
+    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _require_common_time(truth: tuple[Path, TruthTable], tracks: tuple[Path, TruthTable]) -> None:

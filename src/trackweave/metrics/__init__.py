@@ -8,6 +8,9 @@ from trackweave.metrics.hota import Hota, hota
 from trackweave.metrics.identity import Identity, identity
 from trackweave.metrics.moments import Moment, Moments, align
 from trackweave.metrics.ospa import ospa
+from trackweave.metrics.ospa2 import Ospa2, ospa2
+from trackweave.metrics.pairing import Pairs, pair_over_time
+from trackweave.metrics.targets import TargetRecord, target_records
 
 __all__ = [
     "AssignmentQuality",
@@ -18,6 +21,9 @@ __all__ = [
     "Identity",
     "Moment",
     "Moments",
+    "Ospa2",
+    "Pairs",
+    "TargetRecord",
     "align",
     "assignment_quality",
     "clear_mot",
@@ -26,4 +32,7 @@ __all__ = [
     "hota",
     "identity",
     "ospa",
+    "ospa2",
+    "pair_over_time",
+    "target_records",
 ]

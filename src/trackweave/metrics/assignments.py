@@ -32,12 +32,19 @@ class AssignmentQuality:
         where none is assigned.
     n_reports
         Number of reports.
+    mota
+        1 - (reports of targets on no track + false alarms on a track + switches) over the reports
+        of targets; None without any.
+    switches
+        How often a target's report is on another track than its last report that was on any.
     """
 
     right_share: float | None
     idf1: float | None
     purity: float | None
     n_reports: int
+    mota: float | None
+    switches: int
 
 
 def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> AssignmentQuality:
@@ -46,8 +53,8 @@ def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> Assignm
     Parameters
     ----------
     targets
-        The target behind each report: text or number; None, NaN, empty text or a negative number
-        for a false alarm.
+        The target behind each report, in order of time (only switches depend on the order): text
+        or number; None, NaN, empty text or a negative number for a false alarm.
     tracks
         The track that each report was given to, in the same order; likewise for none.
 
@@ -72,12 +79,22 @@ def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> Assignm
     agreed = float(shared[linear_sum_assignment(shared, maximize=True)].sum())
     n_right = agreed + np.count_nonzero(~true & ~given)
     n_true, n_given = np.count_nonzero(true), np.count_nonzero(given)
+    switches = _switches(target[true & given], track[true & given])
+    wrong = np.count_nonzero(true != given) + switches
     return AssignmentQuality(
         right_share=n_right / target.size if target.size else None,
         idf1=2 * agreed / (n_true + n_given) if n_true + n_given else None,
         purity=_most_frequent(shared) / n_given if n_given else None,
         n_reports=target.size,
+        mota=1 - wrong / n_true if n_true else None,
+        switches=switches,
     )
+
+
+def _switches(target: IntArray, track: IntArray) -> int:
+    order = np.argsort(target, kind="stable")
+    same = np.diff(target[order]) == 0
+    return int(np.count_nonzero(same & (np.diff(track[order]) != 0)))
 
 
 def _most_frequent(shared: FloatArray) -> float:

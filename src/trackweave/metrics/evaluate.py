@@ -1,6 +1,7 @@
 """All measures of a run against the truth."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,21 @@ from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
 from trackweave.metrics._distances import check_cutoff, check_order
 from trackweave.metrics.assignments import AssignmentQuality
-from trackweave.metrics.clear_mot import clear_mot
+from trackweave.metrics.clear_mot import clear_mot_of_pairs
 from trackweave.metrics.gospa import Gospa, gospa_from_distances
 from trackweave.metrics.hota import hota
 from trackweave.metrics.identity import identity
 from trackweave.metrics.moments import Moments, align
 from trackweave.metrics.ospa import ospa_from_distances
+from trackweave.metrics.ospa2 import ospa2
+from trackweave.metrics.pairing import pair_over_time
+from trackweave.metrics.targets import (
+    MOSTLY_LOST,
+    MOSTLY_TRACKED,
+    PARTLY_TRACKED,
+    TargetRecord,
+    target_records,
+)
 
 __all__ = ["Evaluation", "evaluate"]
 
@@ -40,6 +50,12 @@ class Evaluation:
         Mean number of tracks without a target.
     ospa
         Mean over time of OSPA [m].
+    ospa2
+        Mean over time of OSPA(2), which takes identities into account [m].
+    ospa2_localisation
+        Mean over time of what the distances of targets from their tracks add to it [m].
+    ospa2_cardinality
+        Mean over time of what targets or tracks too many add to it [m].
     mota
         CLEAR MOT accuracy.
     motp
@@ -56,6 +72,8 @@ class Evaluation:
         Its detection accuracy.
     assa
         Its association accuracy.
+    loca
+        Its localisation accuracy.
     switches
         How often a target's track is another than the one that it had last.
     fragmentations
@@ -68,6 +86,12 @@ class Evaluation:
         Number of targets.
     n_found
         Number of targets paired for at least half of their positions.
+    mostly_tracked
+        Number of targets paired for at least 80 % of their positions.
+    partly_tracked
+        Number of those in between.
+    mostly_lost
+        Number of targets paired for less than 20 % of their positions.
     n_tracks
         Number of tracks that were ever confirmed.
     n_times
@@ -78,10 +102,18 @@ class Evaluation:
         Identity F1 of reports.
     report_purity
         Share of the assigned reports that come from their track's most frequent target.
+    report_mota
+        CLEAR MOT accuracy of reports.
+    report_switches
+        How often a target's report is on another track than its last assigned one.
     cutoff
         The cutoff used [m].
     order
         The order used.
+    window
+        Number of times over which OSPA(2) was taken.
+    targets
+        Each target's own record.
     """
 
     gospa: float | None
@@ -91,6 +123,9 @@ class Evaluation:
     missed_per_time: float | None
     false_per_time: float | None
     ospa: float | None
+    ospa2: float | None
+    ospa2_localisation: float | None
+    ospa2_cardinality: float | None
     mota: float | None
     motp: float | None
     idf1: float | None
@@ -99,23 +134,32 @@ class Evaluation:
     hota: float | None
     deta: float | None
     assa: float | None
+    loca: float | None
     switches: int
     fragmentations: int
     rmse: float | None
     covered: float | None
     n_truth: int
     n_found: int
+    mostly_tracked: int
+    partly_tracked: int
+    mostly_lost: int
     n_tracks: int
     n_times: int
     right_share: float | None = None
     report_idf1: float | None = None
     report_purity: float | None = None
+    report_mota: float | None = None
+    report_switches: int | None = None
     cutoff: float = 50.0
     order: float = 2.0
+    window: int = 10
+    targets: tuple[TargetRecord, ...] = ()
 
-    def as_dict(self) -> dict[str, float | int | None]:
+    def as_dict(self) -> dict[str, Any]:
         """Return every measure by its name, in a fixed order, ready for JSON."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        found = {field.name: getattr(self, field.name) for field in fields(self)}
+        return found | {"targets": [record.as_dict() for record in self.targets]}
 
     def with_assignments(self, quality: AssignmentQuality) -> "Evaluation":
         """Return the same evaluation with the measures of reports filled in."""
@@ -124,16 +168,19 @@ class Evaluation:
             right_share=quality.right_share,
             report_idf1=quality.idf1,
             report_purity=quality.purity,
+            report_mota=quality.mota,
+            report_switches=quality.switches,
         )
 
 
-def evaluate(
+def evaluate(  # noqa: PLR0913 the one function that users call with everything
     truth: TruthTable,
     tracks: TrackTable | TruthTable,
     *,
     cutoff: float = 50.0,
     order: float = 2.0,
     max_gap: float | None = None,
+    window: int = 10,
 ) -> Evaluation:
     """Return how far tracks are from the truth.
 
@@ -150,10 +197,12 @@ def evaluate(
         Distance from which a track is not a target's [m], in all measures; positive. Some five
         times the reports' noise is a fair choice: 50 suits noise of 10.
     order
-        Exponent p of GOSPA and OSPA; at least 1.
+        Exponent p of GOSPA, OSPA and OSPA(2); at least 1.
     max_gap
         Longest time between two rows of a track that is bridged [s]; None for 1.5 times the
         tracks' own period.
+    window
+        Number of the truth's times over which OSPA(2) is taken; at least 1.
 
     Returns
     -------
@@ -170,7 +219,10 @@ def evaluate(
         raise InvalidInputError("truth: no rows; expected at least one")
     moments = align(truth, tracks, max_gap)
     parts, ospa = _over_time(moments, cutoff, order)
-    pairing = clear_mot(moments, cutoff, order)
+    over_window = ospa2(moments, window, cutoff, order)
+    pairs = pair_over_time(moments, cutoff, order)
+    pairing, records = clear_mot_of_pairs(moments, pairs), target_records(moments, pairs)
+    completeness = [record.completeness for record in records]
     naming = identity(moments, cutoff)
     higher = hota(moments, cutoff)
     return Evaluation(
@@ -181,6 +233,9 @@ def evaluate(
         missed_per_time=_mean([part.n_missed for part in parts]),
         false_per_time=_mean([part.n_false for part in parts]),
         ospa=_mean(ospa),
+        ospa2=_mean(over_window.total),
+        ospa2_localisation=_mean(over_window.localisation),
+        ospa2_cardinality=_mean(over_window.cardinality),
         mota=pairing.mota,
         motp=pairing.motp,
         idf1=naming.idf1,
@@ -189,16 +244,22 @@ def evaluate(
         hota=higher.hota if higher else None,
         deta=higher.deta if higher else None,
         assa=higher.assa if higher else None,
+        loca=higher.loca if higher else None,
         switches=pairing.switches,
         fragmentations=pairing.fragmentations,
         rmse=pairing.rmse,
         covered=pairing.covered,
         n_truth=moments.n_targets,
         n_found=pairing.n_found,
+        mostly_tracked=completeness.count(MOSTLY_TRACKED),
+        partly_tracked=completeness.count(PARTLY_TRACKED),
+        mostly_lost=completeness.count(MOSTLY_LOST),
         n_tracks=moments.n_tracks,
         n_times=len(moments),
         cutoff=float(cutoff),
         order=float(order),
+        window=window,
+        targets=records,
     )
 
 

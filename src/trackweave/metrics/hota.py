@@ -1,6 +1,7 @@
 """Higher order tracking accuracy."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -16,9 +17,12 @@ LEVELS = np.arange(1, 20) * 0.05
 ROUNDING = np.finfo(np.float64).eps
 
 
+FACTORS = ("hota", "deta", "assa", "loca", "detre", "detpr", "assre", "asspr")
+
+
 @dataclass(frozen=True, slots=True)
 class Hota:
-    """HOTA and its two factors, each the mean over the localisation levels.
+    """HOTA and its factors, each the mean over the localisation levels.
 
     Parameters
     ----------
@@ -28,15 +32,40 @@ class Hota:
         Detection accuracy: pairs over pairs, misses and false positions.
     assa
         Association accuracy: how well the identities of pairs agree over time.
+    loca
+        Localisation accuracy: mean similarity of pairs; 1 at a level without pairs, as in the
+        authors' program.
+    detre
+        Detection recall: share of target positions that are paired.
+    detpr
+        Detection precision: share of track positions that are paired.
+    assre
+        Association recall: share of a target's positions that are with the pair's track.
+    asspr
+        Association precision: share of a track's positions that are with the pair's target.
+    by_level
+        HOTA at each level, from the loosest to the strictest, shape (19,).
     """
 
     hota: float
     deta: float
     assa: float
+    loca: float
+    detre: float
+    detpr: float
+    assre: float
+    asspr: float
+    by_level: tuple[float, ...]
 
 
 def hota(moments: Moments, cutoff: float = 50.0) -> Hota | None:
-    """Return HOTA for places: a pair's similarity falls from 1 at no distance to 0 at the cutoff.
+    """Return HOTA for places.
+
+    Where boxes have their overlap, places have a similarity 1 - distance / cutoff, and 0 from the
+    cutoff on. A level α therefore takes pairs closer than (1 - α) times the cutoff: with a cutoff
+    of 50 m, the levels 0.05, 0.10, …, 0.95 are distances of 47.5, 45, …, 2.5 m. At each level
+    detection and association accuracy are counted and their geometric mean taken; HOTA is the
+    mean over the levels.
 
     Parameters
     ----------
@@ -62,29 +91,56 @@ def hota(moments: Moments, cutoff: float = 50.0) -> Hota | None:
     if total == 0:
         return None
     either = (n_truth[:, None] + n_tracked[None, :]).astype(np.float64)
-    cells, levels = _matches(moments, _alignment(moments, either, cutoff), cutoff)
-    unique, place = np.unique(cells, return_inverse=True)
-    detection, association = np.zeros(LEVELS.size), np.zeros(LEVELS.size)
-    for level in range(LEVELS.size):
-        matches = np.bincount(place[levels > level], minlength=unique.size)
-        n_pairs = int(matches.sum())
-        detection[level] = n_pairs / (total - n_pairs)
-        agreement = matches * (matches / (either.ravel()[unique] - matches))
-        association[level] = agreement.sum() / max(n_pairs, 1)
-    accuracy = np.sqrt(detection * association)
-    return Hota(float(accuracy.mean()), float(detection.mean()), float(association.mean()))
+    cells, similarity = _matches(moments, _alignment(moments, either, cutoff), cutoff)
+    counts = _Counts(n_truth, n_tracked)
+    levels = np.array([counts.factors(cells, similarity, level) for level in LEVELS])
+    mean = dict(zip(FACTORS, levels.mean(axis=0).tolist(), strict=True))
+    return Hota(**mean, by_level=tuple(levels[:, 0].tolist()))
 
 
-def _matches(moments: Moments, alignment: FloatArray, cutoff: float) -> tuple[IntArray, IntArray]:
-    """Return each pair's cell in the flat alignment and how many levels its similarity reaches."""
-    cells, levels = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+class _Counts(NamedTuple):
+    """How many positions each target and each track has."""
+
+    truth: IntArray
+    tracked: IntArray
+
+    def factors(self, cells: IntArray, similarity: FloatArray, level: float) -> list[float]:
+        """Return the accuracies at one level, in the order of ``FACTORS``."""
+        near = similarity >= level - ROUNDING
+        cell, matches = np.unique(cells[near], return_counts=True)
+        target, track = np.divmod(cell, max(self.tracked.size, 1))
+        n_target, n_track = self.truth[target], self.tracked[track]
+        n_pairs, n_truth, n_tracked = (
+            int(count.sum()) for count in (matches, self.truth, self.tracked)
+        )
+        detection = n_pairs / (n_truth + n_tracked - n_pairs)
+        # A pair weighs as often as it is matched.
+        weight = matches / max(n_pairs, 1)
+        association = float(weight @ (matches / (n_target + n_track - matches)))
+        return [
+            float(np.sqrt(detection * association)),
+            detection,
+            association,
+            float(similarity[near].mean()) if n_pairs else 1.0,
+            n_pairs / max(n_truth, 1),
+            n_pairs / max(n_tracked, 1),
+            float(weight @ (matches / n_target)),
+            float(weight @ (matches / n_track)),
+        ]
+
+
+def _matches(
+    moments: Moments, alignment: FloatArray, cutoff: float
+) -> tuple[IntArray, FloatArray]:
+    """Return each pair's cell in the flat alignment and its similarity."""
+    cells, found = [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for moment in moments:
         similarity = _similarity(moment.distance, cutoff)
         score = alignment[np.ix_(moment.targets, moment.tracks)] * similarity
         row, column = linear_sum_assignment(score, maximize=True)
         cells.append(moment.targets[row] * moments.n_tracks + moment.tracks[column])
-        levels.append(np.searchsorted(LEVELS - ROUNDING, similarity[row, column], side="right"))
-    return np.concatenate(cells), np.concatenate(levels)
+        found.append(similarity[row, column])
+    return np.concatenate(cells), np.concatenate(found)
 
 
 def _similarity(distance: FloatArray, cutoff: float) -> FloatArray:

@@ -12,7 +12,7 @@ from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
 from trackweave.metrics._distances import distances
 
-__all__ = ["Moment", "Moments", "Presence", "align"]
+__all__ = ["Moment", "Moments", "Presence", "align", "usual_gap"]
 
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
@@ -48,17 +48,27 @@ class Moments:
         Targets at each time.
     tracks
         Tracks at each time.
-    n_targets
-        Number of different targets.
-    n_tracks
-        Number of different tracks, also those that live at none of the times.
+    target_names
+        The targets' identifiers as text.
+    track_names
+        The tracks' identifiers as text, also of those that live at none of the times.
     """
 
     time: FloatArray
     truth: Presence
     tracks: Presence
-    n_targets: int
-    n_tracks: int
+    target_names: tuple[str, ...]
+    track_names: tuple[str, ...]
+
+    @property
+    def n_targets(self) -> int:
+        """Number of different targets."""
+        return len(self.target_names)
+
+    @property
+    def n_tracks(self) -> int:
+        """Number of different tracks, also those that live at none of the times."""
+        return len(self.track_names)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -81,7 +91,7 @@ class _Points(NamedTuple):
     time: FloatArray
     identity: IntArray
     position: FloatArray
-    n_identities: int
+    names: tuple[str, ...]
 
 
 def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | None) -> Moments:
@@ -116,7 +126,7 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
         raise InvalidInputError(
             f"tracks: {points.position.shape[1]} dimensions; expected {truth.dim}, as truth has"
         )
-    bridged = _usual_gap(points) if max_gap is None else max_gap
+    bridged = usual_gap(points.time, points.identity) if max_gap is None else max_gap
     if not bridged >= 0:
         raise InvalidInputError(f"max_gap: {max_gap}; expected at least 0 seconds")
     times = np.unique(truth.time)
@@ -125,7 +135,7 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
         np.searchsorted(times, truth.time), codes.reshape(-1), truth.position, times.size
     )
     tracked = _interpolated(points, times, bridged)
-    return Moments(times, true, tracked, targets.size, points.n_identities)
+    return Moments(times, true, tracked, tuple(targets.tolist()), points.names)
 
 
 def _points(tracks: TrackTable | TruthTable) -> _Points:
@@ -145,14 +155,28 @@ def _points(tracks: TrackTable | TruthTable) -> _Points:
     last = np.append(
         (np.diff(time) != 0) | (np.diff(codes) != 0), np.ones(min(1, time.size), bool)
     )
-    return _Points(time[last], codes[last], position[last], unique.size)
+    return _Points(
+        time[last], codes[last], position[last], tuple(str(name) for name in unique.tolist())
+    )
 
 
-def _usual_gap(points: _Points) -> float:
-    """Return the longest gap that is bridged: a little more than the usual interval."""
+def usual_gap(time: FloatArray, identity: IntArray) -> float:
+    """Return the longest gap that is bridged: a little more than the usual interval.
+
+    Parameters
+    ----------
+    time
+        Time of each position [s], sorted by identity, then time.
+    identity
+        Whose position it is.
+
+    Returns
+    -------
+    1.5 times the interval that half of all time lies in or below [s]; 0 without intervals.
+    """
     # The median is weighted by time: three radars that take turns within a tenth of a second and
     # then rest for four seconds have a period of four seconds, not of a tenth.
-    gaps = np.diff(points.time)[np.diff(points.identity) == 0]
+    gaps = np.diff(time)[np.diff(identity) == 0]
     if gaps.size == 0:
         return 0.0
     gaps = np.sort(gaps)
@@ -165,8 +189,8 @@ def _interpolated(points: _Points, times: FloatArray, max_gap: float) -> Presenc
     dim = points.position.shape[1]
     when, who = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     where = [np.empty((0, dim))]
-    bounds = np.searchsorted(points.identity, np.arange(points.n_identities + 1))
-    for number in range(points.n_identities):
+    bounds = np.searchsorted(points.identity, np.arange(len(points.names) + 1))
+    for number in range(len(points.names)):
         rows = slice(bounds[number], bounds[number + 1])
         own, position = points.time[rows], points.position[rows]
         begin = np.searchsorted(times, own[0] - SAME_TIME_S, side="left")
