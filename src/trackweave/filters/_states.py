@@ -1,0 +1,265 @@
+"""States ahead in time, of one way to move or several; see ``models.motion.MotionRule``.
+
+A state has a row per mode: means of shape (modes, n), covariances (modes, n, n) and the modes'
+probabilities (modes,). Nothing here checks or raises; outputs must not be the inputs.
+"""
+
+import math
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.filters._turns import turn
+from trackweave.jit import jit
+from trackweave.models.motion import (
+    CONSTANT_ACCELERATION,
+    CONSTANT_VELOCITY,
+    COORDINATED_TURN,
+    MotionRule,
+)
+
+
+@jit
+def advance(
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+    interval: float,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+    weight_out: FloatArray,
+) -> None:
+    """Write the state after an interval [s], which is not negative; 0 copies it.
+
+    Several modes are mixed first, as the interacting multiple model does (Blom & Bar-Shalom 1988).
+    """
+    n_modes, size = mean.shape
+    if interval == 0.0:
+        mean_out[:, :] = mean
+        covariance_out[:, :, :] = covariance
+        weight_out[:] = weight
+        return
+    if n_modes == 1:
+        weight_out[0] = weight[0]
+        move(0, mean[0], covariance[0], interval, motion, mean_out[0], covariance_out[0])
+        return
+    mixed_mean, mixed = np.empty((n_modes, size)), np.empty((n_modes, size, size))
+    mix(mean, covariance, weight, interval, motion, mixed_mean, mixed, weight_out)
+    for mode in range(n_modes):
+        move(
+            mode, mixed_mean[mode], mixed[mode], interval, motion,
+            mean_out[mode], covariance_out[mode],
+        )  # fmt: skip
+
+
+@jit
+def mix(
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+    interval: float,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+    weight_out: FloatArray,
+) -> None:
+    """Write what each mode starts from, and the modes' probabilities after the interval.
+
+    Objects in a mode have either stayed, or have drawn it anew from wherever they were: so each
+    mode starts from a mixture of itself and the combination of all.
+    """
+    n_modes, size = mean.shape
+    centre, spread = np.empty(size), np.empty((size, size))
+    combine(mean, covariance, weight, centre, spread)
+    kept = math.exp(-motion.rate * interval)
+    for mode in range(n_modes):
+        staying = kept * weight[mode]
+        # Of the total 1 the shares are drawn anew.
+        weight_out[mode] = staying + (1.0 - kept) * motion.share[mode]
+        own = staying / weight_out[mode] if weight_out[mode] > 0.0 else 0.0
+        for row in range(size):
+            mean_out[mode, row] = own * mean[mode, row] + (1.0 - own) * centre[row]
+        # Two means a distance d apart add own (1 − own) d dᵀ.
+        apart = own * (1.0 - own)
+        for row in range(size):
+            for column in range(row, size):
+                value = (
+                    own * covariance[mode, row, column]
+                    + (1.0 - own) * spread[row, column]
+                    + apart
+                    * (mean[mode, row] - centre[row])
+                    * (mean[mode, column] - centre[column])
+                )
+                covariance_out[mode, row, column] = value
+                covariance_out[mode, column, row] = value
+
+
+@jit
+def combine(
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Write the mean and covariance of the mixture of all modes."""
+    n_modes, size = mean.shape
+    if n_modes == 1:
+        mean_out[:] = mean[0]
+        covariance_out[:, :] = covariance[0]
+        return
+    for row in range(size):
+        total = 0.0
+        for mode in range(n_modes):
+            total += weight[mode] * mean[mode, row]
+        mean_out[row] = total
+    for row in range(size):
+        for column in range(row, size):
+            total = 0.0
+            for mode in range(n_modes):
+                total += weight[mode] * (
+                    covariance[mode, row, column]
+                    + (mean[mode, row] - mean_out[row]) * (mean[mode, column] - mean_out[column])
+                )
+            covariance_out[row, column] = total
+            covariance_out[column, row] = total
+
+
+@jit
+def move(
+    mode: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    interval: float,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Write the state of one mode after an interval above 0 [s]."""
+    if motion.kind[mode] == CONSTANT_VELOCITY:
+        _move_straight(
+            mean, covariance, interval, motion.noise[mode, 0], motion, mean_out, covariance_out
+        )
+        return
+    size = mean.shape[0]
+    moving, half = np.empty((size, size)), np.empty((size, size))
+    linearise(mode, mean, covariance, interval, motion, mean_out, moving, covariance_out)
+    for row in range(size):
+        half[row, :] = 0.0
+        for inner in range(size):
+            factor = moving[row, inner]
+            if factor != 0.0:
+                for column in range(size):
+                    half[row, column] += factor * covariance[inner, column]
+    for row in range(size):
+        for column in range(row, size):
+            total = covariance_out[row, column]
+            for inner in range(size):
+                total += half[row, inner] * moving[column, inner]
+            covariance_out[row, column] = total
+            covariance_out[column, row] = total
+
+
+@jit
+def _move_straight(
+    mean: FloatArray,
+    covariance: FloatArray,
+    interval: float,
+    process_noise: float,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Write the state of an object driven by white acceleration; the rest is forgotten."""
+    dim = motion.dim
+    size = mean.shape[0]
+    for axis in range(dim):
+        mean_out[axis] = mean[axis] + interval * mean[dim + axis]
+        mean_out[dim + axis] = mean[dim + axis]
+    for row in range(dim):
+        for column in range(dim):
+            position = covariance[row, column]
+            cross = covariance[row, dim + column]
+            cross_t = covariance[dim + row, column]
+            velocity = covariance[dim + row, dim + column]
+            moved_cross = cross + interval * velocity
+            covariance_out[row, column] = (
+                position + interval * (cross + cross_t) + interval * interval * velocity
+            )
+            covariance_out[row, dim + column] = moved_cross
+            covariance_out[dim + row, column] = cross_t + interval * velocity
+            covariance_out[dim + row, dim + column] = velocity
+    for axis in range(dim):
+        covariance_out[axis, axis] += process_noise * interval**3 / 3.0
+        covariance_out[axis, dim + axis] += process_noise * interval**2 / 2.0
+        covariance_out[dim + axis, axis] += process_noise * interval**2 / 2.0
+        covariance_out[dim + axis, dim + axis] += process_noise * interval
+    for row in range(2 * dim, size):
+        mean_out[row] = 0.0
+        for column in range(size):
+            covariance_out[row, column] = 0.0
+            covariance_out[column, row] = 0.0
+        covariance_out[row, row] = motion.prior[row]
+
+
+@jit
+def linearise(
+    mode: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    interval: float,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    moving_out: FloatArray,
+    noise_out: FloatArray,
+) -> None:
+    """Write a mode's state ahead, and the matrices F and Q of P ahead = F P Fᵀ + Q.
+
+    What the mode does not use is forgotten: rows of zeros in F and its prior in Q.
+    """
+    dim = motion.dim
+    kind = motion.kind[mode]
+    process_noise = motion.noise[mode, 0]
+    moving_out[:, :] = 0.0
+    noise_out[:, :] = 0.0
+    mean_out[:] = 0.0
+    for row in range(dim, mean.shape[0]):
+        noise_out[row, row] = motion.prior[row]
+    if kind == CONSTANT_ACCELERATION:
+        at = motion.acceleration_at
+        for axis in range(dim):
+            place, speed, pull = axis, dim + axis, at + axis
+            moving_out[place, place] = moving_out[speed, speed] = moving_out[pull, pull] = 1.0
+            moving_out[place, speed] = moving_out[speed, pull] = interval
+            moving_out[place, pull] = interval * interval / 2.0
+            mean_out[place] = (
+                mean[place] + interval * mean[speed] + interval * interval / 2.0 * mean[pull]
+            )
+            mean_out[speed] = mean[speed] + interval * mean[pull]
+            mean_out[pull] = mean[pull]
+            noise_out[place, place] = process_noise * interval**5 / 20.0
+            noise_out[place, speed] = noise_out[speed, place] = process_noise * interval**4 / 8.0
+            noise_out[place, pull] = noise_out[pull, place] = process_noise * interval**3 / 6.0
+            noise_out[speed, speed] = process_noise * interval**3 / 3.0
+            noise_out[speed, pull] = noise_out[pull, speed] = process_noise * interval**2 / 2.0
+            noise_out[pull, pull] = process_noise * interval
+        return
+    for axis in range(dim):
+        moving_out[axis, axis] = 1.0
+        mean_out[axis] = mean[axis]
+    if kind in (CONSTANT_VELOCITY, COORDINATED_TURN):
+        for axis in range(dim):
+            moving_out[axis, dim + axis] = interval
+            moving_out[dim + axis, dim + axis] = 1.0
+            mean_out[axis] += interval * mean[dim + axis]
+            mean_out[dim + axis] = mean[dim + axis]
+            noise_out[axis, axis] = process_noise * interval**3 / 3.0
+            noise_out[axis, dim + axis] = process_noise * interval**2 / 2.0
+            noise_out[dim + axis, axis] = process_noise * interval**2 / 2.0
+            noise_out[dim + axis, dim + axis] = process_noise * interval
+        if kind == COORDINATED_TURN:
+            turn(mode, mean, covariance, interval, motion, mean_out, moving_out, noise_out)
+        return
+    for axis in range(dim):
+        noise_out[axis, axis] = process_noise * interval
