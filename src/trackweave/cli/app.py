@@ -92,6 +92,41 @@ def demo(
 
 @app.command()
 @with_status
+def init(
+    reports: Annotated[
+        Path,
+        typer.Argument(
+            metavar="REPORTS",
+            help="Reports: a .csv, .csv.gz or .parquet file.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="File for the configuration.")] = Path(
+        "tracker.toml"
+    ),
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    on_bad_row: Annotated[
+        OnBadRow, typer.Option(help="Stop at a bad row, or leave it out and go on.")
+    ] = OnBadRow.fail,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a commented configuration, estimated from a file of reports.
+
+    Each key with its value, its unit and where the value came from. `track --config` with the
+    file does what `track` does without a configuration, until you change it.
+    """
+    from trackweave.cli.init import InitRequest, run_init
+
+    result = run_init(
+        InitRequest(reports, out, force, on_bad_row.value), Voice(quiet=quiet or json)
+    )
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
 def track(
     reports: Annotated[
         Path,
@@ -186,29 +221,33 @@ def evaluate(
     cutoff: Annotated[
         float, typer.Option(help="Distance from which a track is not a target's, in metres.")
     ] = 50.0,
-    order: Annotated[float, typer.Option(help="Exponent p of GOSPA and OSPA, at least 1.")] = 2.0,
+    order: Annotated[
+        float, typer.Option(help="Exponent p of GOSPA, OSPA and OSPA(2), at least 1.")
+    ] = 2.0,
     max_gap: Annotated[
         float | None,
         typer.Option(help="Longest time between a track's rows that is bridged, in seconds."),
     ] = None,
+    window: Annotated[
+        int, typer.Option(min=1, help="Number of the truth's times over which OSPA(2) is taken.")
+    ] = 10,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
     """Compare tracks with the truth.
 
     Confirmed and coasting rows are interpolated to the truth's times; a gap longer than a period
-    counts as missed. GOSPA with its parts, OSPA, MOTA, IDF1, HOTA, switches, RMSE and, with
-    assignments, the share of reports assigned rightly.
+    counts as missed. GOSPA and OSPA(2) with their parts, OSPA, MOTA, IDF1, HOTA, switches,
+    fragmentations, RMSE and, with assignments, the share of reports assigned rightly; then each
+    target's own record.
     """
-    from trackweave.cli.evaluate import Measure, run_evaluate
+    from trackweave.cli.evaluate import Measure, run_evaluate, show_evaluation
 
-    result = run_evaluate(truth, tracks, assignments, Measure(cutoff, order, max_gap))
+    result = run_evaluate(truth, tracks, assignments, Measure(cutoff, order, max_gap, window))
     if json:
         show_json(result)
-    elif not quiet:
-        Voice(quiet=False).table(
-            "Tracks against truth", [(name, _shown(value)) for name, value in result.items()]
-        )
+    else:
+        show_evaluation(result, Voice(quiet=quiet))
 
 
 @app.command()
@@ -267,10 +306,6 @@ def schema() -> None:
     from trackweave.config.schema import json_schema
 
     show_json(json_schema())
-
-
-def _shown(value: float | int | None) -> str:
-    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def run() -> None:

@@ -71,6 +71,8 @@ class Estimates:
         Objects present per m² (m³) at a time.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
+    remarks
+        On what a value rests and how sure it is, by its key in a configuration file.
     """
 
     sensors: Mapping[str, SensorEstimate]
@@ -79,6 +81,7 @@ class Estimates:
     new_target_density: float
     initial_target_density: float
     doubts: Mapping[str, str] = field(default_factory=dict)
+    remarks: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +142,12 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
 
 def _bounded(value: float, least: float = 1e-9) -> float:
     """Return a value that a configuration takes: the data's scale may be anything."""
-    return float(np.clip(value, least, 1e8))
+    return _digits(float(np.clip(value, least, 1e8)))
+
+
+def _digits(value: float, count: int = 4) -> float:
+    """Return a value without digits that no estimate can be sure of."""
+    return float(f"{value:.{count}g}")
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
@@ -167,10 +175,10 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     floor = max(0.005 * per_scan, 0.5 / max(n_scans, 1))
     clutter = max(per_scan - n_objects * detection, floor) / (covered * share)
     found = SensorEstimate(
-        scan_period=period,
+        scan_period=None if period is None else _digits(period, 7),
         sigma=_bounded(sigma or typical, 1e-6),
-        detection_probability=detection,
-        clutter_density=float(np.clip(clutter, 1e-30, 1e10)),
+        detection_probability=_digits(detection),
+        clutter_density=_digits(float(np.clip(clutter, 1e-30, 1e10))),
         covered=covered,
         n_objects=n_objects / share,
     )

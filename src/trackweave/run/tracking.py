@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from trackweave.config import Configuration, load_configuration
-from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
+from trackweave.config.fill import Settings, fill
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import estimate
 from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import assignments_frame, tracks_frame
 from trackweave.io.priors import read_priors
@@ -22,6 +21,7 @@ from trackweave.io.reports import read_reports
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
 from trackweave.run.record import record_of
+from trackweave.run.refining import estimates_for
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
@@ -194,11 +194,8 @@ def settings_for(
     -------
     Everything that a tracker needs.
     """
-    names = reports.sensors
-    estimates = None
-    if needs_estimates(configuration, names):
-        estimates = estimate(reports, known_sigma(configuration, names))
-    return fill(configuration, estimates, names, preset=preset)
+    estimates = estimates_for(reports, configuration)
+    return fill(configuration, estimates, reports.sensors, preset=preset)
 
 
 def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
