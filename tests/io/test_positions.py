@@ -81,11 +81,7 @@ def test_with_both_kinds_a_given_plane_decides():
         ({"x": [1.0]}, "column y: missing; expected position columns x,y"),
         ({"lon": [1.0]}, "column lat: missing; expected position columns x,y"),
         ({"X": [1.0], "Y": [1.0]}, "columns x and y: missing; expected position columns x,y"),
-        (
-            {"range_m": [1.0], "azimuth_deg": [2.0]},
-            "column range_m: not supported yet as a measurement; expected position columns x,y",
-        ),
-        ({"bearing_deg": [1.0]}, "column bearing_deg: not supported yet"),
+        ({"bearing_deg": [1.0]}, "columns x and y: missing; expected position columns x,y"),
     ],
 )
 def test_says_what_is_wrong_with_positions(columns, message):

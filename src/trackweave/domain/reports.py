@@ -92,6 +92,8 @@ class ReportTable:
         How strong each report is, shape (reports,), NaN where the row does not say.
     height
         Height of each report's object [m], shape (reports,), NaN where the row does not say.
+    notes
+        Sentences on what a user should know of how the table was read.
     """
 
     time: FloatArray
@@ -113,6 +115,7 @@ class ReportTable:
     identities: tuple[str, ...] = ()
     strength: FloatArray | None = None
     height: FloatArray | None = None
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.time)

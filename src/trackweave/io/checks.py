@@ -141,7 +141,14 @@ class RowChecks:
             self._complaint[fresh] = len(self._reasons)
             self._reasons.append((column, expected))
 
-    def numbers(self, name: str, within: Range, *, optional: bool = False) -> FloatArray:
+    def numbers(
+        self,
+        name: str,
+        within: Range,
+        *,
+        optional: bool = False,
+        among: BoolArray | None = None,
+    ) -> FloatArray:
         """Return a column's numbers, complaining of every cell that is not as it should be.
 
         Parameters
@@ -152,12 +159,31 @@ class RowChecks:
             What a number may be.
         optional
             Whether a cell may be empty.
+        among
+            The rows to look at; None for all.
 
         Returns
         -------
-        The numbers; NaN in empty cells and in bad rows.
+        The numbers; NaN in empty cells, in bad rows and in those passed over.
         """
-        return self._checked(name, read_numbers(self.column(name)), within, optional=optional)
+        numbers = read_numbers(self.column(name))
+        if among is None:
+            return self._checked(name, numbers, within, optional=optional)
+        looked_at = Numbers(
+            np.where(among, numbers.values, np.nan),
+            numbers.missing | ~among,
+            numbers.unreadable & among,
+        )
+        values = self._checked(name, looked_at, within, optional=True)
+        if not optional:
+            self.refuse(name, among & np.isnan(values), within.expected)
+        return values
+
+    def filled_cells(self, name: str) -> BoolArray:
+        """Return in which rows a column holds anything; nowhere where there is no such column."""
+        if name not in self.names:
+            return np.zeros(len(self), dtype=np.bool_)
+        return ~empty_cells(self.column(name))
 
     def whole_numbers(self, name: str, within: Range) -> FloatArray:
         """Return a column's whole numbers; other parameters as ``numbers``."""

@@ -11,6 +11,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
 from trackweave.domain.truth import TruthTable
+from trackweave.io.measured_out import geodetic_columns, measured_columns, number_columns
 from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.times import datetime_column
 
@@ -45,10 +46,10 @@ def tracks_frame(
             _time_column("time", tracks.time, iso_time=iso_time),
             pl.Series("track", tracks.track, dtype=pl.Int64),
             status,
-            *_number_columns(names[:dim], tracks.mean[:, :dim]),
-            *_geodetic_columns(tracks.mean[:, :dim], frame),
-            *_number_columns(names[dim:], tracks.mean[:, dim:]),
-            *_number_columns(covariance_names(dim), covariance),
+            *number_columns(names[:dim], tracks.mean[:, :dim]),
+            *geodetic_columns(tracks.mean[:, :dim], frame),
+            *number_columns(names[dim:], tracks.mean[:, dim:]),
+            *number_columns(covariance_names(dim), covariance),
             pl.Series("score", tracks.score, dtype=pl.Float64),
             pl.Series("hits", tracks.hits, dtype=pl.Int64),
             _time_column("last_update", tracks.last_update, iso_time=iso_time),
@@ -109,20 +110,16 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
 
     Returns
     -------
-    ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]``, then ``sigma_x,…`` and ``scan`` where
-    there are any, and the carried columns.
+    ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]`` or what else is measured, then
+    ``sigma_x,…``, where the sensor was, and ``scan`` where there are any, and the carried
+    columns.
     """
-    dim = reports.dim
-    position = _geodetic_columns(reports.measurement, reports.frame)
     columns = [
         _text_column("report", reports.report),
         _time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
-        *(position or _number_columns(state_names(dim)[:dim], reports.measurement)),
+        *measured_columns(reports),
     ]
-    if not np.isnan(reports.sigma).all():
-        names = tuple(f"sigma_{axis}" for axis in state_names(dim)[:dim])
-        columns += _number_columns(names, reports.sigma)
     if reports.scan is not None:
         columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
     return _frame([*columns, *_carried_columns(reports, columns)])
@@ -148,13 +145,13 @@ def truth_frame(
     """
     dim = truth.dim
     names = state_names(dim)
-    velocity = [] if truth.velocity is None else _number_columns(names[dim:], truth.velocity)
+    velocity = [] if truth.velocity is None else number_columns(names[dim:], truth.velocity)
     return pl.DataFrame(
         [
             _time_column("time", truth.time, iso_time=iso_time),
             _text_column("target", truth.target),
-            *_number_columns(names[:dim], truth.position),
-            *_geodetic_columns(truth.position, frame),
+            *number_columns(names[:dim], truth.position),
+            *geodetic_columns(truth.position, frame),
             *velocity,
         ]
     )
@@ -169,21 +166,6 @@ def _time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series
     if iso_time:
         return datetime_column(name, seconds)
     return pl.Series(name, seconds, dtype=pl.Float64)
-
-
-def _number_columns(names: tuple[str, ...], values: FloatArray) -> list[pl.Series]:
-    return [
-        pl.Series(name, np.ascontiguousarray(values[:, place]), nan_to_null=True)
-        for place, name in enumerate(names)
-    ]
-
-
-def _geodetic_columns(position: FloatArray, frame: LocalFrame | None) -> list[pl.Series]:
-    if frame is None:
-        return []
-    latitude, longitude, altitude = frame.to_geodetic(position)
-    columns = [pl.Series("lat", latitude), pl.Series("lon", longitude)]
-    return [*columns, pl.Series("alt_m", altitude)] if position.shape[1] == 3 else columns
 
 
 def _text_column(name: str, texts: np.ndarray[Any, Any]) -> pl.Series:

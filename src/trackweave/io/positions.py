@@ -8,16 +8,25 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.checks import Range, RowChecks
+from trackweave.io.columns import BoolArray
 
-__all__ = ["DISTANCE", "Positions", "read_positions", "require_origin"]
+__all__ = [
+    "DISTANCE",
+    "LATITUDE",
+    "LONGITUDE",
+    "Positions",
+    "choose_frame",
+    "has_positions",
+    "read_positions",
+    "require_origin",
+]
 
 # Nothing on or near the Earth is farther; squares of it are still exact to a metre.
 DISTANCE = Range(-1e9, 1e9)
-_LATITUDE = Range(-90.0, 90.0)
-_LONGITUDE = Range(-180.0, 360.0)
+LATITUDE = Range(-90.0, 90.0)
+LONGITUDE = Range(-180.0, 360.0)
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
 _FARTHEST_DEG = 30.0
-_LATER = ("range_m", "azimuth_deg", "elevation_deg", "range_rate_mps", "bearing_deg")
 _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
 
 
@@ -40,7 +49,14 @@ class Positions:
     frame: LocalFrame | None
 
 
-def read_positions(checks: RowChecks, frame: LocalFrame | None = None) -> Positions:
+def has_positions(names: set[str]) -> bool:
+    """Tell whether a table with columns of these names has positions."""
+    return {"x", "y"} <= names or {"lat", "lon"} <= names
+
+
+def read_positions(
+    checks: RowChecks, frame: LocalFrame | None = None, among: BoolArray | None = None
+) -> Positions:
     """Return the positions of a table.
 
     Where it has both ``x,y`` and ``lat,lon``, ``lat,lon`` are taken when a plane for them is given
@@ -55,10 +71,12 @@ def read_positions(checks: RowChecks, frame: LocalFrame | None = None) -> Positi
         The table; bad cells are complained of there.
     frame
         The plane for latitudes and longitudes; None to choose one about their median.
+    among
+        The rows that are positions; None for all.
 
     Returns
     -------
-    Positions of all rows.
+    Positions of all rows, NaN in those that are none.
 
     Raises
     ------
@@ -69,16 +87,10 @@ def read_positions(checks: RowChecks, frame: LocalFrame | None = None) -> Positi
     geodetic = {"lat", "lon"} <= names
     if {"x", "y"} <= names and not (geodetic and frame):
         columns = ("x", "y", "z") if checks.filled("z") else ("x", "y")
-        values = np.stack([checks.numbers(name, DISTANCE) for name in columns], axis=-1)
-        return Positions(values, columns, None)
+        values = [checks.numbers(name, DISTANCE, among=among) for name in columns]
+        return Positions(np.stack(values, axis=-1), columns, None)
     if geodetic:
-        return _geodetic(checks, frame)
-    later = [name for name in _LATER if name in names]
-    if later:
-        raise DataFormatError(
-            f"{checks.name}, column {later[0]}: not supported yet as a measurement; "
-            f"expected position columns {_EXPECTED}"
-        )
+        return _geodetic(checks, frame, among)
     # Half of a pair: name the half that is missing.
     for first, second in (("x", "y"), ("y", "x"), ("lat", "lon"), ("lon", "lat")):
         if first in names:
@@ -112,34 +124,49 @@ def require_origin(origin: tuple[float, float]) -> LocalFrame:
         raise InvalidInputError(
             f"frame_origin: {origin!r}; expected a latitude and a longitude [degrees]"
         ) from err
-    for value, within in ((latitude, _LATITUDE), (longitude, _LONGITUDE)):
+    for value, within in ((latitude, LATITUDE), (longitude, LONGITUDE)):
         if not within.low <= value <= within.high:
             raise InvalidInputError(f"frame_origin: {origin!r}; expected {within.limits} degrees")
     return LocalFrame(latitude, longitude)
 
 
-def _geodetic(checks: RowChecks, frame: LocalFrame | None) -> Positions:
-    latitude = checks.numbers("lat", _LATITUDE)
-    longitude = checks.numbers("lon", _LONGITUDE)
+def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | None) -> Positions:
+    latitude = checks.numbers("lat", LATITUDE, among=among)
+    longitude = checks.numbers("lon", LONGITUDE, among=among)
+    # Bad rows must not upset the projection.
+    good = checks.good if among is None else checks.good & among
     altitude = np.zeros(len(checks))
     if checks.filled("alt_m"):
-        altitude = checks.numbers("alt_m", DISTANCE, optional=True)
-        solid = not np.isnan(altitude[checks.good]).any()
+        altitude = checks.numbers("alt_m", DISTANCE, optional=True, among=among)
+        good = good & checks.good
+        solid = not np.isnan(altitude[good]).any()
     else:
         solid = False
-    # Bad rows must not upset the projection.
-    good = checks.good
-    latitude, longitude = np.where(good, latitude, 0.0), np.where(good, longitude, 0.0)
     if frame is None:
-        frame = _choose_frame(latitude[good], longitude[good])
+        frame = choose_frame(latitude[good], longitude[good])
+    middle = (frame.latitude_deg, frame.longitude_deg)
+    latitude, longitude = (
+        np.where(good, angle, start)
+        for angle, start in zip((latitude, longitude), middle, strict=True)
+    )
     _refuse_far(checks, frame, latitude, longitude)
     values = frame.to_plane(latitude, longitude, np.nan_to_num(altitude))
     columns = ("lat", "lon", "alt_m") if solid else ("lat", "lon")
     return Positions(np.ascontiguousarray(values[:, : len(columns)]), columns, frame)
 
 
-def _choose_frame(latitude: FloatArray, longitude: FloatArray) -> LocalFrame:
-    """Return a frame about the median position, to 1e-4 degrees (11 m): short to write down."""
+def choose_frame(latitude: FloatArray, longitude: FloatArray) -> LocalFrame:
+    """Return a frame about the median position, to 1e-4 degrees (11 m): short to write down.
+
+    Parameters
+    ----------
+    latitude, longitude
+        Positions [degrees], each of shape (points,).
+
+    Returns
+    -------
+    A plane that touches the Earth in their middle.
+    """
     if latitude.size == 0:
         return LocalFrame(0.0, 0.0)
     # The median of longitudes is taken about their mean direction, for the sake of Fiji.

@@ -7,11 +7,13 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import text_array
-from trackweave.io.positions import Positions, read_positions, require_origin
+from trackweave.io.measured import Measured, read_measured
+from trackweave.io.platforms import read_platforms
+from trackweave.io.positions import require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table
 
 __all__ = ["ONLY_SENSOR", "read_reports"]
@@ -19,9 +21,9 @@ __all__ = ["ONLY_SENSOR", "read_reports"]
 # The name of the sensor of a table without a column for it, as in [sensors.default].
 ONLY_SENSOR = "default"
 
-_SIGMA = Range(1e-6, 1e9, expected="a positive number", positive=True)
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
-_SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
+_HEIGHT = Range(-1e5, 1e8)
+_STRENGTH = Range(-1e300, 1e300)
 
 
 def read_reports(
@@ -32,12 +34,16 @@ def read_reports(
 ) -> ReportTable:
     """Read reports and check every value.
 
-    Columns: ``time`` (seconds, or ISO 8601); ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m];
-    optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] (empty cells
-    leave it to the sensor, but x and y go together), ``report`` (an identifier, else the row's
-    number), ``scan`` (a whole number) and ``target``. All other columns are carried along. Where
-    a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin``
-    is given and ``x,y`` when not.
+    Columns: ``time`` (seconds, or ISO 8601); a measurement, ``x,y[,z]`` [m] or
+    ``lat,lon[,alt_m]`` [degrees, m] or ``range_m,azimuth_deg[,elevation_deg][,range_rate_mps]``
+    or ``bearing_deg``, of one kind per sensor; optionally ``sensor``, the report's own noise
+    ``sigma_x,sigma_y[,sigma_z]`` [m] or ``sigma_range_m,sigma_azimuth_deg,…`` (empty cells leave
+    it to the sensor, but x and y go together), where the sensor was, ``sensor_x,sensor_y,…``,
+    ``identity``, ``strength``, ``height_m``, ``report`` (an identifier, else the row's number),
+    ``scan`` (a whole number) and ``target``. All columns but the measurement, also unknown ones,
+    are carried along. Where a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the
+    position when ``frame_origin`` is given and ``x,y`` when not; a row with a position is one,
+    whatever else it holds.
 
     Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
     Tracking is in three dimensions only where every report has an altitude. The altitude itself
@@ -73,8 +79,11 @@ def read_reports(
     checks.require("time", "seconds or ISO 8601 times")
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
-    positions = read_positions(checks, frame)
-    sigma = _sigma(checks, positions.values.shape[1])
+    measured = read_measured(checks, sensor_names, frame)
+    on_plane = measured.frame is None and {"x", "y"} <= set(measured.columns)
+    platforms = read_platforms(checks, measured.frame or frame, on_plane=on_plane)
+    strength = _optional(checks, "strength", _STRENGTH)
+    height = _optional(checks, "height_m", _HEIGHT)
     scan = checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None
     identifiers = _identifiers(checks, table)
     skipped = checks.finish(on_bad_row)
@@ -83,19 +92,28 @@ def read_reports(
     sensors, code = _numbered(sensor_names.gather(good))
     order = np.lexsort((code, time[good]))
     rows = good[order]
+    identity, identities = _identities(checks, rows)
     return ReportTable(
         time=time[rows],
         sensor=code[order],
         sensors=sensors,
-        measurement=positions.values[rows],
-        sigma=sigma[rows],
+        measurement=measured.values[rows],
+        sigma=measured.sigma[rows],
         report=text_array(identifiers.gather(rows)),
         scan=None if scan is None else scan[rows].astype(np.int64),
-        carried=_carried(checks, table, positions, rows),
-        frame=positions.frame,
+        carried=_carried(checks, table, measured, rows),
+        frame=measured.frame or platforms.frame,
         iso_time=iso_time,
         skipped=skipped,
         kind=table.kind,
+        kinds=_kinds(measured.kind, rows, code[order]),
+        space=0 if measured.kind is None else measured.space,
+        platform=None if platforms.values is None else platforms.values[rows],
+        identity=identity,
+        identities=identities,
+        strength=None if strength is None else strength[rows],
+        height=None if height is None else height[rows],
+        notes=measured.notes,
     )
 
 
@@ -105,26 +123,30 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
     return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
 
 
-def _sigma(checks: RowChecks, dim: int) -> FloatArray:
-    """Return each report's own noise, which a row has along both horizontal axes or neither."""
-    nothing = np.full(len(checks), np.nan)
-    for name, other in (("sigma_x", "sigma_y"), ("sigma_y", "sigma_x")):
-        if checks.filled(name) and other not in checks.names:
-            raise DataFormatError(
-                f"{checks.name}, column {name}: there is no {other}; expected {other} too"
-            )
-    sigma = np.stack(
-        [
-            checks.numbers(name, _SIGMA, optional=True) if name in checks.names else nothing
-            for name in _SIGMA_COLUMNS[:dim]
-        ],
-        axis=-1,
+def _kinds(kind: IntArray | None, rows: IntArray, code: IntArray) -> tuple[MeasurementKind, ...]:
+    """Return what each sensor measures, none where all measure positions."""
+    if kind is None:
+        return ()
+    _, first = np.unique(code, return_index=True)
+    return tuple(MeasurementKind(number) for number in kind[rows[first]])
+
+
+def _optional(checks: RowChecks, name: str, within: Range) -> FloatArray | None:
+    """Return the numbers of a column that may be missing or have empty cells."""
+    return checks.numbers(name, within, optional=True) if checks.filled(name) else None
+
+
+def _identities(checks: RowChecks, rows: IntArray) -> tuple[IntArray | None, tuple[str, ...]]:
+    """Return whom each report says it is of, and the names; None where no report says."""
+    if not checks.filled("identity"):
+        return None, ()
+    names = checks.text("identity").gather(rows)
+    different = sorted(names.drop_nulls().unique().to_list())
+    places = pl.Series(range(len(different)), dtype=pl.Int64)
+    code = names.replace_strict(
+        pl.Series(different, dtype=pl.String), places, default=None, return_dtype=pl.Int64
     )
-    blank = np.isnan(sigma[:, :2])
-    for axis, name in enumerate(_SIGMA_COLUMNS[:2]):
-        half = blank[:, axis] & ~blank[:, 1 - axis]
-        checks.refuse(name, half, f"a positive number beside {_SIGMA_COLUMNS[1 - axis]}")
-    return sigma
+    return code.fill_null(-1).to_numpy(), tuple(different)
 
 
 def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
@@ -156,11 +178,10 @@ def _natural_order(name: str) -> tuple[bool, float, str]:
 
 
 def _carried(
-    checks: RowChecks, table: RawTable, positions: Positions, rows: IntArray
+    checks: RowChecks, table: RawTable, measured: Measured, rows: IntArray
 ) -> Mapping[str, Any]:
-    """Return the columns that nothing here reads, and the targets as text."""
-    dim = positions.values.shape[1]
-    read = {"time", "sensor", "report", "scan", *positions.columns, *_SIGMA_COLUMNS[:dim]}
+    """Return the columns that are not measurements, and the targets as text."""
+    read = {"time", "sensor", "report", "scan", *measured.columns}
     carried: dict[str, Any] = {}
     for name in checks.names:
         if name == "target":

@@ -1,0 +1,223 @@
+"""What each row of a table of reports measures: a position, a range and angles, or a bearing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.errors import DataFormatError
+from trackweave.io.checks import Range, RowChecks
+from trackweave.io.columns import BoolArray, text_array
+from trackweave.io.platforms import read_heading
+from trackweave.io.polar import AZIMUTH, angles, choose_components, read_polar
+from trackweave.io.positions import has_positions, read_positions
+
+__all__ = ["Measured", "read_measured"]
+
+_SIGMA = Range(1e-6, 1e9, expected="a positive number", positive=True)
+_SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
+_POSITION, _RANGE, _BEARING, _NOTHING = range(4)
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What rows measure.
+
+    Parameters
+    ----------
+    values
+        The numbers, shape (rows, width), NaN to the right of what a row has; meaningless in bad
+        rows.
+    sigma
+        Their standard deviations, of the same shape; NaN where a row has none.
+    kind
+        Each row's ``MeasurementKind``, shape (rows,); None where all are positions.
+    space
+        Number of dimensions of the tracking space.
+    columns
+        Names of the columns that were read.
+    frame
+        The plane on which latitudes and longitudes were laid, None for plane coordinates.
+    notes
+        What was not used.
+    """
+
+    values: FloatArray
+    sigma: FloatArray
+    kind: IntArray | None
+    space: int
+    columns: tuple[str, ...]
+    frame: LocalFrame | None
+    notes: tuple[str, ...] = ()
+
+
+def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | None) -> Measured:
+    """Return what each row measures.
+
+    A row is a position where it has one, otherwise a range with its azimuth, otherwise a
+    bearing. All rows of a sensor are of one kind. An elevation or a range rate counts where all
+    rows of its sensor have one.
+
+    The tracking space has three dimensions where every sensor of positions has heights and every
+    sensor of ranges elevations. Otherwise heights are left out, and ranges with elevations
+    become distances on the ground.
+
+    Parameters
+    ----------
+    checks
+        The table; bad cells are complained of there.
+    sensors
+        Each row's sensor, null in bad rows.
+    frame
+        The plane for latitudes and longitudes; None to choose one.
+
+    Returns
+    -------
+    Numbers, noise and kinds of all rows.
+    """
+    group = _groups(checks)
+    if not np.isin(group, (_RANGE, _BEARING)).any():
+        positions = read_positions(checks, frame)
+        sigma = _position_sigma(checks, positions.values.shape[1])
+        columns = (*positions.columns, *_SIGMA_COLUMNS[: positions.values.shape[1]])
+        return Measured(
+            positions.values, sigma, None, positions.values.shape[1], columns, positions.frame
+        )
+    _refuse_nothing(checks, group)
+    names, sensor = np.unique(text_array(sensors).astype(str), return_inverse=True)
+    _refuse_two_kinds(checks, group, (names, sensor))
+    return _mixed(checks, group, (names, sensor), frame)
+
+
+def _groups(checks: RowChecks) -> IntArray:
+    """Return what each row's filled cells make it."""
+    names = set(checks.names)
+    group = np.full(len(checks), _NOTHING)
+    group[checks.filled_cells("bearing_deg")] = _BEARING
+    in_range = checks.filled_cells("range_m")
+    if in_range.any() and not has_positions(names):
+        checks.require("azimuth_deg", "an azimuth [degrees] beside range_m")
+    if {"range_m", "azimuth_deg"} <= names:
+        group[in_range | checks.filled_cells("azimuth_deg")] = _RANGE
+    elif "bearing_deg" not in names and "azimuth_deg" in names and not has_positions(names):
+        checks.require("range_m", "a range [m] beside azimuth_deg, or bearing_deg for one alone")
+    if has_positions(names):
+        for name in ("x", "y", "lat", "lon"):
+            group[checks.filled_cells(name)] = _POSITION
+    return group
+
+
+def _refuse_nothing(checks: RowChecks, group: IntArray) -> None:
+    column = "range_m" if (group == _RANGE).any() else "bearing_deg"
+    checks.refuse(column, group == _NOTHING, "a measurement: a position, a range or a bearing")
+
+
+def _refuse_two_kinds(
+    checks: RowChecks, group: IntArray, sensors: tuple[np.ndarray, IntArray]
+) -> None:
+    """Complain of rows that measure another thing than the first of their sensor."""
+    position = "x" if "x" in checks.names else "lat"
+    columns = {_POSITION: position, _RANGE: "range_m", _BEARING: "bearing_deg"}
+    words = {_POSITION: "a position", _RANGE: "a range", _BEARING: "a bearing"}
+    names, sensor = sensors
+    for number, name in enumerate(names):
+        rows = np.flatnonzero(checks.good & (sensor == number))
+        if rows.size == 0:
+            continue
+        first = group[rows[0]]
+        for other in np.unique(group[rows]):
+            if other != first:
+                where = (sensor == number) & (group == other)
+                expected = f"{words[first]}, as in the rows of sensor {name} before"
+                checks.refuse(columns[other], where, expected)
+
+
+def _mixed(
+    checks: RowChecks,
+    group: IntArray,
+    sensors: tuple[np.ndarray, IntArray],
+    frame: LocalFrame | None,
+) -> Measured:
+    """Return what rows of several kinds measure."""
+    heading = _checked_heading(checks, group, sensors)
+    at_position, at_bearing = group == _POSITION, group == _BEARING
+    width, columns, notes = 0, list[str](), list[str]()
+    positions = None
+    if at_position.any():
+        positions = read_positions(checks, frame, at_position)
+        frame, width = positions.frame, positions.values.shape[1]
+        columns += positions.columns
+    polar = None
+    if (group == _RANGE).any():
+        polar = read_polar(checks, group == _RANGE, heading)
+        polar.complete(checks.good, sensors[1])
+        columns += polar.columns
+    solid = polar is None or (width != 2 and bool(polar.has_elevation.all()))
+    space = 3 if solid and (polar or width == 3) else 2
+    kind = np.full(len(checks), int(MeasurementKind.POSITION))
+    values, sigma = np.full((2, len(checks), 4), np.nan)
+    if positions is not None:
+        if width > space:
+            notes.append("heights of positions are not used: not every sensor tells them")
+        values[at_position, :space] = positions.values[at_position, :space]
+        noise = _position_sigma(checks, space, at_position)
+        sigma[at_position, :space] = noise[at_position]
+        columns += _SIGMA_COLUMNS[:width]
+    if polar is not None:
+        notes += choose_components(polar, sensors, space, (values, sigma, kind))
+    if at_bearing.any():
+        kind[at_bearing] = MeasurementKind.BEARING
+        bearing = np.radians(checks.numbers("bearing_deg", AZIMUTH, among=at_bearing)) + heading
+        values[at_bearing, 0] = bearing[at_bearing] % (2 * np.pi)
+        sigma[at_bearing, 0] = angles(checks, "sigma_bearing_deg", at_bearing)[at_bearing]
+        columns += ["bearing_deg", "sigma_bearing_deg"]
+    used = max(MeasurementKind(k).n_components(space) for k in np.unique(kind))
+    return Measured(
+        np.ascontiguousarray(values[:, :used]),
+        np.ascontiguousarray(sigma[:, :used]),
+        kind, space, tuple(columns), frame, tuple(notes),
+    )  # fmt: skip
+
+
+def _checked_heading(
+    checks: RowChecks, group: IntArray, sensors: tuple[np.ndarray, IntArray]
+) -> FloatArray:
+    """Return each row's heading; a sensor tells it in all of its rows or in none."""
+    heading = read_heading(checks)
+    said = checks.filled_cells("sensor_heading_deg")
+    if said.any():
+        names, sensor = sensors
+        turned = np.unique(sensor[said])
+        angular = np.isin(group, (_RANGE, _BEARING))
+        for number in turned:
+            where = angular & ~said & (sensor == number)
+            expected = f"a number, as in other rows of sensor {names[number]}"
+            checks.refuse("sensor_heading_deg", where, expected)
+    return heading
+
+
+def _position_sigma(checks: RowChecks, dim: int, among: BoolArray | None = None) -> FloatArray:
+    """Return each position's noise, which a row has along both horizontal axes or neither."""
+    nothing = np.full(len(checks), np.nan)
+    for name, other in (("sigma_x", "sigma_y"), ("sigma_y", "sigma_x")):
+        if checks.filled(name) and other not in checks.names:
+            raise DataFormatError(
+                f"{checks.name}, column {name}: there is no {other}; expected {other} too"
+            )
+    sigma = np.stack(
+        [
+            checks.numbers(name, _SIGMA, optional=True, among=among)
+            if name in checks.names
+            else nothing
+            for name in _SIGMA_COLUMNS[:dim]
+        ],
+        axis=-1,
+    )
+    blank = np.isnan(sigma[:, :2])
+    for axis, name in enumerate(_SIGMA_COLUMNS[:2]):
+        half = blank[:, axis] & ~blank[:, 1 - axis]
+        checks.refuse(name, half, f"a positive number beside {_SIGMA_COLUMNS[1 - axis]}")
+    return sigma
