@@ -39,7 +39,9 @@ def read_detections(folder: Path, kind: str) -> pl.DataFrame:
 def read_truth(folder: Path, kind: str) -> pl.DataFrame:
     """Return where each object of a kind really was, and its box in the image."""
     labels = _labels(folder).filter(pl.col("kind") == kind)
-    return _placed(labels).select("time", "target", "x", "y", *BOX, "frame")
+    return _placed(labels).select(
+        "time", "target", "x", "y", *BOX, "frame", "truncated", "occluded"
+    )
 
 
 def read_ignored(folder: Path, kind: str) -> pl.DataFrame:
