@@ -66,33 +66,39 @@ def mix(
 ) -> None:
     """Write what each mode starts from, and the modes' probabilities after the interval.
 
-    Objects in a mode have either stayed, or have drawn it anew from wherever they were: so each
-    mode starts from a mixture of itself and the combination of all.
+    A mode starts from the mixture of all modes that an object may have come from.
     """
-    n_modes, size = mean.shape
-    centre, spread = np.empty(size), np.empty((size, size))
-    combine(mean, covariance, weight, centre, spread)
-    kept = math.exp(-motion.rate * interval)
+    n_modes = mean.shape[0]
+    coming = np.empty((n_modes, n_modes))
+    changes(weight, interval, motion, coming)
     for mode in range(n_modes):
-        staying = kept * weight[mode]
-        # Of the total 1 the shares are drawn anew.
-        weight_out[mode] = staying + (1.0 - kept) * motion.share[mode]
-        own = staying / weight_out[mode] if weight_out[mode] > 0.0 else 0.0
-        for row in range(size):
-            mean_out[mode, row] = own * mean[mode, row] + (1.0 - own) * centre[row]
-        # Two means a distance d apart add own (1 − own) d dᵀ.
-        apart = own * (1.0 - own)
-        for row in range(size):
-            for column in range(row, size):
-                value = (
-                    own * covariance[mode, row, column]
-                    + (1.0 - own) * spread[row, column]
-                    + apart
-                    * (mean[mode, row] - centre[row])
-                    * (mean[mode, column] - centre[column])
+        total = 0.0
+        for before in range(n_modes):
+            total += coming[mode, before]
+        weight_out[mode] = total
+        for before in range(n_modes):
+            # Into a mode of no probability all come as they are.
+            coming[mode, before] = coming[mode, before] / total if total > 0.0 else weight[before]
+        combine(mean, covariance, coming[mode], mean_out[mode], covariance_out[mode])
+
+
+@jit
+def changes(
+    weight: FloatArray, interval: float, motion: MotionRule, coming_out: FloatArray
+) -> None:
+    """Write how probable it is to be in a mode (row) after the interval and in another before."""
+    n_modes = weight.shape[0]
+    for mode in range(n_modes):
+        for before in range(n_modes):
+            chance = 0.0
+            for index in range(n_modes):
+                chance += (
+                    motion.basis[0, before, index]
+                    * math.exp(-motion.decay[index] * interval)
+                    * motion.basis[1, index, mode]
                 )
-                covariance_out[mode, row, column] = value
-                covariance_out[mode, column, row] = value
+            # Over next to no time rounding may leave a chance a hair below nothing.
+            coming_out[mode, before] = weight[before] * max(chance, 0.0)
 
 
 @jit

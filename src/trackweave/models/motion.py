@@ -34,18 +34,21 @@ class MotionRule(NamedTuple):
 
     A state of ``n`` components holds positions, velocities, accelerations if any mode has them,
     and a turn rate [rad/s, clockwise seen from above] if any mode turns. ``kind`` says what each
-    mode is and ``noise`` its main process noise and that of its turn rate. The mode is drawn anew
-    from ``share`` at ``rate`` [1/s], which is 0 where there is one mode. ``prior`` is the variance
-    of each component of which nothing is known, 0 for positions. ``acceleration_at`` and
-    ``turn_at`` say where accelerations and the turn rate stand, -1 for nowhere. ``unscented``
-    says how turns are predicted and measurements foreseen: by sigma points instead of Jacobians.
+    mode is and ``noise`` its main process noise and that of its turn rate. ``share`` is how much
+    of the time objects spend in each mode. After t seconds the mode has changed with the
+    probabilities ``basis[0]`` diag(exp(−``decay`` t)) ``basis[1]``, from row to column. ``prior``
+    is the variance of each component of which nothing is known, 0 for positions.
+    ``acceleration_at`` and ``turn_at`` say where accelerations and the turn rate stand, -1 for
+    nowhere. ``unscented`` says how turns are predicted and measurements foreseen: by sigma points
+    instead of Jacobians.
     """
 
     dim: int
     kind: IntArray
     noise: FloatArray
-    rate: float
     share: FloatArray
+    decay: FloatArray
+    basis: FloatArray
     prior: FloatArray
     acceleration_at: int
     turn_at: int
@@ -232,9 +235,9 @@ Mode: TypeAlias = ConstantVelocity | ConstantAcceleration | CoordinatedTurn | Ra
 class Imm:
     """Objects that change between several ways to move: an interacting multiple model [1]_.
 
-    The change of mode is a chain in continuous time, so that any interval has its exact
-    transition probabilities: the mode is drawn anew at a rate, from shares; both follow from the
-    sojourn times.
+    Modes change as a chain in continuous time, so that any interval has its exact transition
+    probabilities: from the mode that is left, every other follows with the same probability. In
+    the long run an object spends in each mode a share of the time like that mode's sojourn time.
 
     Parameters
     ----------
@@ -246,8 +249,7 @@ class Imm:
     Raises
     ------
     InvalidInputError
-        If there are fewer than two models, as many sojourn times are missing or too many, one is
-        out of range, or one is so short beside the others that no chain of this kind has it.
+        If there are fewer than two models, not as many sojourn times, or one is out of range.
 
     References
     ----------
@@ -274,13 +276,6 @@ class Imm:
                 raise InvalidInputError(
                     f"sojourn_time: {time!r:.80}; expected finite numbers > 0 in s"
                 )
-        _, share = _chain(times)
-        if np.any(share < 0):
-            worst = int(np.argmin(share))
-            raise InvalidInputError(
-                f"sojourn_time: {times[worst]} s for {type(models[worst]).__name__} is too short "
-                f"beside the others' {sorted(times)}; expected times nearer to each other"
-            )
 
     @property
     def max_speed(self) -> float:
@@ -328,15 +323,18 @@ def _ball_variance(radius: float, dim: int) -> float:
     return float(radius**2 / (dim + 2))
 
 
-def _chain(sojourn_time: tuple[float, ...]) -> tuple[float, FloatArray]:
-    """Return the rate at which the mode is drawn anew, and each mode's share."""
-    # A mode of share s is left at rate·(1 − s), which is one over its sojourn time.
-    leaving = 1.0 / np.asarray(sojourn_time, dtype=float)
-    rate = float(leaving.sum()) / (leaving.size - 1)
-    share = 1.0 - leaving / rate
-    # Rounding may leave a share of nothing a hair below it.
-    share[np.abs(share) < 1e-12] = 0.0
-    return rate, share
+def _chain(sojourn_time: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return each mode's share, and the decays and basis of the transitions."""
+    stay = np.asarray(sojourn_time, dtype=float)
+    share = stay / stay.sum()
+    leaving = np.full((stay.size, stay.size), 1.0 / (stay.size - 1)) / stay[:, None]
+    np.fill_diagonal(leaving, -1.0 / stay)
+    # As many changes lead from one mode to another as back, so that scaled by the roots of the
+    # shares the matrix of rates is symmetric.
+    root = np.sqrt(share)
+    values, vectors = np.linalg.eigh(root[:, None] * leaving / root)
+    basis = np.stack([vectors / root[:, None], vectors.T * root])
+    return share, np.maximum(-values, 0.0), basis
 
 
 def _rule(
@@ -355,15 +353,19 @@ def _rule(
         parts.append(np.full(dim, _ball_variance(max(pulling), dim)))
     if turning:
         parts.append(np.full(1, max(turning) ** 2 / 3.0))
-    rate, share = (0.0, np.ones(1)) if sojourn_time is None else _chain(sojourn_time)
+    if sojourn_time is None:
+        share, decay, basis = np.ones(1), np.zeros(1), np.ones((2, 1, 1))
+    else:
+        share, decay, basis = _chain(sojourn_time)
     kinds = [_KINDS[type(model)] for model in models]
     noise = [[model.process_noise, getattr(model, "turn_noise", 0.0)] for model in models]
     return MotionRule(
         dim=int(dim),
         kind=np.array(kinds, dtype=np.int64),
         noise=np.array(noise, dtype=np.float64),
-        rate=rate,
         share=share,
+        decay=decay,
+        basis=basis,
         prior=np.concatenate(parts),
         acceleration_at=2 * dim if pulling else -1,
         turn_at=(3 if pulling else 2) * dim if turning else -1,
