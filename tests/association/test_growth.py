@@ -18,8 +18,8 @@ def assert_same(window):
         wanted = expected[key]
         assert tree.nodes.cost[node] == pytest.approx(wanted.cost, abs=1e-9)
         assert totals[node] == pytest.approx(wanted.total, abs=1e-9)
-        np.testing.assert_allclose(tree.nodes.mean[node], wanted.mean, atol=1e-8)
-        np.testing.assert_allclose(tree.nodes.covariance[node], wanted.covariance, atol=1e-7)
+        np.testing.assert_allclose(tree.nodes.mean[node, 0], wanted.mean, atol=1e-8)
+        np.testing.assert_allclose(tree.nodes.covariance[node, 0], wanted.covariance, atol=1e-7)
     return tree
 
 

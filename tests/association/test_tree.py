@@ -5,6 +5,7 @@ import pytest
 
 from oracles.windows import WIDE, Windows
 from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.association.window_rule import without_reports
 from trackweave.errors import InvalidInputError
 
 TIMES = [0.0, 1.0, 1.0, 2.0, 3.0]
@@ -25,7 +26,7 @@ def sequences(window, tree, offset=0):
         key = track, frozenset(slots)
         assert key not in found
         found[key] = (
-            tree.nodes.cost[node], totals[node], tree.nodes.misses[node], *tree.nodes.mean[node]
+            tree.nodes.cost[node], totals[node], tree.nodes.misses[node], *tree.nodes.mean[node, 0]
         )  # fmt: skip
     return found
 
@@ -48,7 +49,7 @@ def test_growing_on_after_a_slide_is_growing_anew_from_the_roots(seed):
     inputs, _ = window.inputs()
     n_fixed = int(inputs[2].slot[-1]) + 1 if len(inputs[2].slot) else 0
     n_fixed = max(n_fixed, *(int(d.slot[-1]) + 1 if len(d.slot) else 0 for d in inputs[:3]))
-    tree = AssociationTree(window.dim, window.rule, WIDE)
+    tree = AssociationTree(window.rule, WIDE)
     tree.add_tracks(window.beginning())
     grow(tree, window, inputs[:3])
     # For each track, the longest sequence that ends in the fixed part.
@@ -60,13 +61,13 @@ def test_growing_on_after_a_slide_is_growing_anew_from_the_roots(seed):
         ):
             root[family] = node
     grow(tree, window, inputs[3:])
-    anew = AssociationTree(window.dim, window.rule, WIDE)
+    anew = AssociationTree(window.rule, WIDE)
     anew.add_tracks(
         window.beginning().__class__(
             track=np.array([100, 101]),
             **{
                 name: getattr(_grown(window, inputs[:3]).nodes, name)[root[root >= 0]].copy()
-                for name in ("time", "mean", "covariance", "hits", "chances", "tail", "misses")
+                for name in window.beginning().columns()
             },
         )
     )
@@ -81,7 +82,7 @@ def test_growing_on_after_a_slide_is_growing_anew_from_the_roots(seed):
 
 
 def _grown(window, inputs):
-    tree = AssociationTree(window.dim, window.rule, WIDE)
+    tree = AssociationTree(window.rule, WIDE)
     tree.add_tracks(window.beginning())
     grow(tree, window, inputs)
     return tree
@@ -174,10 +175,8 @@ def test_an_empty_scan_charges_every_sequence_a_miss():
     tree = window.tree()
     before, tails = tree.n_nodes, tree.nodes.tail[: tree.n_nodes].copy()
     data = window.inputs()[0][-1]
-    empty = data._replace(
-        time=data.time + 1.0, new_instant=True, position=np.empty((0, 2)),
-        sigma=np.empty((0, 2)), slot=np.empty(0, dtype=np.int64),
-    )  # fmt: skip
+    later = data.time + 1.0
+    empty = without_reports(data)._replace(time=later, reference=later, new_instant=True)
     tree.grow(empty, np.empty(0))
     assert tree.n_nodes == before
     charged = empty.survival_cost - np.log(1 - empty.detection_probability)
@@ -186,6 +185,6 @@ def test_an_empty_scan_charges_every_sequence_a_miss():
 
 def test_a_tree_without_anything_is_a_problem_without_anything():
     window = Windows(1)
-    tree = AssociationTree(2, window.rule, WIDE)
+    tree = AssociationTree(window.rule, WIDE)
     problem = tree.problem(np.empty(0, dtype=np.int64))
     assert (problem.n_nodes, problem.n_items) == (0, 0)

@@ -1,19 +1,23 @@
 """Small random windows, as the tree and as the oracle see them."""
 
 import numpy as np
+from scipy.stats import chi2
 
 from oracles.sequences import Known, Look, Rules
-from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
-from trackweave.association.window_rule import scan_input, window_rule
+from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
+from trackweave.trackers.opening import begun
 
 WIDE = GrowthLimits(
     margin=1e9, keep=10**9, new_margin=1e9, new_keep=10**9, new_ceiling=1e9, max_nodes=10**6
 )
 SURVIVAL = 0.999
+GATES = {dim: float(chi2.ppf(GATE_PROBABILITY, dim)) for dim in (2, 3)}
 MOTION = ConstantVelocity(process_noise=0.5, max_speed=30.0)
 
 
@@ -27,7 +31,7 @@ class Windows:
         self.rule = window_rule(MOTION, self.lifecycle, dim)
         self.rules = Rules(
             MOTION.process_noise, MOTION.velocity_variance(dim), MOTION.max_speed,
-            self.rule.gate, SURVIVAL, max_misses,
+            GATES[dim], SURVIVAL, max_misses,
         )  # fmt: skip
         n_sensors = int(rng.integers(1, 4))
         self.sensors = [
@@ -69,7 +73,8 @@ class Windows:
         inputs, reports, slot, before = [], [], 0, None
         for place, look in enumerate(self.looks):
             scan = Scan(look.time, look.sensor.name, look.positions, look.sigmas)
-            data, order = scan_input(scan, look.sensor, look.survival_cost)
+            context = Context(MOTION, self.dim, sensor=self.sensors.index(look.sensor))
+            data, order = scan_input(scan, look.sensor, look.survival_cost, context)
             data = data._replace(
                 slot=slot + np.arange(len(order)), new_instant=look.time != before
             )
@@ -80,24 +85,26 @@ class Windows:
 
     def beginning(self):
         """Return the known tracks as they enter a tree."""
-        count, zero = len(self.known), np.zeros(len(self.known))
-        size = 2 * self.dim
-        return Beginning(
-            track=np.arange(100, 100 + count),
-            time=np.array([known.time for known in self.known]),
-            mean=np.array([known.mean for known in self.known]).reshape(count, size),
-            covariance=np.array([known.covariance for known in self.known]).reshape(
-                count, size, size
+        count, size = len(self.known), 2 * self.dim
+        return begun(
+            TrackTable(
+                time=np.array([known.time for known in self.known]),
+                track=np.arange(100, 100 + count),
+                status=np.ones(count, dtype=np.int64),
+                mean=np.array([known.mean for known in self.known]).reshape(count, size),
+                covariance=np.array([known.covariance for known in self.known]).reshape(
+                    count, size, size
+                ),
+                score=np.zeros(count),
+                hits=np.ones(count, dtype=np.int64),
+                last_update=np.zeros(count),
             ),
-            hits=np.ones(count, dtype=np.int64),
-            chances=zero,
-            tail=zero,
-            misses=zero,
+            self.rule,
         )
 
     def tree(self, limits=WIDE):
         """Return the tree grown by every look."""
-        tree = AssociationTree(self.dim, self.rule, limits)
+        tree = AssociationTree(self.rule, limits)
         tree.add_tracks(self.beginning())
         for data in self.inputs()[0]:
             tree.grow(data, np.full(data.position.shape[0], self.log_density))

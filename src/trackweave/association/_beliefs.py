@@ -12,9 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._growth import Nodes
-from trackweave.filters._kernels import predict
+from trackweave.association._nodes import Nodes
+from trackweave.association._scoring import room_for_state
+from trackweave.filters._states import advance, combine
 from trackweave.jit import jit
+from trackweave.models.motion import MotionRule
 
 
 class Edges(NamedTuple):
@@ -175,7 +177,7 @@ def average_states(
     n_families: int,
     weight: FloatArray,
     time: float,
-    process_noise: float,
+    motion: MotionRule,
     existence_out: FloatArray,
     mean_out: FloatArray,
     covariance_out: FloatArray,
@@ -185,46 +187,67 @@ def average_states(
     The moments of the mixture of its sequences, each predicted to ``time``, by their weights.
     Without any weight the state is NaN.
     """
-    size = nodes.mean.shape[1]
-    dim = size // 2
+    size = nodes.mean.shape[2]
     existence_out[:] = 0.0
     mean_out[:] = 0.0
     covariance_out[:] = 0.0
-    moved = np.empty(size)
     largest, kept = np.zeros(n_families), np.zeros(n_families)
     for node in range(n_nodes):
-        family = nodes.family[node]
-        existence_out[family] += weight[node]
-        largest[family] = max(largest[family], weight[node])
+        if nodes.is_line[node] == 0:
+            family = nodes.family[node]
+            existence_out[family] += weight[node]
+            largest[family] = max(largest[family], weight[node])
+    state = room_for_state(motion)
+    moved, predicted = np.empty(size), np.empty((size, size))
     for node in range(n_nodes):
         family = nodes.family[node]
-        share = weight[node] / existence_out[family] if existence_out[family] > 0.0 else 0.0
-        if share > 0.0:
-            interval = time - nodes.time[node]
-            for axis in range(size):
-                ahead = interval * nodes.mean[node, dim + axis] if axis < dim else 0.0
-                mean_out[family, axis] += share * (nodes.mean[node, axis] + ahead)
-    predicted = np.empty((size, size))
-    for node in range(n_nodes):
-        family = nodes.family[node]
-        # Sequences of less than a ten-thousandth of the best cannot be seen in the covariance.
+        # Sequences of less than a ten-thousandth of the best cannot be seen in the average.
         share = weight[node] if weight[node] > 1e-4 * largest[family] else 0.0
-        if share > 0.0:
-            kept[family] += share
-            predict(
-                nodes.mean[node], nodes.covariance[node], time - nodes.time[node], process_noise,
-                moved, predicted,
+        if share > 0.0 and nodes.is_line[node] == 0:
+            advance(
+                nodes.mean[node], nodes.covariance[node], nodes.weight[node],
+                time - nodes.time[node], motion, state.mean, state.covariance, state.weight,
             )  # fmt: skip
+            combine(state.mean, state.covariance, state.weight, moved, predicted)
+            # Moments about the average so far, which moves: West, 1979.
+            before = kept[family]
+            kept[family] += share
+            pull = share / kept[family]
             for row in range(size):
+                moved[row] -= mean_out[family, row]
+            for row in range(size):
+                mean_out[family, row] += pull * moved[row]
                 for column in range(size):
-                    covariance_out[family, row, column] += share * (
-                        predicted[row, column]
-                        + (moved[row] - mean_out[family, row])
-                        * (moved[column] - mean_out[family, column])
-                    )
+                    covariance_out[family, row, column] += share * predicted[
+                        row, column
+                    ] + pull * before * (moved[row] * moved[column])
     for family in range(n_families):
         if existence_out[family] <= 0.0:
             mean_out[family, :] = math.nan
             covariance_out[family, :, :] = math.nan
         else:
             covariance_out[family, :, :] /= kept[family]
+
+
+@jit
+def move_states(
+    nodes: Nodes,
+    chosen: IntArray,
+    time: FloatArray,
+    motion: MotionRule,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Write the state of each chosen node at its time, averaged over modes."""
+    state = room_for_state(motion)
+    for row in range(chosen.shape[0]):
+        node = chosen[row]
+        if nodes.is_line[node] == 1:
+            mean_out[row] = math.nan
+            covariance_out[row] = math.nan
+            continue
+        advance(
+            nodes.mean[node], nodes.covariance[node], nodes.weight[node],
+            time[row] - nodes.time[node], motion, state.mean, state.covariance, state.weight,
+        )  # fmt: skip
+        combine(state.mean, state.covariance, state.weight, mean_out[row], covariance_out[row])

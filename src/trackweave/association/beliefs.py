@@ -13,6 +13,7 @@ from trackweave.association._beliefs import (
     propagate,
     sum_edges,
 )
+from trackweave.association._nodes import n_modes_and_size
 from trackweave.association.tree import AssociationTree
 
 __all__ = ["Beliefs", "believe"]
@@ -32,9 +33,10 @@ class Beliefs:
         That the edge's report belongs to the edge's family, shape (edges,).
     existence
         That the family's object lives, shape (families,).
+        An object on a line, seen by a bearing alone, counts for nothing.
     mean, covariance
-        Its position [m] and velocity [m/s], averaged over the sequences in which it lives, shapes
-        (families, 2 dim) and (families, 2 dim, 2 dim); NaN where it cannot live.
+        Its state, averaged over the sequences in which it lives and over modes of motion, shapes
+        (families, size) and (families, size, size); NaN where it cannot live.
     """
 
     probability: FloatArray
@@ -83,11 +85,11 @@ def believe(
     )  # fmt: skip
     if known is not None:
         sum_edges(nodes, n, edges, known, edge_probability)
-    size = 2 * tree.dim
+    _, size = n_modes_and_size(tree.rule.motion)
     existence = np.empty(n_families)
     mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
     average_states(
-        nodes, n, n_families, probability * alive, time, tree.rule.process_noise,
+        nodes, n, n_families, probability * alive, time, tree.rule.motion,
         existence, mean, covariance,
     )  # fmt: skip
     # Sums of many shares of one can come out above it by rounding.

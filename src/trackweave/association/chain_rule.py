@@ -6,6 +6,7 @@ distances between the tracks of consecutive sensors.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ __all__ = [
     "Chains",
     "TrackEstimates",
     "accumulated_distance",
+    "complete_chains",
     "same_object_threshold",
     "track_chains",
 ]
@@ -238,19 +240,46 @@ def track_chains(
 
 def _full_chains(sensors: Sequence[TrackEstimates], max_tuples: int) -> Chains:
     """Return every tuple of one track per sensor."""
-    counts = [sensor.n_tracks for sensor in sensors]
-    if len(set(counts)) > 1:
-        raise InvalidInputError(
-            f"sensors: {counts} tracks; expected equally many of each, or false_rejection"
-        )
-    n, n_sensors = counts[0], len(sensors)
+    _require_equal([sensor.n_tracks for sensor in sensors])
+    _require_few(sensors[0].n_tracks ** len(sensors), max_tuples)
+    distances = [accumulated_distance(first, second) for first, second in pairwise(sensors)]
+    return complete_chains(distances, max_tuples=max_tuples)
+
+
+def complete_chains(distances: Sequence[FloatArray], *, max_tuples: int = 2_000_000) -> Chains:
+    """Return every tuple of one track per sensor, from distances that are known already.
+
+    Parameters
+    ----------
+    distances
+        For each sensor but the last, the accumulated distances λ between its tracks and those of
+        the next, shape (n, n), n the same for all.
+    max_tuples
+        Greatest number of tuples; more are refused.
+
+    Returns
+    -------
+    The tuples, and for each b, the sum of its distances [1]_.
+
+    Raises
+    ------
+    InvalidInputError
+        If sensors differ in their number of tracks, or there are too many tuples.
+
+    References
+    ----------
+    .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (9), (11) and (12).
+    """
+    if not distances:
+        raise InvalidInputError("distances: none; expected those of at least two sensors")
+    _require_equal([len(distances[0]), *(distance.shape[1] for distance in distances)])
+    n, n_sensors = len(distances[0]), len(distances) + 1
     _require_few(n**n_sensors, max_tuples)
     every = np.arange(n**n_sensors)
     columns = [every // n ** (n_sensors - 1 - place) % n for place in range(n_sensors)]
     cost = np.zeros(every.shape[0])
-    for place in range(1, n_sensors):
-        distance = accumulated_distance(sensors[place - 1], sensors[place])
-        cost += distance[columns[place - 1], columns[place]]
+    for place, distance in enumerate(distances):
+        cost += distance[columns[place], columns[place + 1]]
     return Chains(np.stack(columns, axis=1) + 1, cost, np.inf)
 
 
@@ -314,6 +343,13 @@ def _require_alike(sensors: Sequence[TrackEstimates]) -> None:
         values = [getattr(sensor, name) for sensor in sensors]
         if len(set(values)) > 1:
             raise InvalidInputError(f"sensors: {name} {values}; expected one for all")
+
+
+def _require_equal(counts: list[int]) -> None:
+    if len(set(counts)) > 1:
+        raise InvalidInputError(
+            f"sensors: {counts} tracks; expected equally many of each, or false_rejection"
+        )
 
 
 def _require_few(n_tuples: int, most: int) -> None:

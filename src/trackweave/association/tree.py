@@ -1,6 +1,6 @@
 """The association tree: every sequence of reports worth scoring, each computed once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any
 
@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray, is_whole
-from trackweave.association._growth import (
+from trackweave.association._growth import append_children, append_roots, propose
+from trackweave.association._nodes import (
     Candidates,
     Misses,
     Nodes,
     ScanInput,
     WindowRule,
+    n_modes_and_size,
+)
+from trackweave.association._pruning import (
     accumulate_prices,
-    append_children,
-    append_roots,
     keep_ancestors,
     keep_below,
-    propose,
     raise_ancestors,
     rank_bounds,
 )
@@ -80,22 +81,37 @@ class Beginning:
         Identifiers.
     time
         Time of each state [s].
-    mean, covariance
-        Position [m] and velocity [m/s], and their covariance.
+    mean, covariance, weight
+        The state by modes of motion, shapes (tracks, modes, size), (tracks, modes, size, size)
+        and (tracks, modes).
     hits, chances
         Reports taken so far, and chances to be seen from the first report on.
     tail, misses
         Cost [nats] and number of the chances missed since ``time``.
+    identity, former, sensor
+        Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
+    is_line
+        1 for an object that has been seen by its bearing alone.
     """
 
     track: IntArray
     time: FloatArray
     mean: FloatArray
     covariance: FloatArray
+    weight: FloatArray
     hits: IntArray
     chances: FloatArray
     tail: FloatArray
     misses: FloatArray
+    identity: IntArray
+    former: IntArray
+    sensor: IntArray
+    is_line: IntArray
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return what a tree's nodes hold of it, by name."""
+        names = (each.name for each in fields(self))
+        return {name: getattr(self, name) for name in names if name != "track"}
 
 
 class AssociationTree:
@@ -105,12 +121,12 @@ class AssociationTree:
     report of a new object. The tree owns its arrays; they grow by doubling.
     """
 
-    def __init__(self, dim: int, rule: WindowRule, limits: GrowthLimits) -> None:
-        self.dim = dim
+    def __init__(self, rule: WindowRule, limits: GrowthLimits) -> None:
+        self.dim = rule.motion.dim
         self.rule = rule
         self.limits = limits
         self.n_nodes = 0
-        self.nodes = _allocate(256, dim)
+        self.nodes = _allocate(256, *n_modes_and_size(rule.motion))
         self.track = np.empty(0, dtype=np.int64)
         """Identifier of each family's track; -1 for families that begin in the window."""
         self.start_cost = np.empty(0)
@@ -138,8 +154,8 @@ class AssociationTree:
         nodes.cost[span] = 0.0
         nodes.counted[span] = 0.0
         nodes.price[span] = 0.0
-        for name in ("time", "mean", "covariance", "hits", "chances", "tail", "misses"):
-            getattr(nodes, name)[span] = getattr(beginning, name)
+        for name, column in beginning.columns().items():
+            getattr(nodes, name)[span] = column
         self.n_nodes += count
         self.track = np.concatenate([self.track, beginning.track])
         self.start_cost = np.concatenate([self.start_cost, np.zeros(count)])
@@ -150,12 +166,12 @@ class AssociationTree:
         Parameters
         ----------
         scan
-            The scan; its reports are sorted along the first axis.
+            The scan.
         log_density
             Log of the expected density of objects not yet seen at each report's place [m⁻²].
         """
         candidates, missed = self._propose(scan)
-        n_old, n_new = self.n_nodes, scan.position.shape[0]
+        n_old, n_new = self.n_nodes, scan.measurement.shape[0]
         nodes = self.nodes
         priced = np.empty(n_old)
         accumulate_prices(nodes, n_old, priced)
@@ -288,7 +304,7 @@ class AssociationTree:
             room = count
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
-        count = scan.position.shape[0]
+        count = scan.measurement.shape[0]
         first = self.n_nodes
         append_roots(self.nodes, first, scan, self.rule, self.n_families, log_density)
         self.n_nodes += count
@@ -300,7 +316,8 @@ class AssociationTree:
         capacity = self.nodes.parent.shape[0]
         if self.n_nodes + count <= capacity:
             return
-        larger = _allocate(max(2 * capacity, self.n_nodes + count), self.dim)
+        size = n_modes_and_size(self.rule.motion)
+        larger = _allocate(max(2 * capacity, self.n_nodes + count), *size)
         for old, new in zip(self.nodes, larger, strict=True):
             new[: self.n_nodes] = old[: self.n_nodes]
         self.nodes = larger
@@ -333,18 +350,18 @@ def _kept(parent: IntArray, excess: FloatArray, room: int) -> NDArray[np.bool_]:
     return kept
 
 
-def _allocate(capacity: int, dim: int) -> Nodes:
+def _allocate(capacity: int, modes: int, size: int) -> Nodes:
     def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
         return np.empty((capacity, *shape), dtype=dtype)
 
-    whole = {
-        name: column(dtype=np.int64) for name in ("parent", "report", "family", "hits", "chosen")
-    }
+    whole = (
+        "parent", "report", "family", "hits", "chosen", "identity", "former", "sensor", "is_line",
+    )  # fmt: skip
     real = ("cost", "tail", "misses", "counted", "chances", "price", "time")
-    size = 2 * dim
     return Nodes(
-        **whole,
+        **{name: column(dtype=np.int64) for name in whole},
         **{name: column() for name in real},
-        mean=column(size),
-        covariance=column(size, size),
+        mean=column(modes, size),
+        covariance=column(modes, size, size),
+        weight=column(modes),
     )

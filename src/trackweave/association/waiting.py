@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.association._growth import Candidates, Misses, ScanInput, WindowRule, propose
+from trackweave.association._growth import propose
+from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+from trackweave.association.window_rule import without_reports
 
 __all__ = ["waited"]
 
@@ -33,8 +35,8 @@ def waited(
     -------
     The tracks with tails and misses as they are then.
     """
-    count, dim = beginning.track.shape[0], beginning.mean.shape[1] // 2
-    tree = AssociationTree(dim, rule, GrowthLimits())
+    count = beginning.track.shape[0]
+    tree = AssociationTree(rule, GrowthLimits())
     tree.add_tracks(beginning)
     nodes = tree.nodes
     nodes.counted[:count] = first > 0
@@ -42,10 +44,7 @@ def waited(
     nobody = Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
     for place, scan in enumerate(scans):
         missed = Misses(np.empty(count), np.empty(count), np.empty(count))
-        unseen = scan._replace(
-            position=scan.position[:0], sigma=scan.sigma[:0], slot=scan.slot[:0]
-        )
-        propose(nodes, count, unseen, patient, nobody, missed)
+        propose(nodes, count, without_reports(scan), patient, nobody, missed)
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]

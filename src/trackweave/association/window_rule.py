@@ -1,33 +1,61 @@
 """What it costs to extend a sequence by a report, in nats against "all false alarms".
 
-The standard track score [1]_. A first report costs −ln(P_D β / λ), where β is the density of
-objects not yet seen and λ that of false alarms; a report that joins costs
+The standard track score [1]_. A first report costs −ln(P_D β |∂x/∂z| / λ), where β is the density
+of objects not yet seen and λ that of false alarms; a report that joins costs
 ½νᵀS⁻¹ν + ½ln|2πS| + ln λ − ln P_D; a scan that covered the predicted place without a report
 costs −ln(1 − P_D), with P_D averaged over the predicted position; to live on costs −ln p per scan
-period, and to end −ln(1 − p), once.
+period, and to end −ln(1 − p), once. With N identities known, a report of the track's own is worth
+ln((1 − e)N + e), one of another costs −ln e, where e is the chance of a wrong or new one.
 
 .. [1] S. S. Blackman, *Multiple-Target Tracking with Radar Applications*, 1986, ch. 9.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from trackweave.arrays import IntArray
-from trackweave.association._growth import ScanInput, WindowRule
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._nodes import ScanInput, WindowRule
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
-from trackweave.models.coverage import everywhere
-from trackweave.models.motion import ConstantVelocity
+from trackweave.models.coverage import Coverage, everywhere
+from trackweave.models.measurements import to_position
+from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 
-__all__ = ["scan_input", "window_rule"]
+__all__ = ["Context", "scan_input", "swept", "window_rule", "without_reports"]
 
 GATE_PROBABILITY = 0.9997
 """How many of an object's own reports the gate lets through."""
+FARTHEST = 1e5
+"""How far a sensor sees of which nothing says how far [m]."""
+APART = 0.5
+"""Reports of a turning sensor are of one object only if so many turns apart."""
+
+
+class Context(NamedTuple):
+    """What a scan is seen against.
+
+    ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker,
+    ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
+    began [s].
+    """
+
+    motion: Motion
+    dim: int
+    sensor: int = 0
+    n_identities: int = 1
+    start: float | None = None
 
 
 def window_rule(
-    motion: ConstantVelocity, lifecycle: tuple[float, float, float], dim: int
+    motion: Motion,
+    lifecycle: tuple[float, float, float],
+    dim: int,
+    *,
+    unscented: bool = False,
+    crossing_time: float = 0.0,
 ) -> WindowRule:
     """Return the rule as kernels read it.
 
@@ -40,26 +68,28 @@ def window_rule(
         report, after which an object is not looked for any more.
     dim
         Number of spatial dimensions.
+    unscented
+        Whether the filter is the unscented one; it is the extended one otherwise.
+    crossing_time
+        How far apart in time two bearings may cross [s].
 
     Returns
     -------
     The rule.
     """
-    from scipy.stats import chi2
-
     survival, max_misses, max_unseen = lifecycle
     return WindowRule(
-        process_noise=float(motion.process_noise),
-        velocity_variance=motion.velocity_variance(dim),
-        max_speed=float(motion.max_speed),
-        gate=float(chi2.ppf(GATE_PROBABILITY, dim)),
+        motion=motion.rule(dim, unscented=unscented),
+        crossing_time=float(crossing_time),
         end_cost=-math.log(1.0 - survival),
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
     )
 
 
-def scan_input(scan: Scan, sensor: Sensor, survival_cost: float) -> tuple[ScanInput, IntArray]:
+def scan_input(
+    scan: Scan, sensor: Sensor, survival_cost: float, context: Context
+) -> tuple[ScanInput, IntArray]:
     """Return a scan as kernels read it, and the order in which its reports stand there.
 
     Parameters
@@ -70,25 +100,170 @@ def scan_input(scan: Scan, sensor: Sensor, survival_cost: float) -> tuple[ScanIn
         Its sensor.
     survival_cost
         What living on since the last scan costs [nats].
+    context
+        What it is seen against.
 
     Returns
     -------
-    The scan with its reports sorted along the first axis, slots from 0; the order.
+    The scan with its reports in order, slots from 0; the order.
     """
-    order = np.argsort(scan.measurement[:, 0], kind="stable")
-    dim = scan.measurement.shape[1]
-    sigma = np.where(np.isnan(scan.sigma), sensor.sigmas(dim), scan.sigma)
-    view = sensor.field_of_view
+    from scipy.stats import chi2
+
+    kind, dim, count = sensor.measurement, context.dim, len(scan)
+    size = scan.measurement.shape[1] if count else kind.n_components(dim)
+    usual = sensor.sigmas(dim)[:size]
+    sigma = np.where(np.isnan(scan.sigma), usual, scan.sigma).reshape(count, size)
+    measurement = scan.measurement.reshape(count, size)
+    platform = sensor.platform if scan.platform is None else scan.platform
+    platforms = np.broadcast_to(platform, (max(count, 1), 6))
+    is_located = kind.gives_position(dim) and (kind.has_range or size == dim)
+    place, spread = np.zeros((count, dim)), np.zeros((count, dim, dim))
+    if is_located:
+        place, spread = to_position(kind, measurement, sigma, platforms[:count], dim)
+    elif count:
+        place = platforms[:count, :dim].copy()
+    order = np.argsort(place[:, 0] if is_located else measurement[:, -1], kind="stable")
+    moment = np.full(count, scan.time) if scan.moments is None else scan.moments
+    setting, noise, used = _settings(sigma[order], platforms[:count][order])
+    start = _start(scan, context.start)
+    coverage = _coverage(sensor, platforms[0], start, scan.time)
+    own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
+    evidence = np.zeros(count)
+    if sensor.strength is not None and scan.strength is not None:
+        evidence = sensor.strength.evidence(scan.strength)
+    error = sensor.identity_error
+    turning = sensor.rotation is not None or scan.moments is not None
     return ScanInput(
+        kind=int(kind),
+        sensor=context.sensor,
         time=float(scan.time),
+        reference=float(scan.time if start is None else (start + scan.time) / 2),
         new_instant=True,
         # A lone report of a sensor that does not scan says nothing of other objects.
-        is_silence_telling=sensor.scan_period is not None or len(scan) != 1,
-        position=np.ascontiguousarray(scan.measurement[order]),
-        sigma=np.ascontiguousarray(sigma[order]),
-        slot=np.arange(order.shape[0]),
+        is_silence_telling=sensor.scan_period is not None or count != 1,
+        has_moments=scan.moments is not None,
+        is_located=is_located,
+        separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,
+        gate=float(chi2.ppf(GATE_PROBABILITY, size)),
+        reach=_reach(sensor),
+        measurement=np.ascontiguousarray(measurement[order]),
+        moment=np.ascontiguousarray(moment[order]),
+        setting=setting,
+        noise=noise,
+        platform=used,
+        position=np.ascontiguousarray(place[order]),
+        position_covariance=np.ascontiguousarray(spread[order]),
+        log_begin=_log_begin(sensor, measurement, sigma, context)[order],
+        slot=np.arange(count),
+        identity=np.ascontiguousarray(own[order]),
+        evidence=np.ascontiguousarray(evidence[order]),
+        identity_gain=math.log((1.0 - error) * max(context.n_identities, 1) + error),
+        identity_loss=-math.log(error),
         detection_probability=float(sensor.detection_probability),
         log_clutter=math.log(sensor.clutter_density),
         survival_cost=float(survival_cost),
-        coverage=everywhere() if view is None else view.coverage(),
+        coverage=coverage,
     ), order
+
+
+def without_reports(scan: ScanInput) -> ScanInput:
+    """Return a scan as if it had seen nothing."""
+    per_report = (
+        "measurement", "moment", "setting", "position", "position_covariance", "log_begin",
+        "slot", "identity", "evidence",
+    )  # fmt: skip
+    return scan._replace(**{name: getattr(scan, name)[:0] for name in per_report})
+
+
+def _settings(sigma: FloatArray, platform: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return which noise and platform each report has, and these, each only once."""
+    both = np.concatenate([sigma, platform], axis=1)
+    if both.shape[0] == 0 or np.all(both == both[0]):
+        unique, setting = both[:1], np.zeros(both.shape[0], dtype=np.int64)
+    else:
+        unique, setting = np.unique(both, axis=0, return_inverse=True)
+    size = sigma.shape[1]
+    noise = unique[:, :size, None] ** 2 * np.eye(size)
+    return setting.reshape(-1).astype(np.int64), noise, np.ascontiguousarray(unique[:, size:])
+
+
+def _start(scan: Scan, given: float | None) -> float | None:
+    """Return when a sweep began, None for a scan of one time."""
+    if scan.moments is None:
+        return None
+    if given is not None:
+        return given
+    return float(scan.moments.min(initial=scan.time))
+
+
+def _coverage(sensor: Sensor, platform: FloatArray, start: float | None, end: float) -> Coverage:
+    """Return where a scan looked: the field of view about the sensor, as far as its beam went."""
+    view = sensor.field_of_view
+    coverage = everywhere() if view is None else view.coverage()
+    if view is not None and sensor.position is None and np.any(platform[:2]):
+        coverage = coverage._replace(position=platform[:2].copy())
+    if sensor.rotation is None or start is None or end - start >= sensor.rotation.period:
+        return coverage
+    return swept(coverage, platform[:2], sensor.rotation.sector(start, end))
+
+
+def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float]) -> Coverage:
+    """Return the part of a coverage that lies in a sector about the sensor.
+
+    Where a sector and the coverage's own overlap in two pieces, the larger counts.
+
+    Parameters
+    ----------
+    coverage
+        What the sensor covers in a turn.
+    position
+        Where it is, x and y [m].
+    sector
+        The clockwise first edge and the width [rad].
+
+    Returns
+    -------
+    What both share.
+    """
+    first, width = sector
+    if coverage.everywhere:
+        bounds = np.array([0.0, np.inf, first, width])
+        return Coverage(False, np.asarray(position, dtype=float).copy(), bounds, np.empty((0, 2)))
+    own_first, own_width = coverage.bounds[2], coverage.bounds[3]
+    ahead = (first - own_first) % (2 * np.pi)
+    behind = (own_first - first) % (2 * np.pi)
+    from_first = max(0.0, min(width, own_width - ahead))
+    from_own = max(0.0, min(own_width, width - behind))
+    bounds = coverage.bounds.copy()
+    if from_first >= from_own:
+        bounds[2:] = first, from_first
+    else:
+        bounds[2:] = own_first, from_own
+    return coverage._replace(bounds=bounds)
+
+
+def _reach(sensor: Sensor) -> float:
+    """Return how far a sensor sees [m]."""
+    view = sensor.field_of_view
+    farthest = np.inf if view is None else view.max_range
+    return float(farthest) if np.isfinite(farthest) else FARTHEST
+
+
+def _log_begin(
+    sensor: Sensor, measurement: FloatArray, sigma: FloatArray, context: Context
+) -> FloatArray:
+    """Return what each report adds to a new object's log evidence beyond the density [nats]."""
+    kind, dim = sensor.measurement, context.dim
+    if kind is MeasurementKind.BEARING:
+        return np.full(measurement.shape[0], math.log(0.5 * _reach(sensor) ** 2))
+    if not kind.has_range or not kind.gives_position(dim):
+        return np.zeros(measurement.shape[0])
+    distance = np.maximum(measurement[:, 0], 1e-9)
+    volume = np.log(distance)
+    if dim == 3:
+        volume = 2.0 * volume + np.log(np.maximum(np.cos(measurement[:, 2]), 1e-9))
+    if kind.has_rate:
+        # Against the velocities of which nothing is known.
+        variance = context.motion.velocity_variance(dim) + sigma[:, -1] ** 2
+        volume -= 0.5 * (measurement[:, -1] ** 2 / variance + np.log(2.0 * np.pi * variance))
+    return np.asarray(volume)

@@ -1,6 +1,6 @@
 """What is known of objects, as columns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,6 +35,9 @@ class TrackTable:
         Number of reports that the track has taken, shape (rows,).
     last_update
         Time of the last report taken [s], shape (rows,).
+    acceleration
+        Acceleration [m/s²], shape (rows, dim), or (rows, 0) where the motion knows none, as when
+        left out.
     """
 
     time: FloatArray
@@ -45,6 +48,11 @@ class TrackTable:
     score: FloatArray
     hits: IntArray
     last_update: FloatArray
+    acceleration: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        if self.acceleration.shape[0] != self.time.shape[0]:
+            object.__setattr__(self, "acceleration", np.empty((self.time.shape[0], 0)))
 
     def __len__(self) -> int:
         return int(self.time.shape[0])

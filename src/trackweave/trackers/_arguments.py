@@ -3,17 +3,18 @@
 Values come as ``object``, because a caller's types are not to be trusted.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from trackweave.arrays import is_number, is_whole, name_text, require_instance
+from trackweave.arrays import FloatArray, is_number, is_whole, name_text, require_instance
 from trackweave.association.tree import GrowthLimits
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.models.motion import ConstantVelocity
+from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.protocol import require_solver
 from trackweave.trackers.lifecycle import Lifecycle
@@ -57,7 +58,8 @@ def checked_priors(priors: TrackTable | None) -> TrackTable | None:
 
 def require_parts(motion: object, search: object, lifecycle: object, limits: object) -> None:
     """Refuse parts of a tracker that are of another kind; only the first must be there."""
-    require_instance(motion, ConstantVelocity, "motion")
+    if not isinstance(motion, Motion):
+        raise InvalidInputError(f"motion: {motion!r:.80}; expected a motion model")
     if search is not None:
         require_solver(search, "search")
     if lifecycle is not None:
@@ -74,22 +76,90 @@ def require_step(scan: object, rng: object, deadline: object) -> None:
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None")
 
 
+def checked_dim(
+    dim: object, priors: TrackTable | None, sensors: Mapping[str, Sensor]
+) -> int | None:
+    """Return the number of dimensions as far as it is known before the first report."""
+    if dim is not None:
+        if dim not in (2, 3):
+            raise InvalidInputError(f"dim: {dim!r:.80}; expected 2, 3 or None")
+        if priors is not None and priors.dim != dim:
+            raise InvalidInputError(f"priors of {priors.dim} dimensions; expected {dim}")
+        return 2 if dim == 2 else 3
+    if priors is not None:
+        return priors.dim
+    kinds = {sensor.measurement for sensor in sensors.values()}
+    if any(kind.has_elevation for kind in kinds):
+        return 3
+    return None if MeasurementKind.POSITION in kinds else 2
+
+
 def dimensions_of(scan: Scan, sensor: Sensor, expected: int | None) -> int | None:
-    """Return a scan's number of dimensions once it fits; None where nothing tells it."""
-    dim = int(scan.measurement.shape[1])
-    if len(scan) == 0 and dim == 0:
-        own = int(np.size(sensor.sigma))
+    """Return the number of dimensions once a scan fits; None where nothing tells it."""
+    size = int(scan.measurement.shape[1])
+    kind = sensor.measurement
+    if len(scan) == 0 and size == 0:
+        own = int(np.size(sensor.sigma)) if kind is MeasurementKind.POSITION else 1
         if expected is None and own == 1:
             return None
         dim = expected or own
+    elif kind is MeasurementKind.POSITION:
+        # In a space of three dimensions a position may lack its height.
+        lacks = size == 2 and expected == 3 and np.size(sensor.sigma) < 3
+        dim = 3 if lacks else size
+    else:
+        dim = expected or (3 if kind.has_elevation else 2)
+        if size != kind.n_components(dim):
+            raise InvalidInputError(
+                f"scan of sensor {scan.sensor}: {size} numbers per report; expected "
+                f"{kind.n_components(dim)} of {kind.word}"
+            )
     if dim not in (2, 3) or (expected is not None and dim != expected):
         raise InvalidInputError(f"scan of {dim} dimensions; expected {expected or '2 or 3'}")
     sensor.sigmas(dim)
     return dim
 
 
-def with_dimensions(scan: Scan, dim: int) -> Scan:
-    """Return a scan that is empty if it is of other dimensions, in these."""
-    if scan.measurement.shape[1] == dim:
+def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
+    """Return a scan that is empty with as many numbers as the sensor's reports have."""
+    size = sensor.measurement.n_components(dim)
+    if len(scan) or scan.measurement.shape[1] == size:
         return scan
-    return replace(scan, measurement=np.empty((0, dim)), sigma=np.empty((0, dim)))
+    return replace(scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)))
+
+
+def merged(first: Scan, second: Scan) -> Scan:
+    """Return a scan with the reports of two of the same sensor and time, the first one's first."""
+
+    def both(name: str, missing: float) -> FloatArray | None:
+        parts = [getattr(scan, name) for scan in (first, second)]
+        if all(part is None for part in parts):
+            return None
+        sizes = (len(first), len(second))
+        return np.concatenate(
+            [
+                np.full(size, missing) if part is None else part
+                for part, size in zip(parts, sizes, strict=True)
+            ]
+        )
+
+    platform = None
+    if first.platform is not None and second.platform is not None:
+        rows = [
+            np.broadcast_to(scan.platform, (len(scan), 6))
+            for scan in (first, second)
+            if scan.platform is not None
+        ]
+        platform = np.concatenate(rows)
+    identity = both("identity", -1)
+    return Scan(
+        time=first.time,
+        sensor=first.sensor,
+        measurement=np.concatenate([first.measurement, second.measurement]),
+        sigma=np.concatenate([first.sigma, second.sigma]),
+        report=np.concatenate([first.report, second.report]),
+        moments=both("moments", first.time),
+        platform=platform,
+        identity=None if identity is None else identity.astype(np.int64),
+        strength=both("strength", np.nan),
+    )

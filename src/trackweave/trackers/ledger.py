@@ -9,9 +9,9 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.beliefs import Beliefs
+from trackweave.association.states import states_at
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
-from trackweave.filters.kalman import predicted
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
 
@@ -167,9 +167,10 @@ class Ledger:
             record.chances = self._lifecycle.recent(
                 record.chances + chosen.chances(tree, index)[:count]
             )
+        mean, covariance = states_at(tree, leaf)
         states = {
-            name: (nodes.mean[node].copy(), nodes.covariance[node].copy(), float(nodes.time[node]))
-            for name, node in zip(self._names.tolist(), leaf.tolist(), strict=True)
+            name: _lost(mean[row, : tree.dim], covariance[row], float(nodes.time[leaf[row]]))
+            for row, name in enumerate(self._names.tolist())
         }
         root, track = np.full(tree.n_families, -1, dtype=np.int64), tree.track.copy()
         root[chosen.family[has_root]] = last_fixed
@@ -178,17 +179,12 @@ class Ledger:
         live = set(tree.track.tolist()) | set(np.delete(self._names, has_root).tolist())
         return tuple(self._strike(live, states))
 
-    def _strike(
-        self, live: set[int], states: dict[int, tuple[FloatArray, FloatArray, float]]
-    ) -> Iterable[LostTrack]:
+    def _strike(self, live: set[int], states: dict[int, LostTrack]) -> Iterable[LostTrack]:
         """Forget the tracks that are not live any more; yield the confirmed ones."""
         for track in [name for name in self._records if name not in live]:
             record = self._records.pop(track)
             if record.confirmed and track in states:
-                mean, covariance, time = states[track]
-                dim = mean.shape[0] // 2
-                spread = 3.0 * float(np.sqrt(np.trace(covariance[:dim, :dim])))
-                yield LostTrack(mean[:dim], spread, time)
+                yield states[track]
 
     def _name(self, chosen: Chosen, report_of: IntArray) -> IntArray:
         """Return an identifier for each sequence; each serves once."""
@@ -240,28 +236,26 @@ class Ledger:
         else:
             tail = nodes.tail[chosen.leaf]
             live = tail <= np.where(is_known, np.finfo(np.float64).max, tree.rule.end_cost)
+        live &= nodes.is_line[chosen.leaf] == 0
         order = np.flatnonzero(live)[np.argsort(chosen.track[live], kind="stable")]
         leaf, track, family = chosen.leaf[order], chosen.track[order], chosen.family[order]
         if beliefs is not None:
             mean, covariance = beliefs.mean[family], beliefs.covariance[family]
         else:
-            mean, covariance = predicted(
-                nodes.mean[leaf],
-                nodes.covariance[leaf],
-                time - nodes.time[leaf],
-                tree.rule.process_noise,
-            )
+            mean, covariance = states_at(tree, leaf, time)
+        size, ahead = 2 * tree.dim, tree.rule.motion.acceleration_at
         missed = nodes.misses[leaf] >= 0.5
         fixed_score = np.array([self._records[name].score for name in track.tolist()])
         return TrackTable(
             time=np.full(track.shape[0], time),
             track=track,
             status=np.where(is_known[order], np.where(missed, COASTING, CONFIRMED), TENTATIVE),
-            mean=mean,
-            covariance=covariance,
+            mean=mean[:, :size],
+            covariance=covariance[:, :size, :size],
             score=fixed_score + nodes.cost[leaf],
             hits=nodes.hits[leaf],
             last_update=nodes.time[leaf],
+            acceleration=mean[:, ahead : ahead + tree.dim] if ahead >= 0 else mean[:, :0],
         )
 
     def _amendments(
@@ -277,6 +271,12 @@ class Ledger:
                 changed.append(Amendment(report, old, new))
         self._known = set(reports)
         return tuple(changed)
+
+
+def _lost(position: FloatArray, covariance: FloatArray, time: float) -> LostTrack:
+    dim = position.shape[0]
+    spread = 3.0 * float(np.sqrt(np.trace(covariance[:dim, :dim])))
+    return LostTrack(position, spread, time)
 
 
 def _assignment(

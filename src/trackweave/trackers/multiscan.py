@@ -8,24 +8,24 @@ from typing import Literal
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._growth import ScanInput
 from trackweave.association.beliefs import believe
 from trackweave.association.problem import Answer, Certificate, Status
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
-from trackweave.association.waiting import waited
-from trackweave.association.window_rule import scan_input, window_rule
+from trackweave.association.window_rule import window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.models.motion import ConstantVelocity
+from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Hint, Solver
 from trackweave.trackers._arguments import (
+    checked_dim,
     checked_priors,
     checked_sensors,
     checked_window,
     dimensions_of,
+    merged,
     require_parts,
     require_step,
     with_dimensions,
@@ -33,6 +33,7 @@ from trackweave.trackers._arguments import (
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.opening import Opener, begun, rooted
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.window import OpenScan, OpenScans, Window
 
@@ -67,6 +68,12 @@ class MultiScanTracker:
     estimate
         What is reported of a track: the "average" over its sequences by their probability, or
         the state of the "best" hypothesis alone. Only the first also tells probabilities.
+    dim
+        Number of dimensions of the tracking space, 2 or 3; None for what priors, sensors or the
+        first report tell.
+    unscented
+        Whether turns and what is not linear in a measurement are taken by sigma points (the
+        unscented filter) instead of Jacobians (the extended one).
 
     Raises
     ------
@@ -82,7 +89,7 @@ class MultiScanTracker:
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
-        motion: ConstantVelocity,
+        motion: Motion,
         sensors: Sequence[Sensor],
         window: Window | int | None = None,
         search: Solver | None = None,
@@ -90,6 +97,8 @@ class MultiScanTracker:
         priors: TrackTable | None = None,
         limits: GrowthLimits | None = None,
         estimate: Literal["average", "best"] = "average",
+        dim: int | None = None,
+        unscented: bool = False,
     ) -> None:
         require_parts(motion, search, lifecycle, limits)
         if estimate not in ("average", "best"):
@@ -113,7 +122,9 @@ class MultiScanTracker:
         self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
-        self._dim = self._priors.dim if self._priors is not None else None
+        self._dim = checked_dim(dim, self._priors, self._sensors)
+        self._unscented = bool(unscented)
+        self._opener = Opener(motion, self._sensors)
         self._tree: AssociationTree | None = None
         self._beginning: Beginning | None = None
         self._prices: FloatArray = np.empty(0)
@@ -203,7 +214,8 @@ class MultiScanTracker:
         if scan.sensor not in self._sensors:
             known = ", ".join(sorted(self._sensors))
             raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
-        dim = dimensions_of(scan, self._sensors[scan.sensor], self._dim)
+        sensor = self._sensors[scan.sensor]
+        dim = dimensions_of(scan, sensor, self._dim)
         report = scan.report.copy()
         unnumbered = np.flatnonzero(report < 0)
         first = max(self._next_report, int(report.max(initial=-1)) + 1)
@@ -215,24 +227,20 @@ class MultiScanTracker:
         self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
         self._dim = dim
         likely = dim or (self._tree.dim if self._tree else 2)
-        return replace(with_dimensions(scan, likely), report=report)
+        return replace(with_dimensions(scan, sensor, likely), report=report)
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
-        self._rule = window_rule(self._motion, self._lifecycle_costs(), dim)
+        self._rule = window_rule(
+            self._motion,
+            self._lifecycle_costs(),
+            dim,
+            unscented=self._unscented,
+            crossing_time=self._period,
+        )
         priors = self._priors if self._priors is not None else TrackTable.empty(dim)
         self._ledger.begin(priors)
-        zero = np.zeros(len(priors))
-        self._beginning = Beginning(
-            track=priors.track,
-            time=priors.time,
-            mean=priors.mean,
-            covariance=priors.covariance,
-            hits=np.maximum(priors.hits, 1),
-            chances=zero,
-            tail=zero,
-            misses=zero,
-        )
+        self._beginning = begun(priors, self._rule)
         return self._planted()
 
     def _lifecycle_costs(self) -> tuple[float, float, float]:
@@ -245,35 +253,34 @@ class MultiScanTracker:
     def _planted(self) -> AssociationTree:
         """Return a tree of the tracks from before the window alone, and make it the tracker's."""
         assert self._beginning is not None
-        self._tree = AssociationTree(self._beginning.mean.shape[1] // 2, self._rule, self._limits)
+        self._tree = AssociationTree(self._rule, self._limits)
         self._tree.add_tracks(self._beginning)
         return self._tree
 
     def _take_in(self, scan: Scan) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
-        dim = scan.measurement.shape[1]
+        dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
         if tree.dim != dim:
             tree = self._begun_anew(dim)
         same = self._open.find(scan.sensor, scan.time)
         last = self._open.last_time
         if scan.time >= last and same is None:
-            self._open.insert(self._opened(scan))
+            self._open.insert(self._opener.open(scan, dim))
             newest = self._looked(len(self._open.scans) - 1, last, self._undetected)
             tree.grow(newest.data, newest.log_density)
             self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
             return tree
         if same is not None:
-            scan = self._open.remove(same).merged(scan)
-        self._open.insert(self._opened(scan))
+            scan = merged(self._open.remove(same).scan, scan)
+        self._open.insert(self._opener.open(scan, dim))
         return self._grown_anew()
 
     def _begun_anew(self, dim: int) -> AssociationTree:
         """Return the tree after empty scans that did not tell their number of dimensions."""
-        nothing = np.empty((0, dim))
         for place, known in enumerate(self._open.scans):
-            data = known.data._replace(position=nothing, sigma=nothing)
-            self._open.scans[place] = replace(known, data=data)
+            scan = with_dimensions(known.scan, self._sensors[known.sensor], dim)
+            self._open.scans[place] = self._opener.open(scan, dim)
         self._begin(dim)
         return self._grown_anew()
 
@@ -288,11 +295,6 @@ class MultiScanTracker:
             last = known.data.time
         self._prices = np.zeros(self._open.n_slots)
         return tree
-
-    def _opened(self, scan: Scan) -> OpenScan:
-        """Return a scan of the window before it is known what came before it."""
-        data, order = scan_input(scan, self._sensors[scan.sensor], 0.0)
-        return OpenScan(scan.sensor, data, scan.report[order], np.zeros(len(scan)))
 
     def _looked(self, place: int, last: float, undetected: Undetected) -> OpenScan:
         """Return a scan of the window, ready to grow by; ``last`` is when the one before was."""
@@ -320,7 +322,8 @@ class MultiScanTracker:
         for place in range(count):
             last = self._looked(place, last, self._undetected_before).data.time
         closing = [known.data for known in self._open.scans[:count]]
-        self._beginning = self._roots(self._tree, closing)
+        assert self._beginning is not None
+        self._beginning = rooted(self._tree, self._beginning, closing)
         self._open.close(count)
         self._prices = self._prices[n_fixed:]
         return final
@@ -333,32 +336,6 @@ class MultiScanTracker:
             track=np.array([track for track, _ in known], dtype=np.int64),
             probability=np.array([probability for _, probability in known], dtype=np.float64),
         )
-
-    def _roots(self, tree: AssociationTree, closing: list[ScanInput]) -> Beginning:
-        """Return the tracks as they enter the window behind the scans that close."""
-        assert self._beginning is not None
-        nodes, n = tree.nodes, tree.n_nodes
-        rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
-        track, slot = tree.track[nodes.family[rows]], tree.fixed_slot[nodes.family[rows]]
-        # A track without a report among the closing ones goes on waiting as it did before.
-        before = {name: place for place, name in enumerate(self._beginning.track.tolist())}
-        old = [before[name] for name in track[slot < 0].tolist()]
-        tail, misses = np.zeros((2, rows.shape[0]))
-        tail[slot < 0] = self._beginning.tail[old]
-        misses[slot < 0] = self._beginning.misses[old]
-        end = np.cumsum([data.slot.shape[0] for data in closing])
-        first = np.where(slot < 0, 0, np.searchsorted(end, slot, side="right") + 1)
-        last = Beginning(
-            track=track,
-            time=nodes.time[rows],
-            mean=nodes.mean[rows],
-            covariance=nodes.covariance[rows],
-            hits=nodes.hits[rows],
-            chances=nodes.chances[rows],
-            tail=tail,
-            misses=misses,
-        )
-        return waited(last, first, closing, self._rule)
 
     def _remember(self, tree: AssociationTree, answer: Answer) -> None:
         """Keep what starts the next search: the answer and the reports' prices."""
@@ -382,7 +359,7 @@ class MultiScanTracker:
         final = self._assignments(np.empty(0, dtype=np.int64))
         if self._last is None:
             nothing = Certificate(0.0, 0.0, Status.OPTIMAL)
-            tracks = TrackTable.empty(scan.measurement.shape[1])
+            tracks = TrackTable.empty(self._dim or 2)
             return Hypothesis(scan.time, tracks, (), final, late, nothing, 0, "late scan", 0, 0)
         return replace(
             self._last, amendments=(), final=final, late=late, evaluations=0,

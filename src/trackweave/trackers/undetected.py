@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.association._growth import ScanInput
+from trackweave.association._nodes import ScanInput
 from trackweave.models._kernels import thin_covered
 from trackweave.models.coverage import Coverage
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray, is_whole
-from trackweave.association._growth import ScanInput
+from trackweave.association._nodes import ScanInput
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 
@@ -43,25 +43,20 @@ class Window:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpenScan:
-    """A scan of the window: as the tree grew by it, and the numbers of its reports.
+    """A scan of the window: as it came, as the tree grew by it, and the numbers of its reports.
 
     ``report`` and ``log_density`` are in the order of the slots.
     """
 
-    sensor: str
+    scan: Scan
     data: ScanInput
     report: IntArray
     log_density: FloatArray
 
-    def merged(self, scan: Scan) -> Scan:
-        """Return a scan of the same sensor and time with the reports of both, its own first."""
-        return Scan(
-            time=scan.time,
-            sensor=scan.sensor,
-            measurement=np.concatenate([self.data.position, scan.measurement]),
-            sigma=np.concatenate([self.data.sigma, scan.sigma]),
-            report=np.concatenate([self.report, scan.report]),
-        )
+    @property
+    def sensor(self) -> str:
+        """Name of its sensor."""
+        return self.scan.sensor
 
 
 class OpenScans:

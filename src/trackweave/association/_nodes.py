@@ -1,0 +1,144 @@
+"""What the kernels of a tree share: sequences, scans, rules."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.models.coverage import Coverage
+from trackweave.models.motion import MotionRule
+
+
+class Nodes(NamedTuple):
+    """Sequences that share prefixes; a parent always stands before its children.
+
+    ``report`` is the last report's slot in the window, -1 where a track from before the window
+    starts. ``chosen`` is 1 for the last hypothesis's sequences. ``cost`` is what the sequence
+    costs up to its last report and ``tail`` what the scans since then add while the object lives
+    [nats]. ``misses`` counts the chances to be seen since the last report, where all sensors of
+    one instant give one chance, of which ``counted`` is the share already counted at this
+    instant; ``chances`` counts those up to and with the last report, from the object's first.
+    ``price`` is what holding the last report against others is worth [nats], as far as they were
+    known. ``identity`` is whom the last report that said so was of, ``former`` whom another one
+    before it; -1 for nobody. ``sensor`` is the last report's, -1 for none.
+
+    ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
+    each mode of motion, and how probable that mode is. Where ``is_line`` is 1 the object has been
+    seen from one place by its bearing alone: then the first mode's mean holds that place x, y
+    [m], the bearing and its standard deviation [rad], and the first number of the covariance
+    what the report costs as far as it does not depend on the place [nats].
+    """
+
+    parent: IntArray
+    report: IntArray
+    family: IntArray
+    hits: IntArray
+    chosen: IntArray
+    identity: IntArray
+    former: IntArray
+    sensor: IntArray
+    is_line: IntArray
+    cost: FloatArray
+    tail: FloatArray
+    misses: FloatArray
+    counted: FloatArray
+    chances: FloatArray
+    price: FloatArray
+    time: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    weight: FloatArray
+
+
+class ScanInput(NamedTuple):
+    """A scan as the kernels read it.
+
+    Reports that say where their objects are (``is_located``) are sorted by the first coordinate.
+    ``is_silence_telling`` says whether the scan tells anything of objects that it does not report.
+    ``reference`` is when the scan looks, ``time`` when it ends; with ``has_moments`` each report
+    has its own time. Two reports of one object lie at least ``separation`` apart [s].
+    ``setting`` is which ``noise`` (covariance) and ``platform`` (place and velocity of the sensor)
+    a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
+    the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
+    ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
+    ``identity_gain``, one of another costs ``identity_loss`` [nats].
+    """
+
+    kind: int
+    sensor: int
+    time: float
+    reference: float
+    new_instant: bool
+    is_silence_telling: bool
+    has_moments: bool
+    is_located: bool
+    separation: float
+    gate: float
+    reach: float
+    measurement: FloatArray
+    moment: FloatArray
+    setting: IntArray
+    noise: FloatArray
+    platform: FloatArray
+    position: FloatArray
+    position_covariance: FloatArray
+    log_begin: FloatArray
+    slot: IntArray
+    identity: IntArray
+    evidence: FloatArray
+    identity_gain: float
+    identity_loss: float
+    detection_probability: float
+    log_clutter: float
+    survival_cost: float
+    coverage: Coverage
+
+
+class WindowRule(NamedTuple):
+    """What it costs to extend a sequence; see ``association.window_rule``."""
+
+    motion: MotionRule
+    crossing_time: float
+    end_cost: float
+    max_misses: float
+    max_unseen: float
+
+
+class Misses(NamedTuple):
+    """What each sequence becomes if the scan has no report of it."""
+
+    tail: FloatArray
+    misses: FloatArray
+    counted: FloatArray
+
+
+class Candidates(NamedTuple):
+    """Children that a scan offers: parent node, index in the scan, cost."""
+
+    node: IntArray
+    report: IntArray
+    cost: FloatArray
+
+
+class State(NamedTuple):
+    """A state by modes of motion, to work in."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    weight: FloatArray
+
+
+class Expectation(NamedTuple):
+    """What each mode expects of a report, to work in: mean, S⁻¹, ln det S, and P Hᵀ."""
+
+    mean: FloatArray
+    inverse: FloatArray
+    log_determinant: FloatArray
+    cross: FloatArray
+    spread: FloatArray
+    innovation: FloatArray
+
+
+def n_modes_and_size(motion: MotionRule) -> tuple[int, int]:
+    """Return how many modes a motion has, and how many numbers a state."""
+    return int(np.shape(motion.kind)[0]), int(np.shape(motion.prior)[0])

@@ -1,0 +1,85 @@
+"""Which sequences of a tree stay. Nothing here checks or raises."""
+
+import math
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._nodes import Nodes
+from trackweave.jit import jit
+
+
+@jit
+def accumulate_prices(nodes: Nodes, n_nodes: int, priced_out: FloatArray) -> None:
+    """Write the sum of the prices along each sequence."""
+    for node in range(n_nodes):
+        above = nodes.parent[node]
+        priced_out[node] = nodes.price[node] + (priced_out[above] if above >= 0 else 0.0)
+
+
+@jit
+def rank_bounds(
+    family: IntArray, rank: FloatArray, margin: FloatArray, keep: IntArray, ceiling: FloatArray
+) -> FloatArray:
+    """Return for each family the worst rank that it keeps.
+
+    That is its best plus its margin, or its k-th best rank if that is less, and never more than
+    its ceiling.
+    """
+    n_families = margin.shape[0]
+    start = np.zeros(n_families + 1, dtype=np.int64)
+    for entry in range(family.shape[0]):
+        start[family[entry] + 1] += 1
+    for index in range(n_families):
+        start[index + 1] += start[index]
+    fill = start[:-1].copy()
+    grouped = np.empty(rank.shape[0])
+    for entry in range(family.shape[0]):
+        grouped[fill[family[entry]]] = rank[entry]
+        fill[family[entry]] += 1
+    bound = np.empty(n_families)
+    for index in range(n_families):
+        own = grouped[start[index] : start[index + 1]]
+        best = math.inf
+        for value in own:
+            best = min(best, value)
+        bound[index] = min(best + margin[index], ceiling[index])
+        if own.shape[0] > keep[index]:
+            bound[index] = min(bound[index], np.partition(own, keep[index] - 1)[keep[index] - 1])
+    return bound
+
+
+@jit
+def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
+    """Mark every ancestor of a marked node."""
+    for node in range(n_nodes - 1, -1, -1):
+        if keep[node] and parent[node] >= 0:
+            keep[parent[node]] = True
+
+
+@jit
+def raise_ancestors(parent: IntArray, value: FloatArray) -> None:
+    """Give every ancestor at most the value of its descendants, in place."""
+    for node in range(parent.shape[0] - 1, -1, -1):
+        if parent[node] >= 0:
+            value[parent[node]] = min(value[parent[node]], value[node])
+
+
+@jit
+def keep_below(nodes: Nodes, n_nodes: int, root: IntArray, n_fixed: int) -> np.ndarray:
+    """Mark what goes on when the slots below ``n_fixed`` are fixed.
+
+    Below a family's root, what takes only later reports; of a family without a root, everything
+    if its first report is later.
+    """
+    keep = np.zeros(n_nodes, dtype=np.bool_)
+    for node in range(n_nodes):
+        own = root[nodes.family[node]]
+        above = nodes.parent[node]
+        if own >= 0:
+            keep[node] = node == own or (
+                above >= 0 and keep[above] and nodes.report[node] >= n_fixed
+            )
+        else:
+            keep[node] = keep[above] if above >= 0 else nodes.report[node] >= n_fixed
+    return keep

@@ -1,0 +1,186 @@
+"""How well a report fits a state. Nothing here checks or raises."""
+
+import math
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.association._nodes import Expectation, Nodes, ScanInput, State
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.filters._measuring import correct, innovation, invert, measure
+from trackweave.jit import jit
+from trackweave.models._kernels import covered_share
+from trackweave.models.coverage import Coverage
+from trackweave.models.motion import MotionRule
+
+POSITION = int(MeasurementKind.POSITION)
+
+
+@jit
+def room_for_state(motion: MotionRule) -> State:
+    """Return room for a state."""
+    modes, size = motion.kind.shape[0], motion.prior.shape[0]
+    return State(np.empty((modes, size)), np.empty((modes, size, size)), np.empty(modes))
+
+
+@jit
+def room_for_expectation(motion: MotionRule, n_components: int) -> Expectation:
+    """Return room for what a state expects of a report of so many numbers."""
+    modes, size = motion.kind.shape[0], motion.prior.shape[0]
+    m = n_components
+    return Expectation(
+        np.empty((modes, m)), np.empty((modes, m, m)), np.empty(modes),
+        np.empty((modes, size, m)), np.empty((m, m)), np.empty(m),
+    )  # fmt: skip
+
+
+@jit
+def expect(
+    scan: ScanInput, setting: int, state: State, motion: MotionRule, out: Expectation
+) -> None:
+    """Write what each mode expects of a report with the given noise and platform."""
+    n_components = out.innovation.shape[0]
+    for mode in range(state.weight.shape[0]):
+        if scan.kind == POSITION:
+            for row in range(n_components):
+                out.mean[mode, row] = state.mean[mode, row]
+                for column in range(n_components):
+                    out.spread[row, column] = (
+                        state.covariance[mode, row, column] + scan.noise[setting, row, column]
+                    )
+        else:
+            measure(
+                scan.kind, state.mean[mode], state.covariance[mode], scan.platform[setting],
+                motion.dim, motion.unscented, out.mean[mode], out.spread, out.cross[mode],
+            )  # fmt: skip
+            for row in range(n_components):
+                for column in range(n_components):
+                    out.spread[row, column] += scan.noise[setting, row, column]
+        out.log_determinant[mode] = invert(out.spread, out.inverse[mode])
+
+
+@jit
+def compare(
+    scan: ScanInput, index: int, state: State, expected: Expectation
+) -> tuple[float, float]:
+    """Return the least squared distance of a report from any mode, and its log likelihood."""
+    modes, n_components = expected.mean.shape
+    constant = n_components * math.log(2.0 * math.pi)
+    nearest, largest, total = math.inf, -math.inf, 0.0
+    for mode in range(modes):
+        innovation(scan.kind, scan.measurement[index], expected.mean[mode], expected.innovation)
+        distance = 0.0
+        for row in range(n_components):
+            partial = 0.0
+            for column in range(n_components):
+                partial += expected.inverse[mode, row, column] * expected.innovation[column]
+            distance += partial * expected.innovation[row]
+        nearest = min(nearest, distance)
+        log_likelihood = -0.5 * (distance + expected.log_determinant[mode] + constant)
+        if modes == 1:
+            return nearest, log_likelihood
+        if state.weight[mode] > 0.0:
+            value = log_likelihood + math.log(state.weight[mode])
+            if value > largest:
+                total = total * math.exp(largest - value) + 1.0
+                largest = value
+            else:
+                total += math.exp(value - largest)
+    return nearest, largest + math.log(total)
+
+
+@jit
+def take_in(
+    scan: ScanInput, index: int, state: State, motion: MotionRule, expected: Expectation,
+    mean_out: FloatArray, covariance_out: FloatArray, weight_out: FloatArray,
+) -> None:  # fmt: skip
+    """Write the state after a report."""
+    setting = scan.setting[index]
+    modes, n_components = expected.mean.shape
+    largest = -math.inf
+    for mode in range(modes):
+        measure(
+            scan.kind, state.mean[mode], state.covariance[mode], scan.platform[setting],
+            motion.dim, motion.unscented, expected.mean[mode], expected.spread,
+            expected.cross[mode],
+        )  # fmt: skip
+        for row in range(n_components):
+            for column in range(n_components):
+                expected.spread[row, column] += scan.noise[setting, row, column]
+        log_determinant = invert(expected.spread, expected.inverse[mode])
+        innovation(scan.kind, scan.measurement[index], expected.mean[mode], expected.innovation)
+        correct(
+            state.mean[mode], state.covariance[mode], expected.innovation,
+            expected.inverse[mode], expected.cross[mode], mean_out[mode], covariance_out[mode],
+        )  # fmt: skip
+        distance = 0.0
+        for row in range(n_components):
+            for column in range(n_components):
+                distance += (
+                    expected.innovation[row] * expected.inverse[mode, row, column]
+                    * expected.innovation[column]
+                )  # fmt: skip
+        weight_out[mode] = -0.5 * (distance + log_determinant)
+        if state.weight[mode] > 0.0:
+            weight_out[mode] += math.log(state.weight[mode])
+        else:
+            weight_out[mode] = -math.inf
+        largest = max(largest, weight_out[mode])
+    total = 0.0
+    for mode in range(modes):
+        weight_out[mode] = math.exp(weight_out[mode] - largest)
+        total += weight_out[mode]
+    for mode in range(modes):
+        weight_out[mode] /= total
+
+
+@jit
+def share_covered(state: State, coverage: Coverage) -> float:
+    """Return how probable it is that the object lies in the field of view."""
+    if coverage.everywhere:
+        return 1.0
+    share = 0.0
+    for mode in range(state.weight.shape[0]):
+        if state.weight[mode] > 0.0:
+            share += state.weight[mode] * covered_share(
+                state.mean[mode], state.covariance[mode], coverage
+            )
+    return share
+
+
+@jit
+def identity_cost(nodes: Nodes, node: int, scan: ScanInput, index: int) -> float:
+    """Return what it costs that the report is of somebody, as the sequence is [nats]."""
+    claimed = scan.identity[index]
+    if claimed < 0 or nodes.identity[node] < 0:
+        return 0.0
+    if claimed == nodes.identity[node] or claimed == nodes.former[node]:
+        return -scan.identity_gain
+    return scan.identity_loss
+
+
+@jit
+def is_too_soon(nodes: Nodes, node: int, scan: ScanInput, index: int) -> bool:
+    """Tell whether the sensor has reported the object less than a separation before or after."""
+    climb = node
+    while climb >= 0:
+        if nodes.sensor[climb] == scan.sensor:
+            return bool(abs(scan.moment[index] - nodes.time[climb]) < scan.separation)
+        climb = nodes.parent[climb]
+    return False
+
+
+@jit
+def is_reachable(nodes: Nodes, node: int, scan: ScanInput, index: int, motion: MotionRule) -> bool:
+    """Tell whether an object no faster than allowed can have come from its last place."""
+    dim = motion.dim
+    distance, variance = 0.0, 0.0
+    for axis in range(dim):
+        place, spread = 0.0, 0.0
+        for mode in range(nodes.weight.shape[1]):
+            place += nodes.weight[node, mode] * nodes.mean[node, mode, axis]
+            spread += nodes.weight[node, mode] * nodes.covariance[node, mode, axis, axis]
+        distance += (scan.position[index, axis] - place) ** 2
+        variance += spread + scan.position_covariance[index, axis, axis]
+    interval = abs(scan.moment[index] - nodes.time[node])
+    return bool(math.sqrt(distance) <= motion.max_speed * interval + 3.0 * math.sqrt(variance))

@@ -1,0 +1,149 @@
+"""Scans as they come become scans that a tree grows by."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.association._nodes import ScanInput, WindowRule
+from trackweave.association.tree import AssociationTree, Beginning
+from trackweave.association.waiting import waited
+from trackweave.association.window_rule import Context, scan_input
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+from trackweave.models.motion import Motion
+from trackweave.models.sensors import Sensor
+from trackweave.trackers.window import OpenScan
+
+__all__ = ["Opener", "begun", "rooted"]
+
+
+class Opener:
+    """Opens scans, and remembers what a scan is seen against.
+
+    Parameters
+    ----------
+    motion
+        How objects move.
+    sensors
+        The sensors by name.
+    """
+
+    def __init__(self, motion: Motion, sensors: Mapping[str, Sensor]) -> None:
+        self._motion = motion
+        self._sensors = sensors
+        self._number = {name: number for number, name in enumerate(sensors)}
+        self._identities: set[int] = set()
+        self._ends: dict[str, float] = {}
+
+    def open(self, scan: Scan, dim: int) -> OpenScan:
+        """Return a scan of the window before it is known what came before it.
+
+        Parameters
+        ----------
+        scan
+            The scan.
+        dim
+            Number of dimensions of the tracking space.
+
+        Returns
+        -------
+        The open scan, its reports in the order in which the tree takes them.
+        """
+        if scan.identity is not None:
+            self._identities.update(scan.identity[scan.identity >= 0].tolist())
+        context = Context(
+            motion=self._motion,
+            dim=dim,
+            sensor=self._number[scan.sensor],
+            n_identities=max(1, len(self._identities)),
+            start=self._start(scan),
+        )
+        data, order = scan_input(scan, self._sensors[scan.sensor], 0.0, context)
+        return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)))
+
+    def _start(self, scan: Scan) -> float | None:
+        """Return when the sweep of a turning sensor began that ends with a scan."""
+        rotation = self._sensors[scan.sensor].rotation
+        if scan.moments is None or rotation is None:
+            return None
+        last = self._ends.get(scan.sensor, -np.inf)
+        if scan.time <= last:
+            return None
+        self._ends[scan.sensor] = scan.time
+        first = float(scan.moments.min(initial=scan.time))
+        # What was not handed over was not looked at; a turn is as much as there is.
+        if scan.time - last > 1.01 * rotation.period:
+            return first
+        return min(max(last, scan.time - rotation.period), first)
+
+
+def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
+    """Return tracks known beforehand as they enter a tree.
+
+    Parameters
+    ----------
+    priors
+        Their positions and velocities.
+    rule
+        The tree's.
+
+    Returns
+    -------
+    States in which nothing is known of what the priors do not tell.
+    """
+    count, known = len(priors), priors.mean.shape[1]
+    motion = rule.motion
+    modes, size = motion.kind.shape[0], motion.prior.shape[0]
+    mean, covariance = np.zeros((count, modes, size)), np.zeros((count, modes, size, size))
+    covariance[:] = np.diag(motion.prior)
+    mean[:, :, :known] = priors.mean[:, None]
+    covariance[:, :, :known, :known] = priors.covariance[:, None]
+    zero, nobody = np.zeros(count), np.full(count, -1, dtype=np.int64)
+    return Beginning(
+        track=priors.track,
+        time=priors.time,
+        mean=mean,
+        covariance=covariance,
+        weight=np.broadcast_to(motion.share, (count, modes)),
+        hits=np.maximum(priors.hits, 1),
+        chances=zero,
+        tail=zero,
+        misses=zero,
+        identity=nobody,
+        former=nobody,
+        sensor=nobody,
+        is_line=np.zeros(count, dtype=np.int64),
+    )
+
+
+def rooted(tree: AssociationTree, before: Beginning, closing: list[ScanInput]) -> Beginning:
+    """Return the tracks as they enter the window behind the scans that close.
+
+    Parameters
+    ----------
+    tree
+        The sequences, fixed up to those scans.
+    before
+        The tracks as they entered the window before.
+    closing
+        The scans that close.
+
+    Returns
+    -------
+    The tracks, with what they missed since their last report.
+    """
+    nodes, n = tree.nodes, tree.n_nodes
+    rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
+    track, slot = tree.track[nodes.family[rows]], tree.fixed_slot[nodes.family[rows]]
+    # A track without a report among the closing ones goes on waiting as it did before.
+    place = {name: row for row, name in enumerate(before.track.tolist())}
+    old = [place[name] for name in track[slot < 0].tolist()]
+    tail, misses = np.zeros((2, rows.shape[0]))
+    tail[slot < 0] = before.tail[old]
+    misses[slot < 0] = before.misses[old]
+    end = np.cumsum([data.slot.shape[0] for data in closing])
+    first = np.where(slot < 0, 0, np.searchsorted(end, slot, side="right") + 1)
+    held = {name: getattr(nodes, name)[rows] for name in before.columns()}
+    last = replace(Beginning(track=track, **held), tail=tail, misses=misses)
+    return waited(last, first, closing, tree.rule)
