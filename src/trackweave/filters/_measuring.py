@@ -19,8 +19,8 @@ _ELEVATION_RATE = int(MeasurementKind.RANGE_AZIMUTH_ELEVATION_RATE)
 _BEARING = int(MeasurementKind.BEARING)
 _RANGE_RATE = int(MeasurementKind.RANGE_RATE)
 
-# Nearer than this share of the position's standard deviation, and than this many metres, a
-# sensor's angles and its range's direction tell nothing: slopes grow no further.
+# Nearer on the plane than this share of the position's standard deviation, or than this many
+# metres, derivatives are taken from that far: they grow no further, yet an angle tells nothing.
 _NEAR_SHARE = 0.1
 _NEAR = 1e-6
 
@@ -106,15 +106,20 @@ def _slopes(
     near: float,
     out: FloatArray,
 ) -> None:
-    """Write the derivatives of a measurement by what it depends on; none is steeper than near."""
+    """Write the derivatives of a measurement by what it depends on, from no nearer than near."""
     out[:, :] = 0.0
     toward = np.zeros(3)
     speed = np.zeros(3)
     for axis in range(dim):
         toward[axis] = state[axis] - platform[axis]
+    level = math.sqrt(toward[0] * toward[0] + toward[1] * toward[1])
+    if level < near:
+        # As from the nearest place in the same direction, from straight above as to the north.
+        toward[0] = toward[0] / level * near if level > 0.0 else 0.0
+        toward[1] = toward[1] / level * near if level > 0.0 else near
+        level = near
     east, north, up = toward
-    level = max(math.sqrt(east * east + north * north), near)
-    distance = max(math.sqrt(east * east + north * north + up * up), near)
+    distance = math.sqrt(level * level + up * up)
     row = 0
     if kind not in (_BEARING, _RANGE_RATE):
         for axis in range(dim):
