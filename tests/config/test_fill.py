@@ -8,8 +8,20 @@ import pytest
 
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
+from trackweave.config.observed import ObservedSensor
+from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates, SensorEstimate
+from trackweave.models.motion import (
+    ConstantAcceleration,
+    ConstantVelocity,
+    CoordinatedTurn,
+    Imm,
+    Motion,
+    RandomWalk,
+)
+from trackweave.models.rotation import Rotation
+from trackweave.models.strength import StrengthModel
 from trackweave.solvers import Dual, Genetic
 
 ESTIMATES = Estimates(
@@ -170,3 +182,172 @@ def test_known_noise_is_told_to_the_estimate() -> None:
 def test_every_value_is_finite_or_none() -> None:
     found = filled({}).values["sensors"]["A"].values()
     assert all(value is None or isinstance(value, str) or np.isfinite(value) for value in found)
+
+
+def moving(motion: dict[str, object]) -> Motion:
+    return filled({"motion": motion}).motion
+
+
+def test_every_model_of_motion_is_filled() -> None:
+    assert moving({"model": "constant-acceleration"}) == ConstantAcceleration(0.25, 25.0, 2.5)
+    turn = moving({"model": "coordinated-turn", "max_turn_rate": 0.3})
+    assert turn == CoordinatedTurn(0.5, 2 * 0.3**2 / 3 / 10, 25.0, 0.3)
+    assert moving({"model": "random-walk", "process_noise": 7.0}) == RandomWalk(7.0, 25.0)
+
+
+def test_process_noise_in_other_units_is_not_taken_from_the_estimate() -> None:
+    settings = filled({"motion": {"model": "random-walk"}})
+    assert settings.motion == RandomWalk(25.0**2 * 2.0 / 9, 25.0)
+    assert settings.sources["motion.process_noise"] == "default"
+
+
+def test_an_imm_takes_each_ways_own_table_before_what_all_share() -> None:
+    imm = {
+        "models": ["cruise", "sprint", "coordinated-turn"],
+        "cruise": {"model": "constant-velocity", "process_noise": 0.01},
+        "sprint": {"model": "constant-acceleration", "max_speed": 40.0},
+        "coordinated-turn": {"max_turn_rate": 0.3, "turn_noise": 0.1},
+    }
+    settings = filled({"motion": {"model": "imm", "max_acceleration": 2.0, "imm": imm}})
+    assert settings.motion == Imm(
+        (
+            ConstantVelocity(0.01, 25.0),
+            ConstantAcceleration(2 * 2.0**2 / 5 / 10, 40.0, 2.0),
+            CoordinatedTurn(0.5, 0.1, 25.0, 0.3),
+        ),
+        (60.0, 15.0, 15.0),
+    )
+    assert settings.values["motion"]["imm"]["cruise"]["model"] == "constant-velocity"
+    assert settings.sources["motion.imm.sprint.max_speed"] == "file"
+    assert list(settings.values)[:3] == ["seed", "motion", "sensors"]
+
+
+def test_an_imm_without_a_table_cruises_and_turns() -> None:
+    motion = moving({"model": "imm"})
+    assert isinstance(motion, Imm)
+    assert [type(model) for model in motion.models] == [ConstantVelocity, CoordinatedTurn]
+
+
+def test_an_imm_needs_a_sojourn_time_for_each_way() -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        moving({"model": "imm", "imm": {"sojourn_time": [1.0, 2.0, 3.0]}})
+    assert str(caught.value).startswith("motion.imm.sojourn_time: 3 times; expected 2, one")
+
+
+RADAR = ObservedSensor(
+    Kind.RANGE_AZIMUTH, extent=2 * math.pi * 1e4, usual_range=5000.0, reports_per_scan=4.0
+)
+CAMERA = ObservedSensor(Kind.BEARING, needs_place=True, extent=2 * math.pi)
+
+
+def seen(
+    sensors: dict[str, object], observed: dict[str, ObservedSensor], *, estimated: bool = True
+) -> Settings:
+    return fill(
+        load_configuration({"sensors": sensors}),
+        ESTIMATES if estimated else None,
+        tuple(observed),
+        observed=observed,
+    )
+
+
+def test_noise_by_column_comes_in_degrees_and_goes_in_radians() -> None:
+    settings = seen({"A": {"sigma": {"range_m": 70.0, "azimuth_deg": 0.08}}}, {"A": RADAR})
+    assert settings.sensors[0].sigma == (70.0, pytest.approx(math.radians(0.08)))
+    assert settings.sensors[0].measurement is Kind.RANGE_AZIMUTH
+    assert settings.values["sensors"]["A"]["measurement"] == "range-azimuth"
+
+
+def test_noise_estimated_on_the_plane_becomes_that_of_range_and_azimuth() -> None:
+    (sensor,) = seen({}, {"A": RADAR}).sensors
+    assert sensor.sigma == pytest.approx((7.0, 7.0 / 5000.0))
+    assert sensor.clutter_density == pytest.approx(1e-5 * 1e6 / RADAR.extent)
+
+
+def test_without_an_estimate_there_are_usual_values() -> None:
+    settings = seen({"B": {"position": [1, 2]}}, {"A": RADAR, "B": CAMERA}, estimated=False)
+    radar, camera = settings.sensors
+    assert radar.sigma == pytest.approx((50.0, math.radians(0.5)))
+    assert camera.sigma == pytest.approx((math.radians(1.0),))
+    assert (radar.detection_probability, radar.scan_period) == (0.9, None)
+    assert camera.clutter_density == pytest.approx(0.1 / (2 * math.pi))
+    assert camera.position == (1, 2)
+    assert settings.motion == ConstantVelocity(1.0, 50.0)
+    assert settings.lifecycle.new_target_density == 1e-8
+    assert {settings.sources[f"sensors.B.{key}"] for key in ("sigma", "rotation")} == {"default"}
+
+
+@pytest.mark.parametrize(
+    ("view", "volume"),
+    [
+        ({"min_range_m": 1e3, "max_range_m": 9e3, "azimuth_deg": [350, 80]}, 8e3 * math.pi / 2),
+        ({"polygon": [[0, 0], [9, 0], [0, 9]]}, RADAR.extent),
+        ({}, RADAR.extent),
+    ],
+)
+def test_clutter_per_scan_of_a_radar_is_spread_over_range_and_azimuth(
+    view: dict[str, object], volume: float
+) -> None:
+    settings = seen({"A": {"clutter_per_scan": 6.0, "field_of_view": view}}, {"A": RADAR})
+    assert settings.sensors[0].clutter_density == pytest.approx(6.0 / volume)
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ({"measurement": "position"}, 'measurement: "position"; expected "range-azimuth", as its'),
+        ({"sigma": 10.0}, "sigma: 10.0; expected {range_m = …, azimuth_deg = …}, because its"),
+        ({"sigma": {"bearing_deg": 1.0}}, "sigma: {bearing_deg = 1.0}; expected {range_m = …, az"),
+        ({"rotation": "clockwise"}, 'rotation: "clockwise"; expected "none", because its reports'),
+    ],
+)
+def test_refuses_what_does_not_fit_the_reports(section: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        seen({"A": section}, {"A": RADAR})
+    assert str(caught.value).startswith(f"sensors.A.{said}")
+
+
+def test_refuses_noise_of_a_radar_for_a_sensor_of_positions() -> None:
+    with pytest.raises(InvalidInputError, match=r"sensors\.A\.sigma: .*; expected {x = …, y = …}"):
+        filled({"sensors": {"A": {"sigma": {"range_m": 70.0, "azimuth_deg": 0.08}}}})
+
+
+def test_a_sensor_without_a_position_is_refused_where_one_is_needed() -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        seen({}, {"B": CAMERA})
+    assert str(caught.value) == (
+        "sensors.B.position: left out; expected where the sensor stands, [x, y] in metres, "
+        "because its bearing_deg count from there (or columns sensor_x,sensor_y)"
+    )
+    moving = replace(CAMERA, says_where=True)
+    assert seen({}, {"B": moving}).sensors[0].position is None
+
+
+def test_a_rotation_that_the_reports_show_brings_its_period() -> None:
+    turning = replace(RADAR, rotation=Rotation(4.0, 1.0, -1))
+    settings = seen({}, {"A": turning})
+    assert settings.sensors[0].rotation == turning.rotation
+    assert settings.sensors[0].scan_period == 4.0
+    assert settings.values["sensors"]["A"]["rotation"] == "counter-clockwise"
+    assert settings.sources["sensors.A.rotation"] == "estimated"
+    assert seen({"A": {"rotation": "none"}}, {"A": turning}).sensors[0].rotation is None
+
+
+def test_strength_and_identities_are_handed_on() -> None:
+    strength = {
+        "target_mean": 20.0,
+        "target_sigma": 5.0,
+        "clutter_mean": 12.0,
+        "clutter_sigma": 4.0,
+    }
+    (sensor, other) = filled(
+        {"sensors": {"A": {"strength": strength, "identity_error": 0.2}}}
+    ).sensors
+    assert sensor.strength == StrengthModel(20.0, 5.0, 12.0, 4.0)
+    assert (sensor.identity_error, other.identity_error) == (0.2, 0.01)
+    assert other.strength is None
+
+
+def test_the_kind_of_filter_is_handed_on() -> None:
+    assert not filled({}).unscented
+    assert filled({"motion": {"filter": "unscented"}}).unscented

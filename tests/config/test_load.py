@@ -14,8 +14,20 @@ FULL = """
 seed = 1
 [motion]
 model = "constant-velocity"
+filter = "unscented"
 process_noise = 0.05
+turn_noise = 0.01
 max_speed = 30.0
+max_acceleration = 5.0
+max_turn_rate = 0.3
+[motion.imm]
+models = ["constant-velocity", "coordinated-turn", "sprint"]
+sojourn_time = [60, 10, 10.5]
+[motion.imm.constant-velocity]
+process_noise = 0.01
+[motion.imm.sprint]
+model = "constant-acceleration"
+max_acceleration = 4.0
 [sensors.default]
 measurement = "position"
 sigma = 10.0
@@ -23,6 +35,14 @@ detection_probability = 0.9
 clutter_density = 6.9e-5
 scan_period = 1
 position = [0.0, 0.0]
+rotation = "clockwise"
+strength = {target_mean = 20.0, target_sigma = 5.0, clutter_mean = 12.0, clutter_sigma = 4.0}
+identity_error = 0.02
+[sensors.radar]
+measurement = "range-azimuth-rate"
+sigma = {range_m = 70.0, azimuth_deg = 0.08, range_rate_mps = 2.0}
+[sensors.camera]
+sigma = {bearing_deg = 1.0}
 [sensors.3]
 sigma = {x = 10.0, y = 12.0}
 clutter_per_scan = 100
@@ -49,6 +69,7 @@ keep = 500
 max_nodes = 2000000
 [frame]
 origin = [47.1, 8.5]
+projection = "stereographic"
 """
 
 
@@ -65,10 +86,10 @@ def message(text: str, tmp_path: Path) -> str:
     [
         ("{x = 3}", "sigma: {x = 3}; expected a number > 0 in metres, or one for each column"),
         ("{}", "sigma: {}; expected a number > 0 in metres, or one for each column"),
-        (
-            "{range_m = 70.0, azimuth_deg = 0.08}",
-            "sigma.range_m: unknown key; expected one of x, y, z",
-        ),
+        ("{range_m = 3}", "sigma: {range_m = 3}; expected a number > 0 in metres, or one for"),
+        ("{x = 3, range_m = 3}", "sigma: {x = 3, range_m = 3}; expected a number > 0 in metres"),
+        ("{bearing = 3}", "sigma.bearing: unknown key; did you mean bearing_deg?"),
+        ("{bearing_deg = 300}", "sigma.bearing_deg: 300; expected a number > 0 of degrees"),
     ],
 )
 def test_half_a_sigma_table_is_an_error_of_its_key(sigma: str, said: str, tmp_path: Path) -> None:
@@ -124,9 +145,47 @@ def test_a_configuration_is_taken_as_it_is() -> None:
         ("motion = 3", "motion: 3; expected a table of keys"),
         ("seed = 1.5", "seed: 1.5; expected a whole number ≥ 0"),
         ("seed = -1", "seed: -1; expected a whole number ≥ 0"),
-        ('[motion]\nmodel = "imm"', '"imm" is not supported yet; expected "constant-velocity"'),
-        ('[motion]\nmodel = "zap"', 'motion.model: "zap"; expected "constant-velocity"'),
-        ('[sensors.A]\nmeasurement = "bearing"', '"bearing" is not supported yet'),
+        ('[motion]\nmodel = "zap"', 'motion.model: "zap"; expected one of "constant-velocity"'),
+        ('[motion]\nfilter = "zap"', 'motion.filter: "zap"; expected "extended" or "unscented"'),
+        ("[motion]\nmax_turn_rate = 0", "motion.max_turn_rate: 0; expected a number > 0 in rad/s"),
+        ("motion.imm = 3", "motion.imm: 3; expected a table of keys"),
+        ('[motion.imm]\nmodels = ["random-walk"]', 'models: ["random-walk"]; expected two to'),
+        (
+            '[motion.imm]\nmodels = ["random-walk", "zap"]',
+            'expected "zap" to be a model, or a table whose key model says one',
+        ),
+        (
+            '[motion.imm]\nmodels = ["random-walk", "random-walk"]',
+            "expected each name once; a table with a key model gives another name",
+        ),
+        ("[motion.imm]\nsojourn_time = [60, -1]", "sojourn_time: [60, -1]; expected a number > 0"),
+        ("[motion.imm.zap]\nmax_speed = 1", 'expected "zap" to be a model, or a table whose key'),
+        (
+            "[motion.imm.random-walk]\nmax_speed = -1",
+            "motion.imm.random-walk.max_speed: -1; expected a number > 0 in m/s",
+        ),
+        (
+            "[motion.imm.random-walk]\nspeed = 1",
+            "motion.imm.random-walk.speed: unknown key; did you mean max_speed?",
+        ),
+        (
+            '[motion.imm.cruise]\nmodel = "imm"',
+            'motion.imm.cruise.model: "imm"; expected one of "constant-velocity"',
+        ),
+        ('[sensors.A]\nmeasurement = "zap"', 'measurement: "zap"; expected one of "position"'),
+        ('[sensors.A]\nmeasurement = "range-rate"', 'measurement: "range-rate"; expected one of'),
+        ('[sensors.A]\nrotation = "left"', 'rotation: "left"; expected "clockwise", "counter'),
+        (
+            "[sensors.A]\nstrength = {target_mean = 1, target_sigma = 2}",
+            "sensors.A.strength: {target_mean = 1, target_sigma = 2}; expected a table of keys",
+        ),
+        (
+            "[sensors.A]\nstrength = {target_mean = 1, target_sigma = -2, clutter_mean = 0, "
+            "clutter_sigma = 1}",
+            "sensors.A.strength.target_sigma: -2; expected a number > 0",
+        ),
+        ("[sensors.A]\nidentity_error = 1.0", "identity_error: 1.0; expected a number between"),
+        ('[frame]\nprojection = "zap"', 'projection: "zap"; expected "tangent" or "stereo'),
         ("[sensors.A]\nposition = [1, 2, 'x']", 'sensors.A.position: [1, 2, "x"]; expected two'),
         ('[lifecycle]\nconfirm = "4/3"', 'lifecycle.confirm: "4/3"; expected text of the form'),
         ('[lifecycle]\nconfirm = "all"', 'lifecycle.confirm: "all"; expected text of the form'),

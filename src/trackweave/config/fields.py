@@ -6,7 +6,6 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 __all__ = [
-    "NOT_YET",
     "Coordinate",
     "Count",
     "Expected",
@@ -16,8 +15,6 @@ __all__ = [
     "Section",
     "one_of",
 ]
-
-NOT_YET = "not supported yet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +54,13 @@ Pair = Annotated[
 ]
 
 
-def one_of(now: tuple[str, ...], later: tuple[str, ...] = ()) -> AfterValidator:
+def one_of(words: tuple[str, ...]) -> AfterValidator:
     """Return the check of a key that takes one of a few words.
 
     Parameters
     ----------
-    now
-        Words that this version takes.
-    later
-        Words that the file format knows and this version refuses by saying so.
+    words
+        What it may be.
 
     Returns
     -------
@@ -73,8 +68,8 @@ def one_of(now: tuple[str, ...], later: tuple[str, ...] = ()) -> AfterValidator:
     """
 
     def check(value: str) -> str:
-        if value not in now:
-            raise ValueError(NOT_YET if value in later else "unknown")
+        if value not in words:
+            raise ValueError("unknown")
         return value
 
     return AfterValidator(check)

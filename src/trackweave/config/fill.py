@@ -1,27 +1,27 @@
 """From what was given, estimated and usual to the values that a run uses."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from itertools import pairwise
+from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from trackweave.association.tree import GrowthLimits
+from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
+from trackweave.config.moving import motion_of
+from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
-from trackweave.config.sections import Configuration, FieldOfViewSection, SensorSection
-from trackweave.errors import InvalidInputError
+from trackweave.config.sections import Configuration
+from trackweave.config.sensing import section_of, sensor_of
 from trackweave.estimation import Estimates
-from trackweave.models.coverage import FieldOfView
-from trackweave.models.motion import ConstantVelocity
+from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 
-# The table whose keys apply to every sensor that has none of its own.
-ANY_SENSOR = "default"
+# Per m² (m³) and scan, where nothing tells where objects are: one in ten kilometres squared.
+USUAL_NEW_TARGETS = 1e-8
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -55,9 +55,11 @@ class Settings:
         Where each value came from: "file", "preset", "estimated" or "default", by dotted key.
     notes
         Sentences on what a user should know of them.
+    unscented
+        Whether what is not linear is taken by sigma points instead of slopes.
     """
 
-    motion: ConstantVelocity
+    motion: Motion
     sensors: tuple[Sensor, ...]
     window: Window
     lifecycle: Lifecycle
@@ -69,36 +71,7 @@ class Settings:
     values: Mapping[str, Any]
     sources: Mapping[str, str]
     notes: tuple[str, ...] = ()
-
-
-@dataclass
-class _Ledger:
-    """Chooses values in order of precedence and writes down where each came from."""
-
-    file: Mapping[str, Any]
-    preset: Mapping[str, Any]
-    values: dict[str, Any] = field(default_factory=dict)
-    sources: dict[str, str] = field(default_factory=dict)
-
-    def choose(self, path: Sequence[str], estimated: Any = None, default: Any = None) -> Any:
-        """Return the value of a key and enter it."""
-        for source, given in (("file", self.file), ("preset", self.preset)):
-            for name in _names(path):
-                value = _at(given, name)
-                if value is not None:
-                    return self.enter(path, value, source)
-        if estimated is not None:
-            return self.enter(path, estimated, "estimated")
-        return self.enter(path, default, "default")
-
-    def enter(self, path: Sequence[str], value: Any, source: str) -> Any:
-        """Enter a value that has been chosen already; return it."""
-        table = self.values
-        for key in path[:-1]:
-            table = table.setdefault(key, {})
-        table[path[-1]] = value
-        self.sources[".".join(path)] = source
-        return value
+    unscented: bool = False
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -118,10 +91,10 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     given = configuration.as_file()
     paths = [("motion", "process_noise"), ("motion", "max_speed")]
     paths.append(("lifecycle", "new_target_density"))
-    if any(_at(given, path) is None for path in paths):
+    if any(value_at(given, path) is None for path in paths):
         return True
     for name in names:
-        own = _sensor_section(configuration, name)
+        own = section_of(configuration, name)
         needed = {key for key in ESTIMATED_OF_SENSOR if getattr(own, key) is None}
         if own.clutter_per_scan is not None and own.field_of_view is not None:
             needed.discard("clutter_density")
@@ -131,7 +104,7 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
 
 
 def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str, float]:
-    """Return the noise that the configuration gives, by sensor [m].
+    """Return the noise of positions that the configuration gives, by sensor [m].
 
     Parameters
     ----------
@@ -144,11 +117,13 @@ def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str,
     -------
     One number per sensor that has one; the largest where axes differ.
     """
-    given = {name: _sensor_section(configuration, name).sigma for name in names}
+    given = {name: section_of(configuration, name).sigma for name in names}
     return {
-        name: sigma if isinstance(sigma, float | int) else max(sigma.x, sigma.y, sigma.z or 0.0)
+        name: sigma
+        if isinstance(sigma, float | int)
+        else max(sigma.x or 0.0, sigma.y or 0.0, sigma.z or 0.0)
         for name, sigma in given.items()
-        if sigma is not None
+        if isinstance(sigma, float | int) or (sigma is not None and sigma.x is not None)
     }
 
 
@@ -158,6 +133,7 @@ def fill(
     names: Sequence[str],
     *,
     preset: str | None = None,
+    observed: Mapping[str, ObservedSensor] | None = None,
 ) -> Settings:
     """Return a configuration without gaps.
 
@@ -174,6 +150,8 @@ def fill(
         Names of the sensors of the reports.
     preset
         Name of a preset, None for none.
+    observed
+        What the sensors' reports show, by name; a sensor left out reports positions.
 
     Returns
     -------
@@ -184,18 +162,27 @@ def fill(
     InvalidInputError
         If the preset is unknown, or values given apart do not fit together.
     """
-    ledger = _Ledger(configuration.as_file(), preset_values(preset))
+    ledger = Ledger(configuration.as_file(), preset_values(preset))
     ledger.enter(
         ("seed",), configuration.seed, "default" if configuration.seed is None else "file"
     )
-    ledger.choose(("motion", "model"), default="constant-velocity")
-    motion = ConstantVelocity(
-        process_noise=ledger.choose(
-            ("motion", "process_noise"), estimates and estimates.process_noise
-        ),
-        max_speed=ledger.choose(("motion", "max_speed"), estimates and estimates.max_speed),
+    seen = observed or {}
+    # Files begin with how objects move, which takes the sensors' periods to fill.
+    ledger.values["motion"] = {}
+    sensors = tuple(
+        sensor_of(
+            ledger,
+            configuration,
+            estimates.sensors.get(name) if estimates else None,
+            name,
+            seen.get(name, UNKNOWN_SENSOR),
+        )
+        for name in names
     )
-    sensors = tuple(_sensor(ledger, configuration, estimates, name) for name in names)
+    periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
+    told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
+    motion = motion_of(ledger, told, min(periods, default=1.0))
+    unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
         depth=ledger.choose(("window", "depth"), default=Window().depth),
         max_scans=ledger.choose(("window", "max_scans"), default=Window().max_scans),
@@ -213,11 +200,11 @@ def fill(
         motion, sensors, window, lifecycle, search, _growth(ledger),
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
-        period, ledger.values, ledger.sources, tuple(notes),
+        period, ledger.values, ledger.sources, tuple(notes), unscented,
     )  # fmt: skip
 
 
-def _doubts(ledger: _Ledger, estimates: Estimates | None) -> list[str]:
+def _doubts(ledger: Ledger, estimates: Estimates | None) -> list[str]:
     """Return a sentence on each sensor whose estimates are used although they are doubtful."""
     notes = []
     for name, doubt in (estimates.doubts if estimates else {}).items():
@@ -229,46 +216,7 @@ def _doubts(ledger: _Ledger, estimates: Estimates | None) -> list[str]:
     return notes
 
 
-def _sensor(
-    ledger: _Ledger, configuration: Configuration, estimates: Estimates | None, name: str
-) -> Sensor:
-    section = _sensor_section(configuration, name)
-    found = estimates.sensors.get(name) if estimates else None
-
-    def choose(key: str, estimated: Any = None, default: Any = None) -> Any:
-        return ledger.choose(("sensors", name, key), estimated, default)
-
-    choose("measurement", default="position")
-    sigma = choose("sigma", found and found.sigma)
-    if isinstance(sigma, Mapping):
-        sigma = tuple(sigma[axis] for axis in ("x", "y", "z") if sigma.get(axis) is not None)
-    detection = choose("detection_probability", found and found.detection_probability)
-    position = choose("position")
-    view = choose("field_of_view")
-    if section.clutter_per_scan is not None:
-        choose("clutter_per_scan")
-        area = _area_of(section.field_of_view) or (found.covered if found else None)
-        if area is None:
-            raise InvalidInputError(
-                f"sensors.{name}.clutter_per_scan: needs an area; expected a field_of_view too, "
-                "or clutter_density"
-            )
-        clutter = ledger.enter(
-            ("sensors", name, "clutter_density"), section.clutter_per_scan / area, "file"
-        )
-    else:
-        clutter = choose("clutter_density", found and found.clutter_density)
-    return Sensor(
-        name=name,
-        sigma=sigma,
-        detection_probability=detection,
-        clutter_density=clutter,
-        scan_period=choose("scan_period", found and found.scan_period),
-        field_of_view=None if view is None else _field_of_view(section, position),
-    )
-
-
-def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
+def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
     usual = Lifecycle()
     confirm = ledger.choose(
         ("lifecycle", "confirm"), default=f"{usual.confirm_hits}/{usual.confirm_opportunities}"
@@ -281,10 +229,13 @@ def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
             ("lifecycle", "delete_after_misses"), default=usual.delete_after_misses
         ),
         new_target_density=ledger.choose(
-            ("lifecycle", "new_target_density"), estimates and estimates.new_target_density
+            ("lifecycle", "new_target_density"),
+            estimates and estimates.new_target_density,
+            USUAL_NEW_TARGETS,
         ),
         initial_target_density=ledger.choose(
-            ("lifecycle", "initial_target_density"), estimates and estimates.initial_target_density
+            ("lifecycle", "initial_target_density"),
+            estimates and estimates.initial_target_density,
         ),
         confirm_probability=ledger.choose(
             ("lifecycle", "confirm_probability"), default=usual.confirm_probability
@@ -296,7 +247,7 @@ def _lifecycle(ledger: _Ledger, estimates: Estimates | None) -> Lifecycle:
     )
 
 
-def _growth(ledger: _Ledger) -> GrowthLimits:
+def _growth(ledger: Ledger) -> GrowthLimits:
     usual = GrowthLimits()
     names = [field.name for field in fields(GrowthLimits)]
     return GrowthLimits(
@@ -304,7 +255,7 @@ def _growth(ledger: _Ledger) -> GrowthLimits:
     )
 
 
-def _search(ledger: _Ledger, configuration: Configuration) -> tuple[Any, float | None]:
+def _search(ledger: Ledger, configuration: Configuration) -> tuple[Any, float | None]:
     """Return the solver and the deadline [ms]."""
     section = configuration.search
     preset = dict(ledger.preset.get("search", {}))
@@ -318,61 +269,3 @@ def _search(ledger: _Ledger, configuration: Configuration) -> tuple[Any, float |
         if option != "method":
             ledger.choose(("search", option))
     return solver, ledger.choose(("search", "deadline_ms"))
-
-
-def _sensor_section(configuration: Configuration, name: str) -> SensorSection:
-    """Return a sensor's own keys over those for every sensor."""
-    usual = configuration.sensors.get(ANY_SENSOR, SensorSection())
-    own = configuration.sensors.get(name, SensorSection())
-    update = {key: getattr(own, key) for key in own.model_fields_set}
-    # Of the two ways to tell the clutter, the sensor's own wins.
-    if update.get("clutter_density") is not None:
-        update["clutter_per_scan"] = None
-    elif update.get("clutter_per_scan") is not None:
-        update["clutter_density"] = None
-    return usual.model_copy(update=update)
-
-
-def _field_of_view(section: SensorSection, position: Sequence[float] | None) -> FieldOfView:
-    view = section.field_of_view or FieldOfViewSection()
-    east, north = (position or (0.0, 0.0))[:2]
-    turn = view.azimuth_deg or (0.0, 360.0)
-    return FieldOfView(
-        position=(east, north),
-        min_range=view.min_range_m or 0.0,
-        max_range=float("inf") if view.max_range_m is None else view.max_range_m,
-        azimuth_deg=(turn[0], turn[1]),
-        polygon=None if view.polygon is None else [(x, y) for x, y in view.polygon],
-    )
-
-
-def _area_of(view: FieldOfViewSection | None) -> float | None:
-    """Return the area of a field of view that has a simple one [m²]."""
-    if view is None or (view.polygon is not None and view.max_range_m is not None):
-        return None
-    if view.polygon is not None:
-        corners = [*view.polygon, view.polygon[0]]
-        twice = sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise(corners))
-        return abs(twice) / 2 or None
-    if view.max_range_m is None:
-        return None
-    start, end = view.azimuth_deg or (0.0, 360.0)
-    width = 360.0 if end - start >= 360 else (end - start) % 360 or 360.0
-    ring = view.max_range_m**2 - (view.min_range_m or 0.0) ** 2
-    return float(math.pi * ring * width / 360.0)
-
-
-def _names(path: Sequence[str]) -> list[Sequence[str]]:
-    """Return where a key may stand: for a sensor, in its own table or in that for every one."""
-    if path[0] == "sensors":
-        return [path, ("sensors", ANY_SENSOR, *path[2:])]
-    return [path]
-
-
-def _at(values: Mapping[str, Any], path: Sequence[str]) -> Any:
-    found: Any = values
-    for key in path:
-        if not isinstance(found, Mapping) or key not in found:
-            return None
-        found = found[key]
-    return found

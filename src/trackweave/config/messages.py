@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from trackweave.config.fields import NOT_YET, Expected
+from trackweave.config.fields import Expected
 
 __all__ = ["explain", "show_value", "suggest"]
 
@@ -76,8 +76,6 @@ def _message(finding: Any, model: Model, values: Any) -> tuple[list[str], str]:
     value = values
     for key in path:
         value = value[key]
-    if reason == NOT_YET:
-        return path, f"{show_value(value)} is {NOT_YET}; expected {expected}"
     expected = _with_limit(expected, finding)
     # A section has no words of its own; a rule between its keys brings them as its reason.
     return path, f"{show_value(value)}; expected {expected or reason or 'a table of keys'}"
@@ -111,6 +109,9 @@ def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, 
         if entries is not None:
             path.append(str(step))
             section, entries, expected = entries, None, None
+        elif section is not None and step not in section.model_fields and _has_entries(section):
+            path.append(str(step))
+            section, expected = section.__dict__["entries"], None
         elif section is not None and step in section.model_fields:
             path.append(str(step))
             kinds = list(_kinds(section.model_fields[step]))
@@ -121,6 +122,11 @@ def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, 
             is_table = any(kind is dict for kind in kinds)
             section, entries = (None, inner[0]) if is_table else (next(iter(inner), None), None)
     return path, expected, section
+
+
+def _has_entries(section: Model) -> bool:
+    """Tell whether a section has tables of any name beside its own keys."""
+    return "entries" in section.__dict__
 
 
 def _kinds(field: FieldInfo) -> list[Any]:

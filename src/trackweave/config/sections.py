@@ -5,18 +5,11 @@ A key that is left out is None here and is filled later, from the data or by a d
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field
 
-from trackweave.config.fields import (
-    Coordinate,
-    Count,
-    Expected,
-    Pair,
-    Positive,
-    Probability,
-    Section,
-    one_of,
-)
+from trackweave.config.fields import Count, Expected, Positive, Probability, Section
+from trackweave.config.motion_sections import MotionSection
+from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection, SigmaTable
 
 __all__ = [
     "Configuration",
@@ -31,155 +24,6 @@ __all__ = [
     "SigmaTable",
     "WindowSection",
 ]
-
-# The file format also knows what a later version will take.
-MotionModel = Annotated[
-    str,
-    one_of(
-        ("constant-velocity",),
-        ("constant-acceleration", "coordinated-turn", "random-walk", "imm"),
-    ),
-    Field(json_schema_extra={"enum": ["constant-velocity"]}),
-    Expected('"constant-velocity"'),
-]
-Measurement = Annotated[
-    str,
-    one_of(
-        ("position",),
-        (
-            "bearing",
-            "range-azimuth",
-            "range-azimuth-elevation",
-            "range-azimuth-elevation-rate",
-            "range-azimuth-rate",
-        ),
-    ),
-    Field(json_schema_extra={"enum": ["position"]}),
-    Expected('"position"'),
-]
-
-
-class MotionSection(Section):
-    """How objects move."""
-
-    model: MotionModel | None = None
-    """How velocity changes: it wanders, driven by white acceleration."""
-
-    process_noise: (
-        Annotated[float, Field(ge=0, le=1e12), Expected("a number ≥ 0 in m²/s³")] | None
-    ) = None
-    """Power spectral density of the acceleration along each axis [m²/s³]."""
-
-    max_speed: Annotated[float, Field(gt=0, le=3e8), Expected("a number > 0 in m/s")] | None = None
-    """How fast an object can be [m/s]; also the spread of a new track's velocity."""
-
-
-class SigmaTable(Section):
-    """Standard deviation by column."""
-
-    x: Positive
-    """East [m]."""
-
-    y: Positive
-    """North [m]."""
-
-    z: Positive | None = None
-    """Up [m]; needed for reports in three dimensions."""
-
-
-class FieldOfViewSection(Section):
-    """Where a sensor sees: a ring sector around its position, a polygon, or what both share."""
-
-    min_range_m: (
-        Annotated[float, Field(ge=0, le=1e9), Expected("a number ≥ 0 in metres")] | None
-    ) = None
-    """Nearest range [m]."""
-
-    max_range_m: (
-        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in metres")] | None
-    ) = None
-    """Farthest range [m]."""
-
-    azimuth_deg: (
-        Annotated[
-            list[Annotated[float, Field(ge=-360, le=720)]],
-            Field(min_length=2, max_length=2),
-            Expected("two numbers from -360 to 720, such as [0, 360]"),
-        ]
-        | None
-    ) = None
-    """Where the sector starts and ends [degrees clockwise from north]."""
-
-    polygon: (
-        Annotated[
-            list[Pair],
-            Field(min_length=3),
-            Expected("at least three corners, such as [[0, 0], [9, 0], [0, 9]]"),
-        ]
-        | None
-    ) = None
-    """Corners of a polygon [m], in order."""
-
-    @model_validator(mode="after")
-    def _ranges_in_order(self) -> "FieldOfViewSection":
-        if self.max_range_m is not None and (self.min_range_m or 0.0) >= self.max_range_m:
-            raise ValueError("min_range_m below max_range_m")
-        return self
-
-
-class SensorSection(Section):
-    """What a sensor measures, how well and how often."""
-
-    measurement: Measurement | None = None
-    """What its reports hold; read off the columns where left out."""
-
-    sigma: (
-        Annotated[
-            Positive | SigmaTable,
-            Expected("a number > 0 in metres, or one for each column: {x = 10.0, y = 12.0}"),
-        ]
-        | None
-    ) = None
-    """Standard deviation of a report along each axis [m]; a report's own columns come first."""
-
-    detection_probability: (
-        Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None
-    ) = None
-    """Chance that a scan reports an object that it covers."""
-
-    clutter_density: Annotated[Positive, Expected("a number > 0 per m² (m³) and scan")] | None = (
-        None
-    )
-    """False alarms per m² (m³) of covered space and scan."""
-
-    clutter_per_scan: (
-        Annotated[Positive, Expected("a number > 0 of false alarms per scan")] | None
-    ) = None
-    """False alarms per scan, uniform over the covered area; instead of ``clutter_density``."""
-
-    scan_period: (
-        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None
-    ) = None
-    """Time from scan to scan [s]."""
-
-    position: (
-        Annotated[
-            list[Coordinate],
-            Field(min_length=2, max_length=3),
-            Expected("two or three numbers in metres, such as [0.0, 0.0]"),
-        ]
-        | None
-    ) = None
-    """Where the sensor stands, x, y[, z] [m]."""
-
-    field_of_view: FieldOfViewSection | None = None
-    """Where it sees; left out = everywhere."""
-
-    @model_validator(mode="after")
-    def _one_kind_of_clutter(self) -> "SensorSection":
-        if self.clutter_density is not None and self.clutter_per_scan is not None:
-            raise ValueError("clutter_density or clutter_per_scan, not both")
-        return self
 
 
 class WindowSection(Section):
@@ -306,6 +150,13 @@ class FrameSection(Section):
         | None
     ) = None
     """Latitude and longitude of the origin [degrees]; left out = the middle of the reports."""
+
+    projection: (
+        Annotated[Literal["tangent", "stereographic"], Expected('"tangent" or "stereographic"')]
+        | None
+    ) = None
+    """How the Earth is laid on the plane: seen along its normal, or true to angles, for wide
+    areas."""
 
 
 def _on_earth(value: list[float]) -> list[float]:

@@ -57,6 +57,28 @@ class MeasurementKind(IntEnum):
             return dim
         return (0, 2, 3, 3, 4, 1, 1)[self]
 
+    def columns(self, dim: int) -> tuple[str, ...]:
+        """Return the names of a report's numbers in files; those in ``_deg`` are angles.
+
+        Parameters
+        ----------
+        dim
+            Number of dimensions of the tracking space.
+
+        Returns
+        -------
+        Such as range_m, azimuth_deg.
+        """
+        if self is MeasurementKind.POSITION:
+            return ("x", "y", "z")[:dim]
+        if self is MeasurementKind.BEARING:
+            return ("bearing_deg",)
+        if self is MeasurementKind.RANGE_RATE:
+            return ("range_rate_mps",)
+        elevation = ("elevation_deg",) if self.has_elevation else ()
+        rate = ("range_rate_mps",) if self.has_rate else ()
+        return ("range_m", "azimuth_deg", *elevation, *rate)
+
     def gives_position(self, dim: int) -> bool:
         """Tell whether one report says where its object is.
 

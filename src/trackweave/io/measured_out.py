@@ -5,37 +5,13 @@ import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.frames import LocalFrame
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 
-__all__ = ["component_columns", "geodetic_columns", "measured_columns", "number_columns"]
+__all__ = ["geodetic_columns", "measured_columns", "number_columns"]
 
 _AXES = ("x", "y", "z")
 _PLATFORM = tuple(f"sensor_{name}" for name in ("x", "y", "z", "vx", "vy", "vz"))
 _PLATFORM_ON_EARTH = ("sensor_lat", "sensor_lon", "sensor_alt_m", *_PLATFORM[3:])
-
-
-def component_columns(kind: MeasurementKind, dim: int) -> tuple[str, ...]:
-    """Return the names of the columns that hold a kind's numbers.
-
-    Parameters
-    ----------
-    kind
-        What is measured.
-    dim
-        Number of dimensions of the tracking space.
-
-    Returns
-    -------
-    Such as range_m, azimuth_deg; names in ``_deg`` are of angles.
-    """
-    if kind is MeasurementKind.POSITION:
-        return _AXES[:dim]
-    if kind is MeasurementKind.BEARING:
-        return ("bearing_deg",)
-    elevation = ("elevation_deg",) if kind.has_elevation else ()
-    rate = ("range_rate_mps",) if kind.has_rate else ()
-    return ("range_m", "azimuth_deg", *elevation, *rate)
 
 
 def measured_columns(reports: ReportTable) -> list[pl.Series]:
@@ -54,9 +30,8 @@ def measured_columns(reports: ReportTable) -> list[pl.Series]:
     values: dict[str, FloatArray] = {}
     noise: dict[str, FloatArray] = {}
     for sensor in range(len(reports.sensors)):
-        kind = reports.kind_of(sensor)
         rows = reports.sensor == sensor
-        for place, name in enumerate(component_columns(kind, reports.dim)):
+        for place, name in enumerate(reports.kind_of(sensor).columns(reports.dim)):
             unit = np.pi / 180 if name.endswith("_deg") else 1.0
             for columns, column, numbers in (
                 (values, name, reports.measurement),

@@ -1,0 +1,95 @@
+"""Which of several values of a key counts, and where it came from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["ANY_SENSOR", "Ledger", "value_at"]
+
+# The table whose keys apply to every sensor that has none of its own.
+ANY_SENSOR = "default"
+
+
+@dataclass
+class Ledger:
+    """Chooses values in order of precedence and writes down where each came from.
+
+    Parameters
+    ----------
+    file
+        What the file says, nested as there.
+    preset
+        What the preset says.
+    values
+        Every key with the value chosen, nested as in a file.
+    sources
+        Where each came from: "file", "preset", "estimated" or "default", by dotted key.
+    """
+
+    file: Mapping[str, Any]
+    preset: Mapping[str, Any]
+    values: dict[str, Any] = field(default_factory=dict)
+    sources: dict[str, str] = field(default_factory=dict)
+
+    def choose(self, path: Sequence[str], estimated: Any = None, default: Any = None) -> Any:
+        """Return the value of a key and enter it.
+
+        Parameters
+        ----------
+        path
+            The keys that lead to it.
+        estimated
+            What the reports tell; None for nothing.
+        default
+            What it is otherwise.
+
+        Returns
+        -------
+        What the file says; else the preset, the reports, or the default.
+        """
+        for source, given in (("file", self.file), ("preset", self.preset)):
+            for name in _names(path):
+                value = value_at(given, name)
+                if value is not None:
+                    return self.enter(path, value, source)
+        if estimated is not None:
+            return self.enter(path, estimated, "estimated")
+        return self.enter(path, default, "default")
+
+    def enter(self, path: Sequence[str], value: Any, source: str) -> Any:
+        """Enter a value that has been chosen already; return it."""
+        table = self.values
+        for key in path[:-1]:
+            table = table.setdefault(key, {})
+        table[path[-1]] = value
+        self.sources[".".join(path)] = source
+        return value
+
+
+def value_at(values: Mapping[str, Any], path: Sequence[str]) -> Any:
+    """Return what stands at a place of nested tables, None where there is nothing.
+
+    Parameters
+    ----------
+    values
+        The tables.
+    path
+        The keys that lead to the place.
+
+    Returns
+    -------
+    The value.
+    """
+    found: Any = values
+    for key in path:
+        if not isinstance(found, Mapping) or key not in found:
+            return None
+        found = found[key]
+    return found
+
+
+def _names(path: Sequence[str]) -> list[Sequence[str]]:
+    """Return where a key may stand: for a sensor, in its own table or in that for every one."""
+    if path[0] == "sensors":
+        return [path, ("sensors", ANY_SENSOR, *path[2:])]
+    return [path]

@@ -1,0 +1,109 @@
+"""From the keys of ``[motion]`` to how objects move."""
+
+from collections.abc import Sequence
+
+from trackweave.config.ledger import Ledger, value_at
+from trackweave.config.motion_sections import MODELS
+from trackweave.errors import InvalidInputError
+from trackweave.models.motion import (
+    ConstantAcceleration,
+    ConstantVelocity,
+    CoordinatedTurn,
+    Imm,
+    Mode,
+    Motion,
+    RandomWalk,
+)
+
+__all__ = ["motion_of"]
+
+_VELOCITY, _ACCELERATION, _TURN, _WALK = MODELS
+# What is taken where neither the file nor the reports tell: a vehicle's.
+USUAL_SPEED, USUAL_PROCESS = 50.0, 1.0
+USUAL_TURN_RATE = 0.2
+USUAL_STAY, USUAL_MANOEUVRE = 60.0, 15.0
+# An object reaches its greatest speed in about so many seconds, and a manoeuvre fades in so many.
+SPEED_UP, FADE = 10.0, 10.0
+
+
+def motion_of(
+    ledger: Ledger, estimated: tuple[float | None, float | None], period: float
+) -> Motion:
+    """Return how objects move, and enter each value.
+
+    Parameters
+    ----------
+    ledger
+        What the file and the preset say.
+    estimated
+        Process noise [m²/s³] and greatest speed [m/s] as the reports tell, None for nothing.
+    period
+        The shortest time from scan to scan [s].
+
+    Returns
+    -------
+    A model of motion.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are more or fewer sojourn times than ways to move.
+    """
+    path = ("motion",)
+    model = ledger.choose((*path, "model"), default=_VELOCITY)
+    noise, speed = estimated
+    ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
+    if model == "imm":
+        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
+        return _imm(ledger, period)
+    if model in {_VELOCITY, _TURN}:
+        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
+    return _mode(ledger, path, model, period)
+
+
+def _imm(ledger: Ledger, period: float) -> Imm:
+    path = ("motion", "imm")
+    names = ledger.choose((*path, "models"), default=[_VELOCITY, _TURN])
+    usual = [USUAL_STAY, *[USUAL_MANOEUVRE] * (len(names) - 1)]
+    times = ledger.choose((*path, "sojourn_time"), default=usual)
+    if len(times) != len(names):
+        raise InvalidInputError(
+            f"motion.imm.sojourn_time: {len(times)} times; expected {len(names)}, one for each "
+            "of models"
+        )
+    models = []
+    for name in names:
+        kind = ledger.choose((*path, name, "model"), default=name)
+        models.append(_mode(ledger, (*path, name), kind, period))
+    return Imm(tuple(models), tuple(times))
+
+
+def _mode(ledger: Ledger, path: Sequence[str], kind: str, period: float) -> Mode:
+    """Return one way to move; what its table leaves out is as in ``[motion]``, or usual."""
+
+    def choose(key: str, usual: float) -> float:
+        known = value_at(ledger.values, (*path, key)) if len(path) == 1 else None
+        if known is not None:
+            return float(known)
+        above = value_at(ledger.values, ("motion", key))
+        if above is None:
+            above = value_at(ledger.file, ("motion", key))
+        return float(ledger.choose((*path, key), default=usual if above is None else above))
+
+    speed = choose("max_speed", USUAL_SPEED)
+    if kind == _VELOCITY:
+        return ConstantVelocity(choose("process_noise", USUAL_PROCESS), speed)
+    if kind == _TURN:
+        rate = choose("max_turn_rate", USUAL_TURN_RATE)
+        # A turn rate that is spread evenly up to its greatest and fades has this noise.
+        turn_noise = choose("turn_noise", 2 * rate**2 / 3 / FADE)
+        return CoordinatedTurn(choose("process_noise", USUAL_PROCESS), turn_noise, speed, rate)
+    # The process noise of [motion] is in another unit than these two's, unless it is their own.
+    own = ("process_noise",)
+    if kind == _ACCELERATION:
+        acceleration = choose("max_acceleration", speed / SPEED_UP)
+        jerk = 2 * acceleration**2 / 5 / FADE
+        noise = ledger.choose((*path, *own), default=jerk)
+        return ConstantAcceleration(float(noise), speed, acceleration)
+    walk = ledger.choose((*path, *own), default=speed**2 * period / 9)
+    return RandomWalk(float(walk), speed)

@@ -1,0 +1,46 @@
+"""What a configuration has to fit: the sensors of a table of reports."""
+
+from dataclasses import dataclass
+
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.models.rotation import Rotation
+
+__all__ = ["UNKNOWN_SENSOR", "ObservedSensor"]
+
+
+@dataclass(frozen=True, slots=True)
+class ObservedSensor:
+    """What one sensor's reports show without any estimating.
+
+    Parameters
+    ----------
+    measurement
+        What they hold.
+    dim
+        Number of dimensions of the tracking space.
+    says_where
+        Whether each report tells where the sensor was.
+    needs_place
+        Whether it has to be known where the sensor is, because it does not report positions and
+        is not the only one.
+    extent
+        How far its measurements reach: the size of the space that they fill, in their own units.
+    usual_range
+        Median distance of its reports [m].
+    reports_per_scan
+        Their mean number.
+    rotation
+        How its beam turns, as far as reports tell.
+    """
+
+    measurement: MeasurementKind = MeasurementKind.POSITION
+    dim: int = 2
+    says_where: bool = False
+    needs_place: bool = False
+    extent: float = 1.0
+    usual_range: float = 1000.0
+    reports_per_scan: float = 1.0
+    rotation: Rotation | None = None
+
+
+UNKNOWN_SENSOR = ObservedSensor()

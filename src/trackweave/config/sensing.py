@@ -1,0 +1,280 @@
+"""From the keys of ``[sensors.NAME]`` to a sensor."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from trackweave.config.ledger import ANY_SENSOR, Ledger
+from trackweave.config.messages import show_value
+from trackweave.config.observed import ObservedSensor
+from trackweave.config.sections import Configuration
+from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.errors import InvalidInputError
+from trackweave.estimation import SensorEstimate
+from trackweave.models.coverage import FieldOfView
+from trackweave.models.rotation import Rotation
+from trackweave.models.sensors import Sensor
+from trackweave.models.strength import StrengthModel
+
+__all__ = ["section_of", "sensor_of"]
+
+# What is taken where neither the file nor the reports tell.
+USUAL_DETECTION = 0.9
+USUAL_CLUTTER_SHARE = 0.1
+USUAL_SIGMA = {
+    "azimuth_deg": 0.5,
+    "elevation_deg": 0.5,
+    "range_rate_mps": 1.0,
+    "bearing_deg": 1.0,
+}
+USUAL_RANGE_SHARE = 0.01
+FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
+
+
+def sensor_of(
+    ledger: Ledger,
+    configuration: Configuration,
+    found: SensorEstimate | None,
+    name: str,
+    seen: ObservedSensor,
+) -> Sensor:
+    """Return a sensor, and enter each value.
+
+    Parameters
+    ----------
+    ledger
+        What the file and the preset say.
+    configuration
+        As read.
+    found
+        What the sensor's reports tell, None for nothing.
+    name
+        Its name.
+    seen
+        What its reports show.
+
+    Returns
+    -------
+    The sensor.
+
+    Raises
+    ------
+    InvalidInputError
+        If what is said of it does not fit its reports.
+    """
+    section = section_of(configuration, name)
+
+    def choose(key: str, estimated: Any = None, default: Any = None) -> Any:
+        return ledger.choose(("sensors", name, key), estimated, default)
+
+    kind = seen.measurement
+    said = choose("measurement", default=kind.word)
+    if said != kind.word:
+        raise InvalidInputError(
+            f'sensors.{name}.measurement: "{said}"; expected "{kind.word}", as its reports hold'
+        )
+    sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
+    detection = choose(
+        "detection_probability", found and found.detection_probability, USUAL_DETECTION
+    )
+    position = choose("position")
+    if position is None and seen.needs_place and not seen.says_where:
+        columns = " and ".join(kind.columns(seen.dim)[:2])
+        raise InvalidInputError(
+            f"sensors.{name}.position: left out; expected where the sensor stands, [x, y] in "
+            f"metres, because its {columns} count from there (or columns sensor_x,sensor_y)"
+        )
+    view = choose("field_of_view")
+    clutter = _clutter(ledger, section, (name, found, seen))
+    rotation, period = _rotation(ledger, (name, found, seen))
+    strength = choose("strength")
+    return Sensor(
+        name=name,
+        sigma=sigma,
+        detection_probability=detection,
+        clutter_density=clutter,
+        scan_period=period,
+        field_of_view=None if view is None else _field_of_view(section, position),
+        measurement=kind,
+        position=None if position is None else tuple(position),
+        rotation=rotation,
+        strength=None if strength is None else StrengthModel(**strength),
+        identity_error=choose("identity_error", default=0.01),
+    )
+
+
+def section_of(configuration: Configuration, name: str) -> SensorSection:
+    """Return a sensor's own keys over those for every sensor.
+
+    Parameters
+    ----------
+    configuration
+        As read.
+    name
+        The sensor's name.
+
+    Returns
+    -------
+    A section in which the keys are those that count.
+    """
+    usual = configuration.sensors.get(ANY_SENSOR, SensorSection())
+    own = configuration.sensors.get(name, SensorSection())
+    update = {key: getattr(own, key) for key in own.model_fields_set}
+    # Of the two ways to tell the clutter, the sensor's own wins.
+    if update.get("clutter_density") is not None:
+        update["clutter_per_scan"] = None
+    elif update.get("clutter_per_scan") is not None:
+        update["clutter_density"] = None
+    return usual.model_copy(update=update)
+
+
+def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[Any, Any]:
+    """Return the noise as estimated and as usual, in the units of a file; None for none."""
+    kind = seen.measurement
+    sigma = None if found is None else found.sigma
+    if kind is MeasurementKind.POSITION:
+        return sigma, None
+    columns = kind.columns(seen.dim)
+    usual = {**USUAL_SIGMA, "range_m": USUAL_RANGE_SHARE * seen.usual_range}
+    default = {column: usual[column] for column in columns}
+    if sigma is None or not (kind.has_range or isinstance(sigma, Sequence)):
+        return None, default
+    if isinstance(sigma, Sequence):
+        turned = [
+            math.degrees(number) if column.endswith("_deg") else number
+            for column, number in zip(columns, sigma, strict=True)
+        ]
+        return dict(zip(columns, turned, strict=True)), default
+    # Estimated in metres on the plane: along the range, and across it at the usual range.
+    across = float(
+        np.clip(math.degrees(sigma / seen.usual_range), FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG)
+    )
+    angles = {column: across for column in columns if column.endswith("_deg")}
+    return {**default, "range_m": float(sigma), **angles}, default
+
+
+def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, ...]:
+    """Return the noise by component [m, rad, m/s]."""
+    kind = seen.measurement
+    if kind is MeasurementKind.POSITION and not isinstance(value, Mapping):
+        return float(value)
+    columns = kind.columns(3 if kind is MeasurementKind.POSITION else seen.dim)
+    given = value if isinstance(value, Mapping) else {}
+    numbers = {key: number for key, number in given.items() if number is not None}
+    least = columns[:2] if kind is MeasurementKind.POSITION else columns
+    if not set(least) <= set(numbers) <= set(columns):
+        expected = ", ".join(f"{column} = …" for column in least)
+        raise InvalidInputError(
+            f"sensors.{name}.sigma: {show_value(value)}; expected {{{expected}}}, because its "
+            f"reports hold {kind.word}"
+        )
+    return tuple(
+        math.radians(numbers[column]) if column.endswith("_deg") else float(numbers[column])
+        for column in columns
+        if column in numbers
+    )
+
+
+def _clutter(
+    ledger: Ledger,
+    section: SensorSection,
+    sensor: tuple[str, SensorEstimate | None, ObservedSensor],
+) -> float:
+    """Return the false alarms per unit of what is measured, and scan."""
+    name, found, seen = sensor
+    path = ("sensors", name, "clutter_density")
+    is_position = seen.measurement is MeasurementKind.POSITION
+    if section.clutter_per_scan is not None:
+        ledger.choose(("sensors", name, "clutter_per_scan"))
+        volume = _volume_of(section.field_of_view, seen)
+        if volume is None:
+            volume = found.covered if found and is_position else None
+        if volume is None and not is_position:
+            volume = seen.extent
+        if volume is None:
+            raise InvalidInputError(
+                f"sensors.{name}.clutter_per_scan: needs an area; expected a field_of_view too, "
+                "or clutter_density"
+            )
+        return float(ledger.enter(path, section.clutter_per_scan / volume, "file"))
+    if is_position:
+        return float(ledger.choose(path, found and found.clutter_density))
+    density = None
+    if found is not None and (seen.measurement.has_range or isinstance(found.sigma, Sequence)):
+        in_own_units = isinstance(found.sigma, Sequence)
+        scale = 1.0 if in_own_units else found.covered / seen.extent
+        density = found.clutter_density * scale
+    usual = USUAL_CLUTTER_SHARE * seen.reports_per_scan / seen.extent
+    return float(ledger.choose(path, density, usual))
+
+
+def _rotation(
+    ledger: Ledger, sensor: tuple[str, SensorEstimate | None, ObservedSensor]
+) -> tuple[Rotation | None, float | None]:
+    """Return how the beam turns, and the scan period [s]."""
+    name, found, seen = sensor
+    turning = seen.rotation
+    likely = found.scan_period if found else None
+    period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
+    word = None
+    if turning is not None:
+        word = "clockwise" if turning.direction > 0 else "counter-clockwise"
+    word = ledger.choose(("sensors", name, "rotation"), word, "none")
+    if word == "none":
+        return None, period
+    if turning is None:
+        raise InvalidInputError(
+            f'sensors.{name}.rotation: "{word}"; expected "none", because its reports do not '
+            f"turn that way{'' if period else ' and no scan_period is given'}"
+        )
+    return turning, period
+
+
+def _field_of_view(section: SensorSection, position: Sequence[float] | None) -> FieldOfView:
+    view = section.field_of_view or FieldOfViewSection()
+    east, north = (position or (0.0, 0.0))[:2]
+    turn = view.azimuth_deg or (0.0, 360.0)
+    return FieldOfView(
+        position=(east, north),
+        min_range=view.min_range_m or 0.0,
+        max_range=float("inf") if view.max_range_m is None else view.max_range_m,
+        azimuth_deg=(turn[0], turn[1]),
+        polygon=None if view.polygon is None else [(x, y) for x, y in view.polygon],
+    )
+
+
+def _volume_of(view: FieldOfViewSection | None, seen: ObservedSensor) -> float | None:
+    """Return how much of what is measured a simple field of view holds, None for others."""
+    if seen.measurement is MeasurementKind.POSITION:
+        return _area_of(view)
+    if view is None or view.polygon is not None:
+        return None
+    width = math.radians(_width_of(view))
+    if seen.measurement is MeasurementKind.BEARING:
+        return width
+    if view.max_range_m is None or len(seen.measurement.columns(seen.dim)) > 2:
+        return None
+    return (view.max_range_m - (view.min_range_m or 0.0)) * width
+
+
+def _width_of(view: FieldOfViewSection) -> float:
+    start, end = view.azimuth_deg or (0.0, 360.0)
+    return 360.0 if end - start >= 360 else (end - start) % 360 or 360.0
+
+
+def _area_of(view: FieldOfViewSection | None) -> float | None:
+    """Return the area of a field of view that has a simple one [m²]."""
+    if view is None or (view.polygon is not None and view.max_range_m is not None):
+        return None
+    if view.polygon is not None:
+        corners = [*view.polygon, view.polygon[0]]
+        twice = sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise(corners))
+        return abs(twice) / 2 or None
+    if view.max_range_m is None:
+        return None
+    ring = view.max_range_m**2 - (view.min_range_m or 0.0) ** 2
+    return float(math.pi * ring * _width_of(view) / 360.0)
