@@ -17,6 +17,7 @@ from trackweave.metrics import Moment, clear_mot, identity
 
 Array = np.ndarray[Any, Any]
 FARTHEST = 0.5  # 1 - intersection over union
+SIZE_GAIN = 0.3  # what a new report changes in a track's size
 LOWEST = 25.0  # pixels; lower boxes are judged neither for nor against
 BOX = ["left", "top", "right", "bottom"]
 
@@ -103,13 +104,14 @@ def tracked_boxes(one: Run, reports: pl.DataFrame, *, rule: str, shift: bool) ->
 
     ``rule``: "seen" for what was known in each frame about tracks that took a report of it;
     "known" with those that coast as well, with their last size; "after" for what is known in the
-    end. ``shift`` puts the box where the track is, otherwise it stays the report's.
+    end. ``shift`` puts the box where the track is, and its size is a running mean, otherwise both
+    stay the report's.
     """
     assert one.result is not None
     values = one.result.values
     table_of = values.history if rule == "after" else values.tracks
     times, frames = _frames_of(reports)
-    latest = _boxes_by_track(one, reports)
+    latest = _boxes_by_track(one, reports, smooth=shift, after=rule == "after")
     rows: list[tuple[int, int, Array]] = []
     for place in np.flatnonzero(table_of.status >= CONFIRMED):
         time, number = table_of.time[place], int(table_of.track[place])
@@ -134,7 +136,9 @@ def _frames_of(reports: pl.DataFrame) -> tuple[Array, Array]:
     return pairs["time"].to_numpy(), pairs["frame"].to_numpy()
 
 
-def _boxes_by_track(one: Run, reports: pl.DataFrame) -> dict[int, tuple[Array, Array]]:
+def _boxes_by_track(
+    one: Run, reports: pl.DataFrame, *, smooth: bool, after: bool
+) -> dict[int, tuple[Array, Array]]:
     """Return from each track to the times and boxes of its reports."""
     assert one.result is not None
     values = one.result.values
@@ -143,10 +147,33 @@ def _boxes_by_track(one: Run, reports: pl.DataFrame) -> dict[int, tuple[Array, A
     for row, number in values.assignment.items():
         record = int(values.reports.report[row]) - 1
         found.setdefault(number, []).append((float(values.reports.time[row]), record))
-    return {
-        number: (np.array([time for time, _ in sorted(rows)]), box[[r for _, r in sorted(rows)]])
-        for number, rows in found.items()
-    }
+    boxes = {}
+    for number, rows in found.items():
+        rows.sort()
+        own = box[[record for _, record in rows]]
+        boxes[number] = (
+            np.array([time for time, _ in rows]),
+            _steadied(own, after) if smooth else own,
+        )
+    return boxes
+
+
+def _steadied(box: Array, after: bool) -> Array:
+    """Return boxes about the same middles whose sizes are running means."""
+    middle, size = (box[:, :2] + box[:, 2:]) / 2, box[:, 2:] - box[:, :2]
+    steady = _running(size)
+    if after:
+        # What comes later counts as well.
+        steady = (steady + _running(size[::-1])[::-1]) / 2
+    return np.hstack([middle - steady / 2, middle + steady / 2])
+
+
+def _running(values: Array) -> Array:
+    running = values.copy()
+    for place in range(1, len(values)):
+        share = max(SIZE_GAIN, 1.0 / (place + 1))
+        running[place] = running[place - 1] + share * (values[place] - running[place - 1])
+    return running
 
 
 def _stacked(rows: list[tuple[int, int, Array]]) -> Boxes:
@@ -246,14 +273,19 @@ def _habits(name: str) -> dict[str, Habits]:
 
 
 def _judged(truth: pl.DataFrame) -> Boxes:
-    """Return the boxes that KITTI asks for: whole, not largely hidden."""
-    return _true_boxes(truth.filter(pl.col("truncated") <= 0, pl.col("occluded") <= 2))
+    """Return the boxes that KITTI asks for: whole, not largely hidden, not too small."""
+    return _true_boxes(truth.filter(_is_judged()))
+
+
+def _is_judged() -> pl.Expr:
+    is_high = pl.col("bottom") - pl.col("top") >= LOWEST
+    return (pl.col("truncated") <= 0) & (pl.col("occluded") <= 2) & is_high
 
 
 def _ignored(reader: Any, folder: Path, kind: str) -> pl.DataFrame:
     """Return what KITTI does not ask for: regions, similar objects, objects cut or hidden."""
     truth = reader.read_truth(folder, kind)
-    hidden = truth.filter((pl.col("truncated") > 0) | (pl.col("occluded") > 2))
+    hidden = truth.filter(~_is_judged())
     others = hidden.select("frame", *BOX, pl.lit(value=False).alias("is_region"))
     return pl.concat([reader.read_ignored(folder, kind), others])
 

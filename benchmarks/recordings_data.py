@@ -15,7 +15,7 @@ import polars as pl
 from bench_data import BESIDE
 from scipy.optimize import linear_sum_assignment
 
-from trackweave import InvalidInputError, track
+from trackweave import track
 from trackweave.domain.truth import TruthTable
 from trackweave.metrics import align
 from trackweave.run.tracking import TrackingResult
@@ -71,8 +71,8 @@ def run(name: str, reports: pl.DataFrame, configuration: Mapping[str, Any] | Non
     begun = time.process_time()
     try:
         result = track(shown, configuration, rng=np.random.default_rng(1))
-    except InvalidInputError as error:
-        return Run(name, None, 0.0, str(error))
+    except Exception as error:  # one table that fails must not hide the others
+        return Run(name, None, 0.0, f"{type(error).__name__}: {error}")
     return Run(name, result, time.process_time() - begun)
 
 
