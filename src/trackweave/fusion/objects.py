@@ -1,0 +1,115 @@
+"""Lasting numbers of objects, and what changed of them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from trackweave.arrays import IntArray
+
+__all__ = ["Change", "Renumbering", "renumber"]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What became of an object.
+
+    Parameters
+    ----------
+    kind
+        "begun": tracks that had no object; "ended": no track is left; "merged": tracks of other
+        objects joined it; "split": tracks of it went to others.
+    object
+        Number of the object.
+    others
+        The objects merged with it, or split off it.
+    reason
+        Why, in words.
+    statistic
+        λ of the tracks in question together; NaN where there is none to name.
+    threshold
+        What λ was compared with.
+    """
+
+    kind: Literal["begun", "ended", "merged", "split"]
+    object: int
+    others: tuple[int, ...]
+    reason: str
+    statistic: float = float("nan")
+    threshold: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Renumbering:
+    """New numbers of live tracks, and which objects changed.
+
+    Parameters
+    ----------
+    object
+        Number of each live track's object, shape (tracks,).
+    begun, returned, ended
+        Objects that are new, that were without a live track before, and that are now.
+    merged, split
+        For each object, which others its tracks came from, or went to.
+    next_number
+        The number that the next new object gets.
+    """
+
+    object: IntArray
+    begun: tuple[int, ...]
+    returned: tuple[int, ...]
+    ended: tuple[int, ...]
+    merged: dict[int, tuple[int, ...]]
+    split: dict[int, tuple[int, ...]]
+    next_number: int
+
+
+def renumber(label: IntArray, held: IntArray, before: IntArray, next_number: int) -> Renumbering:
+    """Return objects' numbers for groups: each keeps that of most of its tracks.
+
+    Parameters
+    ----------
+    label
+        Group of each live track, numbered from 0, shape (tracks,).
+    held
+        Number of the object that each had before, -1 for none.
+    before
+        Objects that had live tracks.
+    next_number
+        The number that the next new object gets.
+
+    Returns
+    -------
+    The numbers, each for one group only, and what changed.
+    """
+    had = np.flatnonzero(held >= 0)
+    pairs, count = np.unique(np.stack([label[had], held[had]], axis=1), axis=0, return_counts=True)
+    number = np.full(int(label.max(initial=-1)) + 1, -1, dtype=np.int64)
+    taken: set[int] = set()
+    # Most tracks first, then the oldest object.
+    for place in np.lexsort((pairs[:, 0], pairs[:, 1], -count)):
+        group, old = pairs[place].tolist()
+        if number[group] < 0 and old not in taken:
+            number[group] = old
+            taken.add(old)
+    new = np.flatnonzero(number < 0)
+    number[new] = next_number + np.arange(new.shape[0])
+    merged: dict[int, tuple[int, ...]] = {}
+    split: dict[int, tuple[int, ...]] = {}
+    moved = number[pairs[:, 0]] != pairs[:, 1]
+    for group, old in pairs[moved].tolist():
+        now = int(number[group])
+        if np.count_nonzero(pairs[:, 0] == group) > 1:
+            merged[now] = (*merged.get(now, ()), old)
+        if np.count_nonzero(pairs[:, 1] == old) > 1:
+            split[old] = (*split.get(old, ()), now)
+    live = np.unique(held[had])
+    return Renumbering(
+        object=number[label],
+        begun=tuple(number[np.setdiff1d(new, pairs[:, 0])].tolist()),
+        returned=tuple(np.setdiff1d(live, before).tolist()),
+        ended=tuple(np.setdiff1d(before, live).tolist()),
+        merged=merged,
+        split=split,
+        next_number=next_number + new.shape[0],
+    )

@@ -1,0 +1,300 @@
+"""Whether tracks of several sensors are of one object: the statistic and its threshold."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import chdtri
+
+from trackweave.arrays import FloatArray, float_array, is_number, is_whole, require_finite
+from trackweave.errors import InvalidInputError
+from trackweave.fusion._statistic import (
+    ALL_PAIRS,
+    CHAIN,
+    FUSED_MEAN,
+    Form,
+    Rings,
+    evaluate_all,
+)
+
+__all__ = ["Statistic", "TupleValues", "quantiles", "tuple_values", "weighted_threshold"]
+
+KINDS = {"chain": CHAIN, "all-pairs": ALL_PAIRS, "fused-mean": FUSED_MEAN}
+MEMORIES = ("full", "sliding", "fading")
+REMEDIES = ("none", "inflated", "effective", "cross-covariance", "both")
+FADED = 1e-3
+"""Weight below which a fading memory forgets a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statistic:
+    """How far apart the tracks of a tuple are over time, and how far they may be.
+
+    Parameters
+    ----------
+    kind
+        "chain": the squared distances of neighbours in the order of sensors [1]_; "all-pairs":
+        those of all pairs; "fused-mean": that of the tracks to their fused mean.
+    memory
+        "full": all times count [1]_, which takes memory and time that grow with the run;
+        "sliding": the last ``length``; "fading": each counts ``factor`` times as much as the
+        next.
+    length
+        How many times a sliding memory holds, at least 1.
+    factor
+        What a fading memory keeps from time to time, between 0 and 1.
+    false_rejection
+        Probability α of rejecting tracks of one object, between 0 and 1.
+    correlation
+        What to do about errors that are correlated. "none": nothing [1]_. "inflated": take each
+        covariance ``inflation`` times. "effective": reckon with correlation in time, which makes
+        the statistic vary more: fewer degrees of freedom, each worth more. "cross-covariance":
+        take off each covariance what the common process noise put into all sensors' errors.
+        "both": the last two.
+    inflation
+        Factor on the covariances for "inflated", above 0.
+
+    Raises
+    ------
+    InvalidInputError
+        If a name is unknown or a number is out of range.
+
+    Notes
+    -----
+    The correlations are reckoned from what the tracks' covariances tell of their filters' gains
+    and from the process noise; see the page on fusion.
+
+    References
+    ----------
+    .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (6), (7) and (9).
+    """
+
+    kind: Literal["chain", "all-pairs", "fused-mean"] = "fused-mean"
+    memory: Literal["full", "sliding", "fading"] = "sliding"
+    length: int = 5
+    factor: float = 0.7
+    false_rejection: float = 0.01
+    correlation: Literal["none", "inflated", "effective", "cross-covariance", "both"] = "none"
+    inflation: float = 1.5
+
+    def __post_init__(self) -> None:
+        names = {"kind": tuple(KINDS), "memory": MEMORIES, "correlation": REMEDIES}
+        for name, allowed in names.items():
+            value = getattr(self, name)
+            if value not in allowed:
+                raise InvalidInputError(f"{name}: {value!r:.80}; expected one of {allowed}")
+        if not is_whole(self.length) or self.length < 1:
+            raise InvalidInputError(f"length: {self.length!r:.80}; expected a whole number ≥ 1")
+        for name in ("factor", "false_rejection"):
+            value = getattr(self, name)
+            if not is_number(value) or not 0.0 < value < 1.0:
+                raise InvalidInputError(
+                    f"{name}: {value!r:.80}; expected a number between 0 and 1"
+                )
+        if not is_number(self.inflation) or self.inflation <= 0.0:
+            raise InvalidInputError(f"inflation: {self.inflation!r:.80}; expected a number > 0")
+
+    @property
+    def n_slots(self) -> int | None:
+        """How many times it remembers at most; None for all."""
+        if self.memory == "full":
+            return None
+        if self.memory == "sliding":
+            return self.length
+        return math.ceil(math.log(FADED) / math.log(self.factor))
+
+    @property
+    def scale(self) -> float:
+        """Factor on all covariances."""
+        return self.inflation if self.correlation == "inflated" else 1.0
+
+    @property
+    def takes_off_common(self) -> bool:
+        """Whether common process noise is taken off the covariances."""
+        return self.correlation in {"cross-covariance", "both"}
+
+    def weights(self, n_slots: int) -> FloatArray:
+        """Return what each of so many slots weighs, from the oldest to the newest."""
+        if self.memory == "fading":
+            return np.asarray(self.factor ** np.arange(n_slots - 1, -1, -1), dtype=np.float64)
+        return np.ones(n_slots)
+
+    def form(self, slot: np.ndarray, size: int, false_rejection: float | None = None) -> Form:
+        """Return what kernels need to know.
+
+        Parameters
+        ----------
+        slot
+            The slots that count, from the oldest to the newest.
+        size
+            Most degrees of freedom that a tuple can have.
+        false_rejection
+            Another rate than the statistic's own; None for that.
+
+        Returns
+        -------
+        The form.
+        """
+        rate = self.false_rejection if false_rejection is None else false_rejection
+        return Form(
+            KINDS[self.kind],
+            np.asarray(slot, dtype=np.int64),
+            self.weights(len(slot)),
+            self.correlation in {"effective", "both"},
+            quantiles(rate, 2 ** math.ceil(math.log2(max(size, 64)))),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TupleValues:
+    """Statistics of tuples and what they are compared with.
+
+    Parameters
+    ----------
+    value
+        Statistic λ of each tuple, shape (tuples,).
+    threshold
+        What it exceeds with the false-rejection rate if the tuple is of one object.
+    """
+
+    value: FloatArray
+    threshold: FloatArray
+
+
+@lru_cache(maxsize=32)
+def quantiles(false_rejection: float, size: int) -> FloatArray:
+    """Return what χ² exceeds so rarely, for 0, ¼, ½, … up to ``size`` degrees of freedom.
+
+    Parameters
+    ----------
+    false_rejection
+        The probability, between 0 and 1.
+    size
+        Most degrees of freedom.
+
+    Returns
+    -------
+    The quantiles, shape (4 size + 1,).
+    """
+    freedom = np.arange(4 * size + 1) / 4.0
+    values = np.zeros(freedom.shape[0])
+    values[1:] = chdtri(freedom[1:], false_rejection)
+    return values
+
+
+def weighted_threshold(weights: FloatArray, false_rejection: float) -> float:
+    """Return what Σ wᵢ χ²₁ exceeds with a probability, by inverting its characteristic function.
+
+    Parameters
+    ----------
+    weights
+        Weights wᵢ > 0 of independent χ² variables of one degree of freedom, shape (terms,): the
+        eigenvalues of a quadratic form in normal errors.
+    false_rejection
+        The probability, between 0 and 1.
+
+    Returns
+    -------
+    The threshold; its probability is right to 1e-6 of itself or better.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of range.
+
+    References
+    ----------
+    .. [1] Imhof J. P., *Computing the distribution of quadratic forms in normal variables*,
+       Biometrika, 1961, eq. (3.2).
+    """
+    weight = float_array(weights, "weights", (None,))
+    require_finite(weight, "weights")
+    if not weight.size or np.any(weight <= 0.0):
+        raise InvalidInputError("weights: expected at least one, and positive numbers")
+    if not is_number(false_rejection) or not 0.0 < false_rejection < 1.0:
+        raise InvalidInputError(
+            f"false_rejection: {false_rejection!r:.80}; expected a probability between 0 and 1"
+        )
+    scale = float(weight.max())
+    share = weight / scale
+    if np.all(share == 1.0):
+        return scale * float(chdtri(weight.size, false_rejection))
+
+    def excess(x: float) -> float:
+        return _tail(share, x) - false_rejection
+
+    high = float(share.sum() + 1.0)
+    while excess(high) > 0.0:
+        high *= 2.0
+    return scale * float(brentq(excess, 1e-9, high, xtol=1e-9))
+
+
+def _tail(weight: FloatArray, x: float) -> float:
+    """Return P{Σ wᵢ χ²₁ > x} from Imhof's integral."""
+    if weight.size == 2:
+        # Imhof's integrand falls off too slowly; around the circle of directions it is smooth.
+        turn = np.linspace(0.0, np.pi, 4096, endpoint=False)
+        across = weight[0] * np.cos(turn) ** 2 + weight[1] * np.sin(turn) ** 2
+        return float(np.exp(-x / (2.0 * across)).mean())
+    # Beyond this the integrand is below 1e-9 of its size; fine steps follow its turns.
+    last = 1.0
+    while np.log1p(weight**2 * last**2).sum() / 4.0 + math.log(last) < 21.0:
+        last *= 1.5
+    steps = 1 << 15
+    # Squares of even steps: dense near zero, where the integrand is large.
+    t = np.linspace(0.0, 1.0, steps + 1)[1:]
+    u = last * t**3
+    angle = 0.5 * np.arctan(weight[:, None] * u).sum(axis=0) - 0.5 * x * u
+    size = np.exp(0.25 * np.log1p((weight[:, None] * u) ** 2).sum(axis=0))
+    integrand = np.sin(angle) / (u * size) * 3.0 * last * t**2
+    return float(0.5 + (integrand.sum() - integrand[-1] / 2.0) / steps / math.pi)
+
+
+def tuple_values(mean: FloatArray, covariance: FloatArray, statistic: Statistic) -> TupleValues:
+    """Return the statistics of tuples of tracks whose estimates are all known.
+
+    Parameters
+    ----------
+    mean
+        Estimates, shape (tuples, times, members, n), members in the order of the sensors.
+    covariance
+        Their covariances, with two axes of length n instead of one. Must be positive definite.
+    statistic
+        Which statistic. A memory that is not full counts the last times only.
+
+    Returns
+    -------
+    Statistic and threshold of each tuple, taking errors to be independent from time to time.
+
+    Raises
+    ------
+    InvalidInputError
+        If shapes do not fit, or the correlation of errors would have to be reckoned, which takes
+        the process noise: ``TrackAssociator`` does it.
+    """
+    means = float_array(mean, "mean", (None,) * 4)
+    spreads = float_array(covariance, "covariance", (*means.shape, means.shape[-1]))
+    if statistic.correlation not in {"none", "inflated"}:
+        raise InvalidInputError(
+            f"correlation: {statistic.correlation!r}; expected 'none' or 'inflated' here"
+        )
+    n_tuples, n_times, n_members, n = means.shape
+    most = statistic.n_slots
+    slot = np.arange(0 if most is None else max(0, n_times - most), n_times)
+    spread = statistic.scale * spreads.swapaxes(1, 2).reshape(-1, n_times, n, n)
+    rows = n_tuples * n_members
+    rings = Rings(
+        np.ascontiguousarray(means.swapaxes(1, 2).reshape(rows, n_times, n)),
+        np.ascontiguousarray(spread),
+        np.ascontiguousarray(np.linalg.inv(spread)),
+        np.ones((rows, n_times), dtype=np.bool_),
+        np.zeros((rows, n_times)),
+    )
+    value, limit = np.empty((2, n_tuples))
+    members = np.arange(rows).reshape(n_tuples, n_members)
+    form = statistic.form(slot, n * len(slot) * n_members**2)
+    evaluate_all(rings, form, members, value, limit)
+    return TupleValues(value, limit)
