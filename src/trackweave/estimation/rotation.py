@@ -1,0 +1,123 @@
+"""How a sensor's beam turns, from when reports came and from where."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.models.rotation import Rotation
+
+__all__ = ["rotation_of"]
+
+FEWEST_REPORTS = 12
+# From so many successive reports the turn is found; then it is followed through the others.
+FIRST_REPORTS = 240
+# A report this near the beam fits [rad], and so many have to.
+NEAR = 0.25
+LEAST_SHARE = 0.7
+LEAST_TURNS = 2.0
+# Reports per turn are more than this, or no turn could be told from another.
+LEAST_REPORTS_PER_TURN = 1.5
+STEPS_PER_TURN = 12
+# A fit is told from another by so much of the share.
+CLEARLY = 0.85
+
+
+def rotation_of(time: FloatArray, azimuth: FloatArray) -> Rotation | None:
+    """Return the steady turn that says at each report's time where the report came from.
+
+    Parameters
+    ----------
+    time
+        Time of each report [s], ascending.
+    azimuth
+        Where each came from, seen from the sensor [rad, clockwise from north].
+
+    Returns
+    -------
+    The turn; None where fewer than seven reports in ten follow one, where all come from one
+    direction or at one moment of the turn so that none could be told, and for too few reports.
+    """
+    if time.size < FEWEST_REPORTS:
+        return None
+    origin = float(time[0])
+    elapsed = time - origin
+    first = slice(0, _first_reports(elapsed))
+    rate = _likeliest_rate(elapsed[first], azimuth[first])
+    if rate is None:
+        return None
+    rate, phase = _followed(elapsed, azimuth, rate, first.stop)
+    if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
+        return None
+    if _share(elapsed, azimuth, np.array([rate]))[0] < LEAST_SHARE:
+        return None
+    direction = 1 if rate > 0 else -1
+    return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), direction)
+
+
+def _first_reports(elapsed: FloatArray) -> int:
+    """Return how many of the first reports are looked at first."""
+    return min(FIRST_REPORTS, elapsed.size)
+
+
+def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray) -> float | None:
+    """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
+    span = float(elapsed[-1])
+    if span <= 0:
+        return None
+    n_turns = elapsed.size / LEAST_REPORTS_PER_TURN
+    rates = 2 * np.pi / span * np.arange(LEAST_TURNS / 2, n_turns, 1 / STEPS_PER_TURN)
+    rates = np.sort(np.concatenate([-rates, rates]))
+    share = _share(elapsed, azimuth, rates)
+    best = float(share.max())
+    still = _share(elapsed, azimuth, np.zeros(1))[0]
+    if best < LEAST_SHARE or still > CLEARLY * best:
+        return None
+    # Of rates that fit as well the slowest: others are that and whole turns between reports.
+    fitting = rates[share >= max(LEAST_SHARE, 0.95 * best)]
+    rate = float(fitting[np.argmin(np.abs(fitting))])
+    rate = float(fitting[np.abs(fitting - rate) < np.pi / span].mean())
+    gaps = np.diff(elapsed)
+    gaps = gaps[gaps > 1e-9 * span]
+    other = rate + 2 * np.pi / float(np.median(gaps))
+    # Where reports come in step with a clock, any number of turns may lie between them.
+    if _share(elapsed, azimuth, np.array([other]))[0] > CLEARLY * best:
+        return None
+    return rate
+
+
+def _share(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> FloatArray:
+    """Return for each rate of turn the share of reports that come from where the beam is."""
+    off = np.exp(1j * (azimuth - rates[:, None] * elapsed))
+    middle = off.mean(axis=1, keepdims=True)
+    # The middle of those that are near is no longer drawn by the others.
+    for _ in range(2):
+        near = np.abs(np.angle(off * np.conj(middle))) < 2 * NEAR
+        middle = np.sum(off * near, axis=1, keepdims=True) + 1e-12 * middle
+    return np.asarray(np.mean(np.abs(np.angle(off * np.conj(middle))) < NEAR, axis=1))
+
+
+def _followed(
+    elapsed: FloatArray, azimuth: FloatArray, rate: float, count: int
+) -> tuple[float, float]:
+    """Return rate [rad/s] and phase at the beginning [rad], refined over more and more reports."""
+    phase = 0.0
+    while True:
+        time, off = elapsed[:count], np.exp(1j * (azimuth[:count] - rate * elapsed[:count]))
+        middle = np.angle(_middle(off))
+        residual = np.angle(off * np.exp(-1j * middle))
+        near = np.abs(residual) < 3 * NEAR
+        for _ in range(3):
+            slope, level = np.polyfit(time[near], residual[near], 1)
+            rest = residual - level - slope * time
+            near = np.abs(rest) < max(3 * float(np.median(np.abs(rest))), 1e-6)
+        rate, phase = rate + float(slope), float(middle + level)
+        if count == elapsed.size:
+            return rate, phase
+        count = min(2 * count, elapsed.size)
+
+
+def _middle(off: np.ndarray) -> complex:
+    middle = complex(off.mean())
+    for _ in range(2):
+        near = np.abs(np.angle(off * np.conj(middle))) < 2 * NEAR
+        middle = complex(np.sum(off * near)) + 1e-12 * middle
+    return middle

@@ -1,0 +1,72 @@
+"""A beam's turn is found from when it reports in which direction."""
+
+import numpy as np
+import pytest
+
+from trackweave.estimation.rotation import rotation_of
+from trackweave.models.rotation import Rotation
+
+
+def plots(
+    rotation: Rotation, *, n_turns: int, n_objects: int, start: float = 0.0, odd: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Objects at slowly changing azimuths, each seen when the beam passes it."""
+    rng = np.random.default_rng(5)
+    place = rng.uniform(0, 2 * np.pi, n_objects)
+    drift = rng.normal(0, 0.02, n_objects)
+    turn = np.arange(n_turns)[:, None]
+    azimuth = (place + drift * turn + rng.normal(0, 0.002, (n_turns, n_objects))).ravel()
+    ahead = (rotation.direction * (azimuth - rotation.azimuth(start))) % (2 * np.pi)
+    time = start + rotation.period * (np.repeat(np.arange(n_turns), n_objects) + ahead / 2 / np.pi)
+    seen = rng.random(time.size) < 0.8
+    strange = rng.random(time.size) < odd
+    azimuth = np.where(strange, rng.uniform(0, 2 * np.pi, time.size), azimuth)[seen]
+    order = np.argsort(time[seen])
+    return time[seen][order], azimuth[order] % (2 * np.pi)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(("n_turns", "n_objects"), [(400, 3), (60, 20), (15, 200)])
+def test_finds_period_direction_and_phase(direction: int, n_turns: int, n_objects: int) -> None:
+    truth = Rotation(3.97, 1.0, direction)
+    time, azimuth = plots(truth, n_turns=n_turns, n_objects=n_objects, odd=0.1)
+    found = rotation_of(time, azimuth)
+    assert found is not None
+    assert found.direction == direction
+    assert found.period == pytest.approx(3.97, rel=2e-4 + 0.05 / n_turns**2)
+    off = [found.azimuth(t) - truth.azimuth(t) for t in time]
+    assert np.abs((np.array(off) + np.pi) % (2 * np.pi) - np.pi).max() < 0.05
+
+
+def test_times_counted_from_1970_do_no_harm() -> None:
+    truth = Rotation(4.8, 0.3, 1)
+    start = 1.62e9
+    time, azimuth = plots(truth, n_turns=200, n_objects=8, start=start)
+    found = rotation_of(time, azimuth)
+    assert found is not None
+    off = found.azimuth(start + 500) - truth.azimuth(start + 500)
+    assert abs((off + np.pi) % (2 * np.pi) - np.pi) < 0.02
+
+
+def test_a_period_that_is_given_is_made_exact() -> None:
+    time, azimuth = plots(Rotation(3.97), n_turns=300, n_objects=4)
+    found = rotation_of(time, azimuth, period=4.1, direction=1)
+    assert found is not None
+    assert found.period == pytest.approx(3.97, rel=1e-4)
+    assert rotation_of(time, azimuth, period=4.1, direction=-1) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_sensor_that_does_not_turn_is_told(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.uniform(0, 500, 600))
+    assert rotation_of(time, rng.uniform(0, 2 * np.pi, 600)) is None
+
+
+def test_one_object_in_one_direction_tells_no_turn() -> None:
+    assert rotation_of(np.arange(100.0), np.full(100, 1.0) + 1e-3 * np.arange(100)) is None
+
+
+@pytest.mark.parametrize("time", [[], [1.0], [1.0] * 20, list(range(5))])
+def test_too_little_is_no_turn(time: list[float]) -> None:
+    assert rotation_of(np.array(time), np.zeros(len(time))) is None
