@@ -26,7 +26,7 @@ class Boxes(NamedTuple):
     """Rows of one side: frame, who, and left, top, right, bottom."""
 
     frame: Array
-    who: Array
+    identity: Array
     box: Array
 
 
@@ -40,18 +40,20 @@ class Compared:
     @property
     def n_targets(self) -> int:
         """Number of different targets."""
-        return int(self.truth.who.max(initial=-1)) + 1
+        return int(self.truth.identity.max(initial=-1)) + 1
 
     @property
     def n_tracks(self) -> int:
         """Number of different tracks."""
-        return int(self.tracks.who.max(initial=-1)) + 1
+        return int(self.tracks.identity.max(initial=-1)) + 1
 
     def __iter__(self) -> Iterator[Moment]:
         for frame in np.union1d(self.truth.frame, self.tracks.frame):
             true, found = self.truth.frame == frame, self.tracks.frame == frame
             apart = 1.0 - overlap(self.truth.box[true], self.tracks.box[found])
-            yield Moment(float(frame), self.truth.who[true], self.tracks.who[found], apart)
+            yield Moment(
+                float(frame), self.truth.identity[true], self.tracks.identity[found], apart
+            )
 
 
 def overlap(first: Array, second: Array, *, of_second: bool = False) -> Array:
@@ -68,8 +70,7 @@ def judge(truth: Boxes, tracks: Boxes) -> list[Any]:
     """Return MOTA and IDF1 in per cent, switches, missed, false and the number of tracks."""
     compared: Any = Compared(_numbered(truth), _numbered(tracks))
     pairing = clear_mot(compared, FARTHEST, 1.0)
-    # The identity measure counts the rows of both sides.
-    named = identity(_Counted(compared), FARTHEST)  # type: ignore[arg-type]
+    named = identity(compared, FARTHEST)
     return [
         f"{100 * (pairing.mota or 0):.1f}", f"{100 * (named.idf1 or 0):.1f}", pairing.switches,
         pairing.n_missed, pairing.n_false, compared.n_tracks,
@@ -79,24 +80,8 @@ def judge(truth: Boxes, tracks: Boxes) -> list[Any]:
 HEAD = ["method", "MOTA %", "IDF1 %", "switches", "missed", "false", "tracks", "CPU s"]
 
 
-class _Rows(NamedTuple):
-    identity: Array
-
-
-class _Counted:
-    """What the identity measure asks of two sides."""
-
-    def __init__(self, compared: Compared) -> None:
-        self._compared = compared
-        self.n_targets, self.n_tracks = compared.n_targets, compared.n_tracks
-        self.truth, self.tracks = _Rows(compared.truth.who), _Rows(compared.tracks.who)
-
-    def __iter__(self) -> Iterator[Moment]:
-        return iter(self._compared)
-
-
 def _numbered(boxes: Boxes) -> Boxes:
-    return boxes._replace(who=np.unique(boxes.who, return_inverse=True)[1].reshape(-1))
+    return boxes._replace(identity=np.unique(boxes.identity, return_inverse=True)[1].reshape(-1))
 
 
 def tracked_boxes(one: Run, reports: pl.DataFrame, *, rule: str, shift: bool) -> Boxes:
