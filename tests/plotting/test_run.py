@@ -3,6 +3,7 @@
 import io
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.image
@@ -13,6 +14,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import OutputError
+from trackweave.plotting import _plan
 from trackweave.plotting import run as module
 from trackweave.plotting._canvas import Canvas, open_canvas
 from trackweave.plotting.run import Scene, picture_of_run, plot_run
@@ -60,8 +62,8 @@ def canvas(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Canvas]]:
     """Yield the sheets that are opened, to look at what is drawn on them."""
     opened: list[Canvas] = []
 
-    def watched(places: np.ndarray) -> Canvas:
-        opened.append(open_canvas(places))
+    def watched(places: np.ndarray, **options: Any) -> Canvas:
+        opened.append(open_canvas(places, **options))
         return opened[-1]
 
     monkeypatch.setattr(module, "open_canvas", watched)
@@ -162,12 +164,12 @@ def test_very_many_tracks_go_without_identifiers(canvas: Iterator[list[Canvas]])
 
 
 def test_neighbouring_tracks_differ_in_colour_and_all_of_a_page_in_colour_or_line() -> None:
-    n = len(module.COLOURS)
-    looks = [(module.COLOURS[k % n], module.LINES[k // n % 4]) for k in range(4 * n)]
+    n = len(_plan.COLOURS)
+    looks = [(_plan.COLOURS[k % n], _plan.LINES[k // n % 4]) for k in range(4 * n)]
     assert len(set(looks)) == 4 * n
     # Luminance, which is what a grey print keeps.
     weights = np.array([0.299, 0.587, 0.114])
-    rgb = np.array([mpl.colors.to_rgb(colour) for colour in module.COLOURS])
+    rgb = np.array([mpl.colors.to_rgb(colour) for colour in _plan.COLOURS])
     grey = rgb @ weights
     assert np.abs(grey - np.roll(grey, 1)).min() > 0.1
 

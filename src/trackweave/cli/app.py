@@ -298,6 +298,54 @@ def solve(
 
 @app.command()
 @with_status
+def plot(
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR", help="Directory of a run of `track` or `demo`.", show_default=False
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="File for the picture (.png, .svg, .pdf), replaced if there; plot.png in DIR "
+            "where left out.",
+        ),
+    ] = None,
+    reports: Annotated[
+        Path | None,
+        typer.Option(help="The reports that were tracked, to draw them; a demo has them in DIR."),
+    ] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="Truth to draw: time, target, x, y[, z].")
+    ] = None,
+    history: Annotated[
+        bool, typer.Option("--history", help="Draw the smoothed history of tracks.")
+    ] = False,
+    pixels: Annotated[
+        bool, typer.Option("--pixels", help="Positions are pixels of an image, y downwards.")
+    ] = False,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw a run from its files.
+
+    The plan from above with tracks, sensors and, where they are given, reports and truth; the
+    number of tracks by status, reports and those assigned in each scan, the gap to the bound with
+    the scans told apart that were proven optimal, CPU per scan, and the speed of tracks over time.
+    """
+    from trackweave.cli.plot import PlotRequest, run_plot
+
+    request = PlotRequest(directory, out, reports, truth, history, pixels)
+    result = run_plot(request, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@app.command()
+@with_status
 def schema() -> None:
     """Print the JSON Schema of tracker.toml.
 

@@ -13,9 +13,16 @@ __all__ = ["LEGEND_TOP_IN", "Canvas", "open_canvas"]
 LEAST_WIDTH_IN, GREATEST_WIDTH_IN = 7.0, 9.6
 LEAST_HEIGHT_IN, GREATEST_HEIGHT_IN = 4.2, 9.6
 LEFT_IN, RIGHT_IN, BOTTOM_IN, TOP_IN = 0.85, 0.35, 1.15, 0.5
-LEGEND_TOP_IN = 0.6  # from the sheet's lower edge: just below the axis' name
+LEGEND_TOP_IN = 0.6  # below the plan's lower edge, less BOTTOM_IN: just below the axis' name
 KILOMETRES_FROM_M = 5000.0
 POINTS_PER_INCH = 72.0
+# Panels of curves: beside a high plan in one column, below a wide one in two.
+PANEL_WIDTH_IN, PANEL_LEFT_IN, PANEL_RIGHT_IN = 5.2, 0.9, 0.25
+PANEL_HEIGHT_IN, PANEL_PITCH_IN = 1.2, 1.62
+PANEL_GAP_IN, PANEL_TOP_IN, FOOT_IN = 0.42, 0.4, 0.55
+BESIDE_FROM = 0.6  # height of the plan over its width
+
+Box = tuple[float, float, float, float]
 
 
 class Canvas(NamedTuple):
@@ -26,13 +33,19 @@ class Canvas(NamedTuple):
     figure
         The sheet.
     axes
-        Its only axes.
+        Those of the plan.
     unit_m
         What one unit on the axes is [m]: 1 or 1000.
     low
-        Lower left corner of the axes [m].
+        Lower left corner of the axes [m]; in an image, the upper left one.
     points_per_m
         Scale on paper [points/m], the same along both axes.
+    legend_at
+        Middle of the plan's legend's upper edge, as a share of the sheet.
+    panels
+        Boxes for curves as shares of the sheet: left, bottom, width, height.
+    down
+        Whether y runs downwards, as in an image.
     """
 
     figure: Figure
@@ -40,23 +53,32 @@ class Canvas(NamedTuple):
     unit_m: float
     low: FloatArray
     points_per_m: float
+    legend_at: tuple[float, float]
+    panels: tuple[Box, ...] = ()
+    down: bool = False
 
     def on_axes(self, places: FloatArray) -> FloatArray:
         """Return places [m] in the axes' unit, in the plane."""
         return places[..., :2] / self.unit_m
 
     def on_paper(self, places: FloatArray) -> FloatArray:
-        """Return places [m] in points from the axes' lower left corner."""
-        return (places[..., :2] - self.low) * self.points_per_m
+        """Return places [m] in points from the axes' corner, y upwards."""
+        upwards = np.array([1.0, -1.0 if self.down else 1.0])
+        paper: FloatArray = (places[..., :2] - self.low) * self.points_per_m * upwards
+        return paper
 
 
-def open_canvas(places: FloatArray) -> Canvas:
+def open_canvas(places: FloatArray, *, n_panels: int = 0, down: bool = False) -> Canvas:
     """Return a sheet that shows all places.
 
     Parameters
     ----------
     places
         Whatever must be seen [m], shape (places, dim).
+    n_panels
+        Number of panels for curves.
+    down
+        Whether y runs downwards, in pixels.
 
     Returns
     -------
@@ -71,15 +93,71 @@ def open_canvas(places: FloatArray) -> Canvas:
     scale = max(size[0] / width, size[1] / height)
     grown = scale * np.array([width, height])
     low, high = low - (grown - size) / 2, high + (grown - size) / 2
-    unit_m = 1000.0 if grown.max() > KILOMETRES_FROM_M else 1.0
-    sheet = np.array([LEFT_IN + width + RIGHT_IN, BOTTOM_IN + height + TOP_IN])
+    unit_m = 1000.0 if grown.max() > KILOMETRES_FROM_M and not down else 1.0
+    sheet, plan, panels = _arranged(width, height, n_panels)
     figure = Figure(figsize=(sheet[0], sheet[1]), facecolor="white")
-    box = (LEFT_IN / sheet[0], BOTTOM_IN / sheet[1], width / sheet[0], height / sheet[1])
-    axes = figure.add_axes(box)
+    axes = figure.add_axes(_share(plan, sheet))
     axes.set_xlim(low[0] / unit_m, high[0] / unit_m)
-    axes.set_ylim(low[1] / unit_m, high[1] / unit_m)
+    vertical = (high[1], low[1]) if down else (low[1], high[1])
+    axes.set_ylim(vertical[0] / unit_m, vertical[1] / unit_m)
     axes.set_autoscale_on(False)
-    return Canvas(figure, axes, unit_m, low, POINTS_PER_INCH / scale)
+    return Canvas(
+        figure,
+        axes,
+        unit_m,
+        low,
+        POINTS_PER_INCH / scale,
+        ((plan[0] + width / 2) / sheet[0], (plan[1] - BOTTOM_IN + LEGEND_TOP_IN) / sheet[1]),
+        tuple(_share(panel, sheet) for panel in panels),
+        down,
+    )
+
+
+def _arranged(width: float, height: float, n_panels: int) -> tuple[FloatArray, Box, list[Box]]:
+    """Return the sheet's size and the boxes of plan and panels [in]."""
+    margins = np.array([LEFT_IN + RIGHT_IN, BOTTOM_IN + TOP_IN])
+    own = np.array([width, height]) + margins
+    if n_panels == 0:
+        return own, (LEFT_IN, BOTTOM_IN, width, height), []
+    column = PANEL_LEFT_IN + PANEL_WIDTH_IN + PANEL_RIGHT_IN
+    if height >= BESIDE_FROM * width:
+        tall = max(own[1], n_panels * PANEL_PITCH_IN + FOOT_IN)
+        pitch = (tall - FOOT_IN) / n_panels
+        panels = [
+            (
+                own[0] + PANEL_LEFT_IN,
+                tall - PANEL_TOP_IN - (number + 1) * pitch + PANEL_GAP_IN,
+                PANEL_WIDTH_IN,
+                pitch - PANEL_GAP_IN,
+            )
+            for number in range(n_panels)
+        ]
+        plan = (LEFT_IN, tall - TOP_IN - height, width, height)
+        return np.array([own[0] + column, tall]), plan, panels
+    n_rows = -(-n_panels // 2)
+    below = n_rows * PANEL_PITCH_IN + FOOT_IN
+    half = own[0] / 2
+    panels = [
+        (
+            PANEL_LEFT_IN + (number // n_rows) * half,
+            below - PANEL_TOP_IN - (number % n_rows) * PANEL_PITCH_IN - PANEL_HEIGHT_IN,
+            half - PANEL_LEFT_IN - PANEL_RIGHT_IN,
+            PANEL_HEIGHT_IN,
+        )
+        for number in range(n_panels)
+    ]
+    plan = (LEFT_IN, below + BOTTOM_IN, width, height)
+    return own + np.array([0.0, below]), plan, panels
+
+
+def _share(box: Box, sheet: FloatArray) -> Box:
+    left, bottom, width, height = box
+    return (
+        float(left / sheet[0]),
+        float(bottom / sheet[1]),
+        float(width / sheet[0]),
+        float(height / sheet[1]),
+    )
 
 
 def _limits(places: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,194 @@
+"""The command ``plot``: the picture of a run from its files."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.cli.edge import Voice
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import CONFIRMED
+from trackweave.errors import InvalidInputError
+from trackweave.io.output_file import OutputFile
+from trackweave.io.reports import read_reports
+from trackweave.io.run_files import AssignedReports, RunFiles, read_run
+from trackweave.io.truth import plane_of, read_truth
+from trackweave.plotting import ScanSeries, Scene, picture_of_run
+from trackweave.plotting.run import FORMATS
+
+__all__ = ["PlotRequest", "run_plot"]
+
+PICTURE = "plot.png"
+PROVEN_GAP = 1e-9
+# Times that were written to a file and read back may differ in the last digits.
+SAME_TIME_S, SAME_REPORT_S = 1e-6, 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class PlotRequest:
+    """What the command was asked for.
+
+    Parameters
+    ----------
+    directory
+        Directory of a run.
+    out
+        File for the picture; None for plot.png in the directory.
+    reports
+        The reports that were tracked; None for reports.csv in the directory, if it is there.
+    truth
+        Where targets really were.
+    history
+        Whether to draw the smoothed history instead of what was known then.
+    pixels
+        Whether positions are those of an image.
+    """
+
+    directory: Path
+    out: Path | None = None
+    reports: Path | None = None
+    truth: Path | None = None
+    history: bool = False
+    pixels: bool = False
+
+
+def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
+    """Draw a run and write the picture; return what is on it."""
+    out = request.directory / PICTURE if request.out is None else request.out
+    ending = out.suffix.lower().removeprefix(".")
+    if ending not in FORMATS:
+        raise InvalidInputError(f"--out: {out}; expected a name that ends in .png, .svg or .pdf")
+    run = read_run(request.directory)
+    reports_file = _reports_file(request)
+    inputs = [*request.directory.glob("*.*"), reports_file, request.truth]
+    spared = [path for path in inputs if path is not None and path.name != PICTURE]
+    OutputFile(out).check(spared)
+    reports, assignment = None, None
+    if reports_file is not None:
+        reports = _read_reports(reports_file, run)
+        assignment = _assignment(reports_file, reports, run)
+    scene = Scene(
+        reports=reports,
+        tracks=run.history if request.history else run.tracks,
+        truth=_read_truth(request.truth, run),
+        assignment=assignment,
+        sensor_positions=_sensor_positions(run),
+        title=None if reports is not None else _title(run),
+        pixels=request.pixels,
+        origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),
+    )
+    series = _series(run)
+    OutputFile(out).write(picture_of_run(scene, series, ending))
+    found = _found(run, scene, series, out)
+    if reports is None:
+        voice.say("reports are not drawn, for their positions are not in the run; see --reports")
+    voice.say(f"The picture is {out}.")
+    return found
+
+
+def _reports_file(request: PlotRequest) -> Path | None:
+    if request.reports is not None:
+        return request.reports
+    own = request.directory / "reports.csv"  # a demo's run holds its reports
+    return own if own.exists() else None
+
+
+def _read_reports(path: Path, run: RunFiles) -> ReportTable:
+    frame = run.frame
+    origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
+    # A run that left bad rows out has drawn its tracks without them.
+    return read_reports(path, frame_origin=origin, on_bad_row="skip")
+
+
+def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, int]:
+    """Return the track of each row of the reports, by identifier."""
+    table = run.assignments
+    track_of = dict(zip(table.report.tolist(), table.track.tolist(), strict=True))
+    time_of = dict(zip(table.report.tolist(), table.time.tolist(), strict=True))
+    strangers = sum(
+        abs(time_of.get(name, np.inf) - time) > SAME_REPORT_S
+        for name, time in zip(reports.report.tolist(), reports.time.tolist(), strict=True)
+    )
+    if strangers:
+        raise InvalidInputError(
+            f"{path}: {strangers} of {len(reports)} reports are not in "
+            f"{run.path / 'assignments.csv'}; expected the reports that were tracked"
+        )
+    tracks = [track_of[name] for name in reports.report.tolist()]
+    return {row: track for row, track in enumerate(tracks) if track >= 0}
+
+
+def _read_truth(path: Path | None, run: RunFiles) -> Any:
+    if path is None:
+        return None
+    if run.frame is None and plane_of(path) is not None:
+        raise InvalidInputError(
+            f"{path}: in latitudes and longitudes, which the run in {run.path} is not; expected "
+            "columns x and y"
+        )
+    return read_truth(path, run.frame)
+
+
+def _sensor_positions(run: RunFiles) -> dict[str, tuple[float, ...]]:
+    """Return where the configuration says that sensors stand."""
+    sensors = run.record.get("configuration", {}).get("sensors", {})
+    if not isinstance(sensors, dict):
+        return {}
+    return {
+        name: tuple(float(number) for number in values["position"])
+        for name, values in sensors.items()
+        if isinstance(values, dict) and values.get("position") is not None
+    }
+
+
+def _series(run: RunFiles) -> ScanSeries:
+    time, reports, gap = run.scans("time", "reports", "gap")
+    return ScanSeries(
+        time=time,
+        reports=reports,
+        assigned=_assigned(run.record["scans"], time, run.assignments),
+        gap=gap,
+        # A scan without reports has nothing to prove.
+        proven=(gap <= PROVEN_GAP) & (reports > 0),
+        cpu_ms=run.cpu_ms(),
+        known=run.tracks,
+        iso_time=run.iso_time,
+    )
+
+
+def _assigned(scans: list[dict[str, Any]], time: FloatArray, table: AssignedReports) -> FloatArray:
+    """Return how many reports of each scan have a track.
+
+    A report belongs to its sensor's first scan that does not end before it.
+    """
+    counts = np.zeros(time.size)
+    sensors = np.array([str(scan.get("sensor")) for scan in scans], dtype=object)
+    of_track = table.track >= 0
+    for name in dict.fromkeys(sensors.tolist()):
+        own = np.flatnonzero(sensors == name)
+        own = own[np.argsort(time[own], kind="stable")]
+        when = table.time[of_track & (table.sensor == name)]
+        place = np.searchsorted(time[own], when - SAME_TIME_S)
+        np.add.at(counts, own[place[place < own.size]], 1)
+    return counts
+
+
+def _title(run: RunFiles) -> str:
+    n_tracks = np.unique(run.tracks.track[run.tracks.status >= CONFIRMED]).size
+    view = " (seen from above)" if run.tracks.dim == 3 else ""
+    return f"{n_tracks:,} tracks from {len(run.assignments):,} reports{view}; reports not at hand"
+
+
+def _found(run: RunFiles, scene: Scene, series: ScanSeries, out: Path) -> dict[str, Any]:
+    shown = scene.tracks.track[scene.tracks.status >= CONFIRMED]
+    return {
+        "out": str(out),
+        "tracks": int(np.unique(shown).size),
+        "reports": len(run.assignments),
+        "reports_drawn": scene.reports is not None,
+        "targets": None if scene.truth is None else len(set(scene.truth.target.tolist())),
+        "scans": series.time.size,
+        "proven_scans": int(series.proven.sum()),
+    }

@@ -1,0 +1,248 @@
+"""Curves over time beside the plan."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+from trackweave.plotting._canvas import Canvas
+from trackweave.plotting._plan import COLOURS, TrackLine
+from trackweave.plotting.scene import ScanSeries
+
+__all__ = ["Curves", "counts_by_status", "draw_panels", "time_axis"]
+
+BLUE, ORANGE, GREY, RED = "#0072B2", "#E69F00", "#9A9A9A", "#D55E00"
+MOST_CURVES = 60  # more are drawn as a band
+LEAST_GAP, GREATEST_GAP = 1e-9, 1e3
+CALENDAR_FROM_S = 1e9  # later times are taken for seconds from 1970, in 2001 and after
+MINUTES_FROM_S, HOURS_FROM_S = 600.0, 7200.0
+
+
+class TimeAxis(NamedTuple):
+    """How times are written: seconds from an origin, in a unit, under a name."""
+
+    origin: float
+    unit_s: float
+    label: str
+
+    def of(self, time: FloatArray) -> FloatArray:
+        """Return times [s] in the axis' unit."""
+        return (time - self.origin) / self.unit_s
+
+
+class Curves(NamedTuple):
+    """What the panels show."""
+
+    series: ScanSeries
+    lines: list[TrackLine]
+    dim: int
+    length: str  # unit of positions
+
+    @property
+    def panels(self) -> list[Callable[[Axes, "Curves", TimeAxis], None]]:
+        """What draws each panel, from the top."""
+        timed = [_draw_cpu] if self.series.cpu_ms is not None else []
+        solid = [_draw_height] if self.dim == 3 else []
+        return [_draw_counts, _draw_reports, _draw_gap, *timed, _draw_speed, *solid]
+
+
+def draw_panels(canvas: Canvas, curves: Curves) -> None:
+    """Draw one panel in each of the canvas' boxes."""
+    times = time_axis(curves.series)
+    span = times.of(np.array([curves.series.time.min(), curves.series.time.max()]))
+    margin = 0.02 * float(np.ptp(span)) or 0.5
+    lowest = {box[0]: min(b[1] for b in canvas.panels if b[0] == box[0]) for box in canvas.panels}
+    for draw, box in zip(curves.panels, canvas.panels, strict=True):
+        axes = canvas.figure.add_axes(box)
+        axes.set_xlim(span[0] - margin, span[1] + margin)
+        axes.grid(color="#ECECEC", linewidth=0.7)
+        axes.set_axisbelow(True)
+        axes.tick_params(color="#BBBBBB", labelsize=8)
+        for side in axes.spines.values():
+            side.set_color("#BBBBBB")
+        draw(axes, curves, times)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        if box[1] == lowest[box[0]]:
+            axes.set_xlabel(times.label, fontsize=9)
+
+
+def time_axis(series: ScanSeries) -> TimeAxis:
+    """Return how the times of a run are best written.
+
+    Parameters
+    ----------
+    series
+        The scans.
+
+    Returns
+    -------
+    Seconds, minutes or hours, from 0 or from the first scan.
+    """
+    begin = float(series.time.min())
+    span = float(series.time.max()) - begin
+    unit_s, unit = 1.0, "s"
+    if span > HOURS_FROM_S:
+        unit_s, unit = 3600.0, "h"
+    elif span > MINUTES_FROM_S:
+        unit_s, unit = 60.0, "min"
+    if series.iso_time or begin > CALENDAR_FROM_S:
+        date = datetime.fromtimestamp(begin, tz=UTC)
+        return TimeAxis(begin, unit_s, f"time from {date:%Y-%m-%d %H:%M:%S} UTC [{unit}]")
+    if 0 <= begin <= span:
+        return TimeAxis(0.0, unit_s, f"time [{unit}]")
+    return TimeAxis(begin, unit_s, f"time from {begin:.10g} s [{unit}]")
+
+
+def counts_by_status(tracks: TrackTable) -> tuple[FloatArray, IntArray]:
+    """Return at which times there are rows, and how many of each status.
+
+    Parameters
+    ----------
+    tracks
+        Rows as they were known then.
+
+    Returns
+    -------
+    Times [s], and counts of shape (times, 3) in the order of ``STATUSES``.
+    """
+    times, place = np.unique(tracks.time, return_inverse=True)
+    counts = np.zeros((times.size, 3), dtype=np.int64)
+    np.add.at(counts, (place.reshape(-1), tracks.status), 1)
+    return times, counts
+
+
+def _head(axes: Axes, title: str) -> None:
+    axes.set_title(title, loc="left", fontsize=9, fontweight="bold", pad=5)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            ncols=3,
+            frameon=False,
+            fontsize=8,
+            borderaxespad=0.1,
+            handlelength=1.2,
+            columnspacing=1.0,
+        )
+
+
+def _draw_counts(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    when, counts = counts_by_status(curves.series.known)
+    low = np.zeros(when.size)
+    order = ((CONFIRMED, BLUE, "confirmed"), (COASTING, ORANGE, "coasting"))
+    for status, colour, word in (*order, (TENTATIVE, "#D0D0D0", "tentative")):
+        high = low + counts[:, status]
+        axes.fill_between(
+            times.of(when), low, high, step="post", color=colour, linewidth=0, label=word
+        )
+        low = high
+    axes.set_ylim(0, max(1.0, 1.05 * float(low.max(initial=0.0))))
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    _head(axes, "tracks")
+
+
+def _dots(axes: Axes, x: FloatArray, y: FloatArray, colour: str, label: str) -> None:
+    size = float(np.clip(60 / np.sqrt(max(x.size, 1)), 1.2, 4.0))
+    axes.plot(x, y, "o", color=colour, ms=size, mew=0, alpha=0.85, label=label or None)
+
+
+def _draw_reports(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    series = curves.series
+    when = times.of(series.time)
+    _dots(axes, when, series.reports, GREY, "all")
+    _dots(axes, when, series.assigned, BLUE, "assigned to tracks")
+    axes.set_ylim(0, max(1.0, 1.08 * float(series.reports.max(initial=0.0))))
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    _head(axes, "reports per scan")
+
+
+def _draw_gap(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    series = curves.series
+    when, gap = times.of(series.time), np.clip(series.gap, LEAST_GAP, GREATEST_GAP)
+    proven, unknown = series.proven, ~series.proven & np.isnan(series.gap) & (series.reports > 0)
+    still = ~proven & ~np.isnan(gap)
+    exponents = np.log10(gap[still]) if still.any() else np.array([-2.0, 0.0])
+    low, high = np.floor(exponents.min()) - 1.0, max(np.ceil(exponents.max()), 0.0)
+    axes.set_yscale("log")
+    axes.set_ylim(10 ** (low - 0.4), 10 ** (high + 0.3))
+    # What is proven has gap 0, which no logarithm shows: a row of its own at the foot.
+    foot = np.full(when.size, 10**low)
+    _dots(axes, when[proven], foot[proven], BLUE, f"proven optimal ({int(proven.sum())})")
+    if still.any():
+        _dots(axes, when[still], gap[still], RED, f"still open ({int(still.sum())})")
+    if unknown.any():
+        top = np.full(int(unknown.sum()), 10**high)
+        axes.plot(when[unknown], top, "x", color=RED, ms=3, label=f"not known ({len(top)})")
+    ticks = np.arange(low + 1, high + 1, max(1, np.ceil((high - low) / 4)))
+    names = ["0", *(f"{100 * 10**tick:g} %" for tick in ticks)]
+    axes.set_yticks([10**low, *(10**tick for tick in ticks)], names)
+    axes.minorticks_off()
+    _head(axes, "gap to the bound")
+
+
+def _draw_cpu(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    series = curves.series
+    if series.cpu_ms is None:
+        return
+    cpu = np.maximum(series.cpu_ms, 1e-3)
+    median = float(np.median(cpu))
+    axes.set_yscale("log")
+    axes.axhline(median, color=ORANGE, lw=1.0, zorder=1, label=f"median {median:.3g} ms")
+    _dots(axes, times.of(series.time), cpu, BLUE, "")
+    # From decade to decade, so that there are labels however alike the scans are.
+    low, high = np.floor(np.log10(cpu.min())), np.ceil(np.log10(cpu.max()))
+    axes.set_ylim(10**low, 10 ** max(high, low + 1))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.minorticks_off()
+    _head(axes, "CPU per scan [ms]")
+
+
+def _draw_speed(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    n = curves.dim
+    speeds = [np.linalg.norm(line.mean[:, n : 2 * n], axis=1) for line in curves.lines]
+    _draw_curves(axes, curves.lines, speeds, times)
+    axes.set_ylim(bottom=0)
+    _head(axes, f"speed of tracks [{curves.length}/s]")
+
+
+def _draw_height(axes: Axes, curves: Curves, times: TimeAxis) -> None:
+    _draw_curves(axes, curves.lines, [line.mean[:, 2] for line in curves.lines], times)
+    _head(axes, "height of tracks, z [m]")
+
+
+def _draw_curves(
+    axes: Axes, lines: list[TrackLine], values: list[FloatArray], times: TimeAxis
+) -> None:
+    """Draw one curve for each track, in its colour on the plan, or a band where they are many."""
+    if not lines:
+        return
+    if len(lines) <= MOST_CURVES:
+        paths = [
+            np.stack([times.of(line.time), value], axis=1)
+            for line, value in zip(lines, values, strict=True)
+        ]
+        colours = [COLOURS[number % len(COLOURS)] for number in range(len(lines))]
+        axes.add_collection(LineCollection(paths, colors=colours, linewidths=1.1))
+        every = np.concatenate(values)
+        axes.set_ylim(_with_margin(float(every.min()), float(every.max())))
+        return
+    time, value = np.concatenate([line.time for line in lines]), np.concatenate(values)
+    order = np.argsort(time, kind="stable")
+    when, first = np.unique(time[order], return_index=True)
+    groups = np.split(value[order], first[1:])
+    low, middle, high = np.array([np.percentile(group, (10, 50, 90)) for group in groups]).T
+    x = times.of(when)
+    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, linewidth=0, label="10–90 % of tracks")
+    axes.plot(x, middle, color=BLUE, lw=1.2, label="median")
+    axes.set_ylim(_with_margin(float(low.min()), float(high.max())))
+
+
+def _with_margin(low: float, high: float) -> tuple[float, float]:
+    margin = 0.06 * (high - low) or 0.5
+    return low - margin, high + margin

@@ -1,0 +1,239 @@
+"""What is drawn on the plan: reports, truth, tracks and sensors."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.domain.truth import TruthTable
+from trackweave.plotting._canvas import Canvas
+from trackweave.plotting._labels import label_offsets
+
+__all__ = [
+    "COLOURS",
+    "MOST_DECORATED",
+    "TrackLine",
+    "draw_reports",
+    "draw_sensors",
+    "draw_tracks",
+    "draw_truth",
+    "legend_of_tracks",
+    "track_lines",
+]
+
+# Okabe and Ito's colours, told apart by colour-blind people; dark and light ones take turns so
+# that neighbours differ in grey too, and each round has another kind of line.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#333333", "#D55E00", "#56B4E9")
+LINES: tuple[tuple[float, ...], ...] = ((), (7, 1.6), (9, 1.6, 1.6, 1.6), (3, 1.2))
+TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
+MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200
+NINETY_FIVE_PER_CENT = 2.4477468306808166  # root of the chi-square quantile, two degrees
+
+
+class TrackLine(NamedTuple):
+    """One track's rows in order of time."""
+
+    name: str
+    time: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+
+
+def track_lines(tracks: TrackTable) -> Iterator[TrackLine]:
+    """Yield each confirmed track's confirmed and coasting rows."""
+    shown = np.flatnonzero(tracks.status >= CONFIRMED)
+    order = shown[np.lexsort((tracks.time[shown], tracks.track[shown]))]
+    names, first = np.unique(tracks.track[order], return_index=True)
+    for name, rows in zip(names, np.split(order, first)[1:], strict=True):
+        yield TrackLine(str(name), tracks.time[rows], tracks.mean[rows], tracks.covariance[rows])
+
+
+def draw_reports(places: FloatArray, assignment: Mapping[int, int] | None, canvas: Canvas) -> None:
+    """Draw reports, and those that are false alarms otherwise than the others."""
+    known = ~np.isnan(places).any(axis=1)
+    laid = canvas.on_axes(places)
+    # Fewer reports, larger marks; a hundred thousand become a haze.
+    size = float(np.clip(200 / np.sqrt(max(len(places), 1)), 0.6, 3.4))
+    if assignment is None:
+        _dots(canvas.axes, laid[known], size, "reports")
+        return
+    taken = np.zeros(len(places), dtype=bool)
+    taken[np.fromiter(assignment, dtype=np.int64, count=len(assignment))] = True
+    false = laid[known & ~taken]
+    canvas.axes.plot(
+        false[:, 0],
+        false[:, 1],
+        linestyle="",
+        marker="x",
+        markersize=size,
+        markeredgewidth=0.25 * size,
+        color=FALSE_COLOUR,
+        label=f"false alarms ({len(false)})",
+        zorder=1,
+    )
+    own = laid[known & taken]
+    _dots(canvas.axes, own, size, f"reports of tracks ({len(own)})")
+
+
+def _dots(axes: Axes, places: FloatArray, size: float, label: str) -> None:
+    axes.plot(
+        places[:, 0],
+        places[:, 1],
+        linestyle="",
+        marker="o",
+        markersize=size,
+        markeredgewidth=0,
+        color=REPORT_COLOUR,
+        label=label,
+        zorder=2,
+    )
+
+
+def draw_truth(truth: TruthTable | None, canvas: Canvas) -> None:
+    """Draw where targets really were, thinly."""
+    if truth is None or not len(truth):
+        return
+    order = np.lexsort((truth.time, truth.target.astype(str)))
+    borders = np.flatnonzero(truth.target[order][1:] != truth.target[order][:-1]) + 1
+    paths = np.split(canvas.on_axes(truth.position[order]), borders)
+    style = {"linewidths": 0.9, "linestyles": [(0, (2.2, 2.2))], "colors": TRUTH_COLOUR}
+    canvas.axes.add_collection(
+        LineCollection(paths, zorder=5, label=f"truth ({len(paths)})", **style)
+    )
+
+
+def draw_tracks(lines: list[TrackLine], canvas: Canvas) -> None:
+    """Draw tracks with their starts and ends, and as many decorations as can be read."""
+    decorated = len(lines) <= MOST_DECORATED
+    for number, line in enumerate(lines):
+        colour = COLOURS[number % len(COLOURS)]
+        dashes = LINES[number // len(COLOURS) % len(LINES)]
+        place = canvas.on_axes(line.mean)
+        (drawn,) = canvas.axes.plot(
+            place[:, 0], place[:, 1], color=colour, linewidth=1.9 if decorated else 0.8, zorder=4
+        )
+        if dashes and decorated:
+            drawn.set_dashes(dashes)
+        if decorated:
+            _draw_ellipses(line, colour, canvas)
+            canvas.axes.plot(*place[0], "o", color=colour, mfc="white", ms=4.5, mew=1.3, zorder=6)
+            canvas.axes.plot(*place[-1], "o", color=colour, ms=4.5, mec="white", mew=0.6, zorder=6)
+        else:
+            canvas.axes.plot(*place[0], "o", color=colour, mfc="white", ms=1.6, mew=0.5, zorder=6)
+    if len(lines) <= MOST_LABELS:
+        _draw_labels(lines, canvas)
+
+
+def _draw_ellipses(line: TrackLine, colour: str, canvas: Canvas) -> None:
+    """Draw the 95 % ellipse at the track's end and a few times before."""
+    step = max(len(line.mean) // MOST_ELLIPSES_EACH, 1)
+    rows = np.arange(len(line.mean) - 1, -1, -step)
+    variances, axes = np.linalg.eigh(line.covariance[rows, :2, :2])
+    full = 2 * NINETY_FIVE_PER_CENT * np.sqrt(np.maximum(variances, 0)) / canvas.unit_m
+    angles = np.degrees(np.arctan2(axes[:, 1, 1], axes[:, 0, 1]))
+    for face, edge, width, zorder in ((colour, "none", 0.0, 3.0), ("none", colour, 0.9, 3.5)):
+        canvas.axes.add_collection(
+            EllipseCollection(
+                full[:, 1],
+                full[:, 0],
+                -angles if canvas.down else angles,
+                units="xy",
+                offsets=canvas.on_axes(line.mean[rows]),
+                transOffset=canvas.axes.transData,
+                facecolors=face,
+                edgecolors=edge,
+                linewidths=width,
+                alpha=0.18 if width == 0 else 0.9,
+                zorder=zorder,
+            )
+        )
+
+
+def _draw_labels(lines: list[TrackLine], canvas: Canvas) -> None:
+    if not lines:
+        return
+    paper = [canvas.on_paper(line.mean) for line in lines]
+    ends = np.array([path[-1] for path in paper])
+    directions = np.array([path[-1] - path[max(-4, -len(path))] for path in paper])
+    offsets = label_offsets(ends, directions, [line.name for line in lines], np.concatenate(paper))
+    for number, (line, offset) in enumerate(zip(lines, offsets, strict=True)):
+        # Black on white reads in grey too; the frame's colour says whose it is.
+        canvas.axes.annotate(
+            line.name,
+            tuple(canvas.on_axes(line.mean[-1])),
+            xytext=(offset[0], offset[1]),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=9,
+            fontweight="bold",
+            color="#111111",
+            bbox={
+                "boxstyle": "round,pad=0.18",
+                "facecolor": "white",
+                "edgecolor": COLOURS[number % len(COLOURS)],
+                "linewidth": 1.1,
+                "alpha": 0.92,
+            },
+            annotation_clip=False,
+            zorder=8,
+        )
+
+
+def draw_sensors(positions: Mapping[str, tuple[float, ...]], canvas: Canvas) -> None:
+    """Draw where sensors stand."""
+    if not positions:
+        return
+    places = canvas.on_axes(np.array([position[:2] for position in positions.values()]))
+    canvas.axes.plot(
+        places[:, 0],
+        places[:, 1],
+        "^",
+        color="black",
+        ms=9,
+        mec="white",
+        label="sensors",
+        zorder=7,
+    )
+    for name, place in zip(positions, places, strict=True):
+        canvas.axes.annotate(
+            name,
+            (place[0], place[1]),
+            xytext=(0, 11),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=8.5,
+            path_effects=[withStroke(linewidth=2.4, foreground="white")],
+            zorder=8,
+        )
+
+
+def legend_of_tracks(n_tracks: int) -> list[Line2D]:
+    """Return what a legend shows of the marks on tracks."""
+    colour = COLOURS[0]
+    start = Line2D([], [], color=colour, marker="o", mfc="white", ls="", ms=5)
+    start.set_label("track's start")
+    if n_tracks > MOST_DECORATED:
+        return [start]
+    ends = "track's end, identifier" if n_tracks <= MOST_LABELS else "track's end"
+    return [
+        start,
+        Line2D([], [], color=colour, marker="o", ls="", ms=5, label=ends),
+        Line2D(
+            [],
+            [],
+            color=colour,
+            marker="o",
+            markerfacecolor="#0072B22E",
+            ls="",
+            ms=9,
+            label="95 % ellipse",
+        ),
+    ]

@@ -1,0 +1,133 @@
+"""What pictures of a run show."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import TrackTable
+from trackweave.domain.truth import TruthTable
+from trackweave.models.measurements import to_position
+
+__all__ = ["ScanSeries", "Scene", "places_of_reports"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """What is to be seen.
+
+    Parameters
+    ----------
+    reports
+        All reports; None where they are not at hand.
+    tracks
+        Rows of tracks; confirmed and coasting ones are drawn. May be empty.
+    truth
+        Where targets really were, None where it is not known.
+    assignment
+        From a report's row number to its track; a report without one is a false alarm. None
+        where it is not known.
+    sensor_positions
+        Where sensors stand [m], by name.
+    title
+        Heading; None for a count of what there is.
+    pixels
+        Whether positions are those of an image, in pixels, y downwards.
+    origin
+        Latitude and longitude of the plane's origin [degrees], None for plane coordinates.
+    """
+
+    reports: ReportTable | None
+    tracks: TrackTable
+    truth: TruthTable | None = None
+    assignment: Mapping[int, int] | None = None
+    sensor_positions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    title: str | None = None
+    pixels: bool = False
+    origin: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScanSeries:
+    """What each scan left behind, for the curves beside the plan.
+
+    Parameters
+    ----------
+    time
+        End of each scan [s], shape (scans,).
+    reports
+        Number of reports.
+    assigned
+        Number of those that belong to a track in the end.
+    gap
+        How far the scan's answer may be from the best, as a share of its cost; NaN where nothing
+        is known.
+    proven
+        Whether the answer was proven to be the best.
+    cpu_ms
+        CPU time [ms]; None where it is not known.
+    known
+        Rows of tracks as they were known then, to count them by status.
+    iso_time
+        Whether times are seconds from 1970 UTC.
+    """
+
+    time: FloatArray
+    reports: FloatArray
+    assigned: FloatArray
+    gap: FloatArray
+    proven: NDArray[np.bool_]
+    cpu_ms: FloatArray | None
+    known: TrackTable
+    iso_time: bool = False
+
+
+def places_of_reports(
+    reports: ReportTable, sensor_positions: Mapping[str, tuple[float, ...]]
+) -> FloatArray:
+    """Return where reports put their objects on the plan.
+
+    Parameters
+    ----------
+    reports
+        The reports, of any kind.
+    sensor_positions
+        Where sensors stand [m], by name, for reports that do not say it themselves.
+
+    Returns
+    -------
+    Positions [m], shape (reports, 2); NaN for a bearing, and for a range and azimuth from an
+    unknown place. Without an elevation a range counts as one over the ground.
+    """
+    places = np.full((len(reports), 2), np.nan)
+    for code, name in enumerate(reports.sensors):
+        rows = np.flatnonzero(reports.sensor == code)
+        kind = reports.kind_of(code)
+        if kind is MeasurementKind.POSITION:
+            places[rows] = reports.measurement[rows, :2]
+            continue
+        dim = 3 if kind.has_elevation else 2
+        width = kind.n_components(dim)
+        sigma = np.nan_to_num(reports.sigma[rows, :width])
+        platform = _platform(reports, rows, sensor_positions.get(name))
+        found, _ = to_position(kind, reports.measurement[rows, :width], sigma, platform, dim)
+        places[rows] = found[:, :2]
+    return places
+
+
+def _platform(
+    reports: ReportTable, rows: IntArray, stands: tuple[float, ...] | None
+) -> FloatArray:
+    """Return where the sensor was at each report, the height 0 where nothing is said of it."""
+    platform = np.full((rows.size, 3), np.nan)
+    platform[:, 2] = 0.0
+    if stands is not None:
+        platform[:, : len(stands)] = stands
+    if reports.platform is not None:
+        own = reports.platform[rows, :3]
+        platform = np.where(np.isnan(own), platform, own)
+    return platform

@@ -1,0 +1,52 @@
+"""Tests of where reports lie on the plan."""
+
+import numpy as np
+import pytest
+
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.plotting.scene import places_of_reports
+
+
+def reports(kind: MeasurementKind, row: list[float], platform: list[float] | None) -> ReportTable:
+    return ReportTable(
+        np.zeros(1),
+        np.zeros(1, dtype=np.int64),
+        ("radar",),
+        np.array([row]),
+        np.full((1, len(row)), np.nan),
+        np.array(["1"]),
+        kinds=(kind,),
+        space=2,
+        platform=None if platform is None else np.array([platform]),
+    )
+
+
+def test_a_position_is_where_it_says() -> None:
+    table = reports(MeasurementKind.POSITION, [3.0, 4.0], None)
+    assert places_of_reports(table, {}).tolist() == [[3.0, 4.0]]
+
+
+def test_a_range_and_azimuth_count_from_the_sensor() -> None:
+    table = reports(MeasurementKind.RANGE_AZIMUTH, [10.0, np.pi / 2], None)
+    found = places_of_reports(table, {"radar": (100.0, 50.0)})
+    np.testing.assert_allclose(found, [[110.0, 50.0]], atol=1e-9)
+
+
+def test_a_sensor_that_moves_counts_from_where_it_was() -> None:
+    moving = [7.0, 8.0, np.nan, 0.0, 0.0, 0.0]
+    table = reports(MeasurementKind.RANGE_AZIMUTH, [10.0, 0.0], moving)
+    found = places_of_reports(table, {"radar": (100.0, 50.0)})
+    np.testing.assert_allclose(found, [[7.0, 18.0]], atol=1e-9)
+
+
+def test_an_elevation_shortens_the_way_over_the_ground() -> None:
+    table = reports(MeasurementKind.RANGE_AZIMUTH_ELEVATION, [10.0, 0.0, np.pi / 3], None)
+    found = places_of_reports(table, {"radar": (0.0, 0.0, 2.0)})
+    np.testing.assert_allclose(found, [[0.0, 5.0]], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [MeasurementKind.BEARING, MeasurementKind.RANGE_AZIMUTH])
+def test_what_has_no_place_has_none(kind: MeasurementKind) -> None:
+    row = [1.0] if kind is MeasurementKind.BEARING else [10.0, 0.0]
+    assert np.isnan(places_of_reports(reports(kind, row, None), {})).all()
