@@ -70,3 +70,25 @@ def test_one_object_in_one_direction_tells_no_turn() -> None:
 @pytest.mark.parametrize("time", [[], [1.0], [1.0] * 20, list(range(5))])
 def test_too_little_is_no_turn(time: list[float]) -> None:
     assert rotation_of(np.array(time), np.zeros(len(time))) is None
+
+
+def staring() -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(2)
+    place = np.tile(rng.uniform(0, 2 * np.pi, 10), 50)
+    return np.repeat(2.0 * np.arange(50), 10), place + rng.normal(0, 0.01, 500)
+
+
+@pytest.mark.parametrize(
+    ("time", "azimuth"),
+    [
+        staring(),
+        (np.arange(200.0), np.linspace(0, 3, 200)),
+        (np.arange(200.0), np.linspace(0, 30, 200)),
+    ],
+    ids=["ten objects, all at once", "one that passes", "one that circles"],
+)
+def test_what_moves_before_a_sensor_that_stares_is_no_beam(
+    time: np.ndarray, azimuth: np.ndarray
+) -> None:
+    assert rotation_of(time, azimuth) is None
+    assert rotation_of(time, azimuth, period=2.0) is None

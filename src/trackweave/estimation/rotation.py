@@ -14,6 +14,9 @@ FIRST_REPORTS = 240
 NEAR = 0.25
 LEAST_SHARE = 0.7
 LEAST_TURNS = 2.0
+LEAST_TURNS_AT_FIRST = 0.1
+# A period that is given may be wrong by this share.
+PERIOD_ERROR = 0.1
 # Reports per turn are more than this, or no turn could be told from another.
 LEAST_REPORTS_PER_TURN = 1.5
 STEPS_PER_TURN = 12
@@ -21,7 +24,13 @@ STEPS_PER_TURN = 12
 CLEARLY = 0.85
 
 
-def rotation_of(time: FloatArray, azimuth: FloatArray) -> Rotation | None:
+def rotation_of(
+    time: FloatArray,
+    azimuth: FloatArray,
+    *,
+    period: float | None = None,
+    direction: int | None = None,
+) -> Rotation | None:
     """Return the steady turn that says at each report's time where the report came from.
 
     Parameters
@@ -30,6 +39,10 @@ def rotation_of(time: FloatArray, azimuth: FloatArray) -> Rotation | None:
         Time of each report [s], ascending.
     azimuth
         Where each came from, seen from the sensor [rad, clockwise from north].
+    period
+        About how long a turn takes [s], where that is known; None where it is not.
+    direction
+        1 for clockwise, -1 for counter-clockwise, None for either.
 
     Returns
     -------
@@ -40,32 +53,40 @@ def rotation_of(time: FloatArray, azimuth: FloatArray) -> Rotation | None:
         return None
     origin = float(time[0])
     elapsed = time - origin
-    first = slice(0, _first_reports(elapsed))
-    rate = _likeliest_rate(elapsed[first], azimuth[first])
+    count = min(FIRST_REPORTS, elapsed.size)
+    rates = _possible_rates(float(elapsed[count - 1]), count, period, direction)
+    rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
     if rate is None:
         return None
-    rate, phase = _followed(elapsed, azimuth, rate, first.stop)
+    rate, phase = _followed(elapsed, azimuth, rate, count)
     if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
         return None
     if _share(elapsed, azimuth, np.array([rate]))[0] < LEAST_SHARE:
         return None
-    direction = 1 if rate > 0 else -1
-    return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), direction)
+    sense = 1 if rate > 0 else -1
+    return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), sense)
 
 
-def _first_reports(elapsed: FloatArray) -> int:
-    """Return how many of the first reports are looked at first."""
-    return min(FIRST_REPORTS, elapsed.size)
-
-
-def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray) -> float | None:
-    """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
-    span = float(elapsed[-1])
+def _possible_rates(
+    span: float, count: int, period: float | None, direction: int | None
+) -> FloatArray:
+    """Return the rates of turn that may be [rad/s], ascending; none where no time went by."""
     if span <= 0:
+        return np.empty(0)
+    least, most = LEAST_TURNS_AT_FIRST, count / LEAST_REPORTS_PER_TURN
+    if period is not None:
+        turns = span / period
+        least, most = turns * (1 - PERIOD_ERROR), turns * (1 + PERIOD_ERROR) + 1 / STEPS_PER_TURN
+    rates = 2 * np.pi / span * np.arange(least, most, 1 / STEPS_PER_TURN)
+    parts = [sense * rates for sense in (-1, 1) if direction in (None, sense)]
+    return np.sort(np.concatenate(parts))
+
+
+def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> float | None:
+    """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
+    if rates.size == 0:
         return None
-    n_turns = elapsed.size / LEAST_REPORTS_PER_TURN
-    rates = 2 * np.pi / span * np.arange(LEAST_TURNS / 2, n_turns, 1 / STEPS_PER_TURN)
-    rates = np.sort(np.concatenate([-rates, rates]))
+    span = float(elapsed[-1])
     share = _share(elapsed, azimuth, rates)
     best = float(share.max())
     still = _share(elapsed, azimuth, np.zeros(1))[0]
