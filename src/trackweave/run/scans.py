@@ -8,6 +8,8 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
+from trackweave.models.rotation import Rotation
+from trackweave.run.turns import turn_ends
 
 __all__ = ["complete_scans", "missing_times", "notes_on_lone_reports", "scan_ends"]
 
@@ -19,7 +21,11 @@ FEWEST_MOMENTS = 10
 WITHIN_TURN = 1.5
 
 
-def complete_scans(reports: ReportTable, periods: Mapping[str, float | None]) -> list[Scan]:
+def complete_scans(
+    reports: ReportTable,
+    periods: Mapping[str, float | None],
+    rotations: Mapping[str, Rotation] | None = None,
+) -> list[Scan]:
     """Return the scans of a table in order of time, with the empty ones between them.
 
     A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
@@ -31,38 +37,50 @@ def complete_scans(reports: ReportTable, periods: Mapping[str, float | None]) ->
         The reports.
     periods
         Scan period of each sensor [s], None for one that does not scan.
+    rotations
+        How beams turn, by sensor: such a sensor's scans are its turns, in which each report keeps
+        its own time. A sensor left out does not turn.
 
     Returns
     -------
     Scans by time, then in the order of the table's sensors.
     """
-    scans = list(reports.scans())
+    turning = rotations or {}
+    scans = [*_scans_at_a_time(reports, turning), *_turns(reports, turning)]
     times: dict[str, list[float]] = {}
-    for scan in scans:
+    for scan in sorted(scans, key=lambda scan: scan.time):
         times.setdefault(scan.sensor, []).append(scan.time)
-    nothing = np.empty((0, reports.dim))
-    for sensor, found in times.items():
+    for index, sensor in enumerate(reports.sensors):
         period = periods.get(sensor)
-        if period is not None:
-            scans += [Scan(time, sensor, nothing) for time in missing_times(found, period)]
+        if period is not None and sensor in times:
+            scans += _empty_scans(reports, index, list(missing_times(times[sensor], period)))
     place = {name: number for number, name in enumerate(reports.sensors)}
     return sorted(scans, key=lambda scan: (scan.time, place[scan.sensor]))
 
 
-def scan_ends(reports: ReportTable) -> FloatArray:
+def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = None) -> FloatArray:
     """Return when each report's scan ends, which is the time that a tracker takes it for.
 
     Parameters
     ----------
     reports
         The reports.
+    rotations
+        How beams turn, by sensor, as for ``complete_scans``.
 
     Returns
     -------
     Times [s], shape (reports,).
     """
-    if reports.scan is None or len(reports) == 0:
+    if len(reports) == 0:
         return reports.time
+    if reports.scan is None:
+        ends = reports.time.copy()
+        for index, sensor in enumerate(reports.sensors):
+            if rotations and sensor in rotations:
+                rows = reports.sensor == index
+                _, ends[rows] = turn_ends(reports.time[rows], rotations[sensor])
+        return ends
     pairs = np.stack([reports.sensor, reports.scan], axis=1)
     scans, number = np.unique(pairs, axis=0, return_inverse=True)
     ends = np.full(len(scans), -np.inf)
@@ -70,8 +88,50 @@ def scan_ends(reports: ReportTable) -> FloatArray:
     return np.asarray(ends[number.reshape(-1)])
 
 
+def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
+    """Yield the scans that need no turns to be found."""
+    for scan in reports.scans():
+        if scan.sensor not in turning:
+            yield scan
+        elif reports.scan is not None:
+            yield reports.scan_of(scan.report, scan.time, own_times=True)
+
+
+def _turns(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
+    """Yield the turns of beams, found by the reports' own times."""
+    if reports.scan is not None:
+        return
+    for index, sensor in enumerate(reports.sensors):
+        rows = np.flatnonzero(reports.sensor == index)
+        if sensor not in turning or rows.size == 0:
+            continue
+        number, ends = turn_ends(reports.time[rows], turning[sensor])
+        starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
+        for turn in np.split(np.arange(rows.size), starts[1:]):
+            yield reports.scan_of(rows[turn], float(ends[turn].max()), own_times=True)
+
+
+def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[Scan]:
+    """Return scans of a sensor without reports, which say where it was all the same."""
+    nothing = np.empty((0, reports.kind_of(sensor).n_components(reports.dim)))
+    places: list[FloatArray | None] = [None] * len(times)
+    rows = reports.sensor == sensor
+    if reports.platform is not None and times and not np.isnan(reports.platform[rows, 0]).any():
+        known = reports.platform[rows]
+        between = [np.interp(times, reports.time[rows], known[:, axis]) for axis in range(6)]
+        places = list(np.stack(between, axis=-1))
+    name = reports.sensors[sensor]
+    return [
+        Scan(time, name, nothing, platform=place)
+        for time, place in zip(times, places, strict=True)
+    ]
+
+
 def notes_on_lone_reports(
-    reports: ReportTable, periods: Mapping[str, float | None], guessed: Container[str]
+    reports: ReportTable,
+    periods: Mapping[str, float | None],
+    guessed: Container[str],
+    turning: Container[str] = (),
 ) -> list[str]:
     """Return a sentence for each sensor whose reports come one by one, as a rotating one's do.
 
@@ -83,6 +143,8 @@ def notes_on_lone_reports(
         Scan period of each sensor [s], None for one that does not scan.
     guessed
         Names of the sensors whose period nobody gave.
+    turning
+        Names of the sensors whose reports are grouped into turns.
 
     Returns
     -------
@@ -92,6 +154,8 @@ def notes_on_lone_reports(
         return []
     notes = []
     for number, name in enumerate(reports.sensors):
+        if name in turning:
+            continue
         moments, sizes = np.unique(reports.time[reports.sensor == number], return_counts=True)
         if moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
             continue
@@ -106,7 +170,7 @@ def notes_on_lone_reports(
             continue
         notes.append(
             f"sensor {name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one report {but}; "
-            "plots of a rotating sensor are not grouped into turns yet: give a `scan` column"
+            "for a rotating sensor give its rotation and scan_period, or a `scan` column"
         )
     return notes
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
-from trackweave.config.fill import Settings, fill
+from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -18,10 +19,11 @@ from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import assignments_frame, tracks_frame
 from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
+from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
+from trackweave.run.observing import settle
 from trackweave.run.record import record_of
-from trackweave.run.refining import estimates_for
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
@@ -136,9 +138,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         for name in periods
         if settings.sources[f"sensors.{name}.scan_period"] in {"estimated", "default"}
     }
-    notes = [*notes_on_lone_reports(table, periods, guessed), *_notes_on_priors(begun, table)]
+    rotations = rotations_in(settings)
+    notes = [
+        *table.notes,
+        *notes_on_lone_reports(table, periods, guessed, rotations),
+        *_notes_on_priors(begun, scan_ends(table, rotations)),
+    ]
     settings = replace(settings, notes=(*settings.notes, *notes))
-    scans = complete_scans(table, periods)
+    scans = complete_scans(table, periods, rotations)
     tracker = MultiScanTracker(
         motion=settings.motion,
         sensors=list(settings.sensors),
@@ -148,6 +155,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         priors=begun,
         limits=settings.growth,
         estimate=settings.estimate,
+        dim=table.dim,
+        unscented=settings.unscented,
     )
     limit = settings.deadline if deadline is None else deadline
     if limit is not None:
@@ -194,8 +203,22 @@ def settings_for(
     -------
     Everything that a tracker needs.
     """
-    estimates = estimates_for(reports, configuration)
-    return fill(configuration, estimates, reports.sensors, preset=preset)
+    return settle(reports, configuration, preset=preset)[0]
+
+
+def rotations_in(settings: Settings) -> dict[str, Rotation]:
+    """Return how beams turn, by name of the sensor; sensors that do not turn are left out.
+
+    Parameters
+    ----------
+    settings
+        The configuration as used.
+
+    Returns
+    -------
+    What ``complete_scans`` takes.
+    """
+    return {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
 
 
 def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
@@ -228,16 +251,16 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
     return table
 
 
-def _notes_on_priors(priors: TrackTable | None, reports: ReportTable) -> list[str]:
-    """Return a sentence on reports of before the priors, which come too late."""
+def _notes_on_priors(priors: TrackTable | None, ends: FloatArray) -> list[str]:
+    """Return a sentence on reports in scans that end before the priors, which come too late."""
     if priors is None or len(priors) == 0:
         return []
     newest = float(priors.time.max())
-    n_late = int(np.sum(scan_ends(reports) < newest))
+    n_late = int(np.sum(ends < newest))
     if n_late == 0:
         return []
     return [
-        f"priors: newest at {newest:.15g} s; {n_late} of {len(reports)} reports are of before "
+        f"priors: newest at {newest:.15g} s; {n_late} of {ends.size} reports are of before "
         "and count as late"
     ]
 

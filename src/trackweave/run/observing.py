@@ -1,0 +1,199 @@
+"""What sensors' reports show before anything is estimated, and the settings that follow."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.config.fill import Settings, fill, needs_estimates
+from trackweave.config.observed import ObservedSensor
+from trackweave.config.sections import Configuration
+from trackweave.config.sensing import section_of
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation import Estimates
+from trackweave.estimation.rotation import rotation_of
+from trackweave.models.rotation import Rotation
+from trackweave.run.placing import placed, platforms_of
+from trackweave.run.refining import estimates_for
+from trackweave.run.turns import with_turns
+
+__all__ = ["observe", "positions_in", "settle"]
+
+# From so many moments on it can be told whether reports come one by one.
+FEWEST_MOMENTS = 20
+# A gap between directions is a sector that is not watched where chance would not leave it [rad].
+WIDEST_CHANCE_GAP = np.radians(60.0)
+NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
+MARGIN = 1.05
+
+
+def settle(
+    reports: ReportTable, configuration: Configuration, *, preset: str | None = None
+) -> tuple[Settings, Estimates | None]:
+    """Return a configuration whose gaps are filled from the reports, and what was estimated.
+
+    Parameters
+    ----------
+    reports
+        At least one report.
+    configuration
+        As read.
+    preset
+        Name of a preset, None for none.
+
+    Returns
+    -------
+    Everything that a tracker needs, and the estimates that went in; None where none were needed
+    or no report tells a position.
+    """
+    observed = observe(reports, configuration)
+    rotations = {
+        name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
+    }
+    turned = replace(reports, scan=with_turns(reports, rotations))
+    table = placed(turned, positions_in(reports, configuration))
+    estimates = None
+    if len(table) and needs_estimates(configuration, reports.sensors):
+        estimates = estimates_for(table, _of_positions(configuration, observed))
+    filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
+    return filled, estimates
+
+
+def positions_in(
+    reports: ReportTable, configuration: Configuration
+) -> dict[str, tuple[float, ...]]:
+    """Return where the configuration says that sensors stand, x, y[, z] [m].
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    configuration
+        As read.
+
+    Returns
+    -------
+    Positions by name of the sensor; sensors without one are left out.
+    """
+    given = {name: section_of(configuration, name).position for name in reports.sensors}
+    return {name: tuple(place) for name, place in given.items() if place is not None}
+
+
+def observe(reports: ReportTable, configuration: Configuration) -> dict[str, ObservedSensor]:
+    """Return what each sensor's reports show.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    configuration
+        As read: what it says of a sensor's place and turning is taken as given.
+
+    Returns
+    -------
+    What is to be seen, by name of the sensor.
+    """
+    platform = platforms_of(reports, positions_in(reports, configuration))
+    observed = {}
+    for index, name in enumerate(reports.sensors):
+        rows = reports.sensor == index
+        kind = reports.kind_of(index)
+        measured = reports.measurement[rows]
+        says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
+        is_alone = len(reports.sensors) == 1 and reports.frame is None
+        turns = _rotation(
+            section_of(configuration, name).model_dump(include={"rotation", "scan_period"}),
+            reports.time[rows],
+            _azimuth(kind, measured, platform[rows]),
+            numbered=reports.scan is not None,
+        )
+        n_scans = np.unique(reports.time[rows]).size
+        if turns is not None:
+            span = float(np.ptp(reports.time[rows])) / turns.period
+            n_scans = min(n_scans, round(span) + 1)
+        observed[name] = ObservedSensor(
+            measurement=kind,
+            dim=reports.dim,
+            says_where=says_where,
+            needs_place=kind is not MeasurementKind.POSITION and not is_alone,
+            extent=_extent(kind, measured),
+            usual_range=_usual_range(kind, measured),
+            reports_per_scan=float(rows.sum() / max(n_scans, 1)),
+            rotation=turns,
+        )
+    return observed
+
+
+def _of_positions(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> Configuration:
+    """Return the configuration as it applies to reports that were placed on the plane."""
+    values = configuration.as_file()
+    sensors = {name: dict(table) for name, table in values.get("sensors", {}).items()}
+    for name, table in sensors.items():
+        seen = observed.get(name)
+        table.pop("measurement", None)
+        table.pop("rotation", None)
+        sigma = table.get("sigma")
+        if isinstance(sigma, Mapping) and "x" not in sigma:
+            table.pop("sigma")
+        if seen is not None and seen.measurement is not MeasurementKind.POSITION:
+            table.pop("clutter_density", None)
+            table.pop("clutter_per_scan", None)
+    return Configuration.model_validate({**values, "sensors": sensors})
+
+
+def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
+    """Return the direction of each report from its sensor [rad, clockwise from north]."""
+    if kind is MeasurementKind.POSITION:
+        east, north = (measured[:, :2] - platform[:, :2]).T
+        return np.asarray(np.arctan2(east, north))
+    return measured[:, 0 if kind is MeasurementKind.BEARING else 1]
+
+
+def _rotation(
+    said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
+) -> Rotation | None:
+    """Return how a beam turns: as the file says, or as reports show that come one by one."""
+    word, period = said["rotation"], said["scan_period"]
+    if word == "none":
+        return None
+    given = float(period) if isinstance(period, int | float) else None
+    if word is not None:
+        direction = 1 if word == "clockwise" else -1
+        found = rotation_of(time, azimuth, period=given, direction=direction)
+        # Too few reports to tell the phase still belong to turns.
+        return found or (None if given is None else Rotation(given, 0.0, direction))
+    moments, sizes = np.unique(time, return_counts=True)
+    if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
+        return None
+    return rotation_of(time, azimuth, period=given)
+
+
+def _extent(kind: MeasurementKind, measured: FloatArray) -> float:
+    """Return how much of what it measures a sensor's reports fill, in its own units."""
+    if kind is MeasurementKind.POSITION:
+        return 1.0
+    if kind is MeasurementKind.BEARING:
+        return _arc(measured[:, 0])
+    extent = MARGIN * float(measured[:, 0].max()) * _arc(measured[:, 1]) or 1.0
+    if kind.has_elevation:
+        extent *= max(MARGIN * float(np.ptp(measured[:, 2])), SHALLOWEST)
+    if kind.has_rate:
+        place = 3 if kind.has_elevation else 2
+        extent *= max(MARGIN * float(np.ptp(measured[:, place])), SLOWEST)
+    return extent
+
+
+def _arc(angle: FloatArray) -> float:
+    """Return the width of the sector from which directions come [rad]."""
+    ordered = np.sort(angle)
+    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
+    widest = float(gaps.max())
+    return max(2 * np.pi - widest, NARROWEST) if widest > WIDEST_CHANCE_GAP else 2 * np.pi
+
+
+def _usual_range(kind: MeasurementKind, measured: FloatArray) -> float:
+    return float(np.median(measured[:, 0])) or 1.0 if kind.has_range else 1000.0

@@ -1,0 +1,101 @@
+"""Reports of every kind as positions, as far as they tell any."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.models.measurements import to_position
+
+__all__ = ["placed", "platforms_of"]
+
+
+def platforms_of(
+    reports: ReportTable, positions: Mapping[str, Sequence[float]] | None = None
+) -> FloatArray:
+    """Return where each report's sensor was.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    positions
+        Where sensors stand whose rows do not say, by name, x, y[, z] [m]; the origin for others.
+
+    Returns
+    -------
+    x, y, z [m] and their rates [m/s], shape (reports, 6).
+    """
+    stands = np.zeros((len(reports.sensors), 6))
+    for index, name in enumerate(reports.sensors):
+        place = (positions or {}).get(name)
+        if place is not None:
+            stands[index, : len(place)] = place
+    platform = stands[reports.sensor]
+    if reports.platform is not None:
+        platform = np.where(np.isnan(reports.platform), platform, reports.platform)
+    return platform
+
+
+def placed(
+    reports: ReportTable, positions: Mapping[str, Sequence[float]] | None = None
+) -> ReportTable:
+    """Return the reports that tell a position, as positions.
+
+    Parameters
+    ----------
+    reports
+        Reports of any kind.
+    positions
+        Where sensors stand whose rows do not say, by name, x, y[, z] [m].
+
+    Returns
+    -------
+    A table of positions of the sensors that tell some, in the same order; noise is kept where it
+    is that of a position. The same table where all report positions.
+    """
+    if not reports.kinds:
+        return reports
+    dim = reports.dim
+    telling = [index for index, kind in enumerate(reports.kinds) if kind.gives_position(dim)]
+    platform = platforms_of(reports, positions)
+    position, sigma = np.full((2, len(reports), dim), np.nan)
+    for index in telling:
+        rows, kind = reports.sensor == index, reports.kinds[index]
+        measured = reports.measurement[rows, : kind.n_components(dim)]
+        # Without its noise a direction is taken as it is.
+        position[rows], _ = to_position(
+            kind, measured, np.zeros_like(measured), platform[rows], dim
+        )
+        if kind is MeasurementKind.POSITION:
+            sigma[rows] = reports.sigma[rows, :dim]
+    return _of_sensors(replace(reports, measurement=position, sigma=sigma), telling)
+
+
+def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
+    """Return the reports of some sensors of a table that holds positions now."""
+    rows: IntArray = np.flatnonzero(np.isin(reports.sensor, sensors))
+    number = np.full(len(reports.sensors), -1, dtype=np.int64)
+    number[list(sensors)] = np.arange(len(sensors))
+    parts: dict[str, Any] = {
+        name: None if column is None else column[rows]
+        for name in ("scan", "platform", "identity", "strength", "height")
+        for column in (getattr(reports, name),)
+    }
+    return replace(
+        reports,
+        time=reports.time[rows],
+        sensor=number[reports.sensor[rows]],
+        sensors=tuple(reports.sensors[index] for index in sensors),
+        measurement=np.ascontiguousarray(reports.measurement[rows]),
+        sigma=np.ascontiguousarray(reports.sigma[rows]),
+        report=reports.report[rows],
+        carried={},
+        kinds=(),
+        space=0,
+        **parts,
+    )
