@@ -36,6 +36,24 @@ def test_values_computed_by_hand() -> None:
     assert found.purity == pytest.approx((2 + 2) / 6)
 
 
+def test_mota_of_reports_counts_misses_false_alarms_and_switches() -> None:
+    targets = ["a", "b", "a", "", "b", "a", "", "a"]
+    tracks = [1, 2, 1, 2, None, 3, None, 1]
+    found = assignment_quality(targets, tracks)
+    # Target a goes from 1 to 3 and back; b is missed once; one false alarm is on a track.
+    assert found.switches == 2
+    assert found.mota == pytest.approx(1 - (1 + 1 + 2) / 6)
+
+
+def test_a_false_alarm_between_is_no_switch() -> None:
+    found = assignment_quality(["a", "", "a", "a"], [5, 6, None, 5])
+    assert found.switches == 0
+
+
+def test_mota_without_targets_is_none() -> None:
+    assert assignment_quality(["", ""], [1, None]).mota is None
+
+
 def test_two_tracks_cannot_both_be_a_targets_own() -> None:
     found = assignment_quality(["a", "a", "a", "a"], [1, 1, 2, 2])
     assert found.right_share == pytest.approx(1 / 2)

@@ -113,11 +113,33 @@ def test_is_ready_for_json_with_the_promised_keys() -> None:
     found = evaluate(simple_truth(), simple_truth()).as_dict()
     promised = (
         "gospa gospa_localisation gospa_missed gospa_false ospa mota motp idf1 idp idr hota "
-        "switches fragmentations rmse n_truth n_tracks right_share"
+        "switches fragmentations rmse n_truth n_tracks right_share ospa2 loca mostly_tracked "
+        "partly_tracked mostly_lost report_mota report_switches targets window"
     )
     assert set(promised.split()) <= set(found)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["right_share"] is None
+
+
+def test_tells_of_each_target() -> None:
+    rows = [(k, "7", float(k), 3.0) for k in range(4)]
+    rows += [(k, "9", float(k), 500.0) for k in range(2)]
+    found = evaluate(simple_truth(), as_table(rows))
+    assert (found.mostly_tracked, found.partly_tracked, found.mostly_lost) == (1, 1, 0)
+    assert [record.tracks for record in found.targets] == [("7",), ("9",)]
+    first, second = found.as_dict()["targets"]
+    assert (first["target"], first["rmse"], first["covered"]) == ("a", 3.0, 1.0)
+    assert (second["target"], second["rmse"], second["covered"]) == ("b", 0.0, 0.5)
+
+
+def test_ospa2_sees_what_ospa_does_not() -> None:
+    truth = TruthTable.from_columns(np.arange(6.0), ["a"] * 6, np.zeros((6, 2)))
+    broken = as_table([(k, "xy"[k // 3], 0.0, 0.0) for k in range(6)])
+    found = evaluate(truth, broken, window=6)
+    assert found.ospa == 0.0
+    assert found.ospa2 is not None
+    assert found.ospa2 > 5.0
+    assert found.window == 6
 
 
 def test_takes_in_the_measures_of_reports() -> None:
@@ -126,6 +148,7 @@ def test_takes_in_the_measures_of_reports() -> None:
     assert found.right_share == pytest.approx(2 / 3)
     assert found.report_idf1 == quality.idf1
     assert found.report_purity == quality.purity
+    assert (found.report_mota, found.report_switches) == (quality.mota, quality.switches)
 
 
 @pytest.mark.parametrize(
@@ -134,6 +157,7 @@ def test_takes_in_the_measures_of_reports() -> None:
         ({"cutoff": -1.0}, "cutoff: -1.0"),
         ({"order": 0.0}, "order: 0.0"),
         ({"max_gap": -2.0}, "max_gap: -2.0"),
+        ({"window": 0}, "window: 0"),
     ],
 )
 def test_refuses_parameters_out_of_range(change: dict[str, float], words: str) -> None:

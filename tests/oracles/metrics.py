@@ -46,6 +46,28 @@ def ospa(truth: list[Place], tracks: list[Place], cutoff: float, order: float) -
     return float(((least + cutoff**order * (len(more) - len(fewer))) / len(more)) ** (1 / order))
 
 
+def ospa2(truth: Rows, tracks: Rows, window: range, cutoff: float, order: float) -> float:
+    """Section III of Beard, Vo and Vo: OSPA of whole paths, their distance a mean over time."""
+
+    def paths(rows: Rows) -> list[dict[int, Place]]:
+        names = sorted({name for time in window for name in rows.get(time, {})})
+        return [{k: rows[k][name] for k in window if name in rows.get(k, {})} for name in names]
+
+    def apart(first: dict[int, Place], second: dict[int, Place]) -> float:
+        both, either = first.keys() & second.keys(), first.keys() | second.keys()
+        near = sum(min(distance(first[time], second[time]), cutoff) for time in both)
+        return (near + cutoff * (len(either) - len(both))) / len(either)
+
+    fewer, more = sorted((paths(truth), paths(tracks)), key=len)
+    if not more:
+        return 0.0
+    least = min(
+        sum(apart(path, more[other]) ** order for path, other in zip(fewer, chosen, strict=True))
+        for chosen in itertools.permutations(range(len(more)), len(fewer))
+    )
+    return float(((least + cutoff**order * (len(more) - len(fewer))) / len(more)) ** (1 / order))
+
+
 def _best_new_pairs(
     truth: dict[str, Place], tracks: dict[str, Place], cutoff: float, order: float
 ) -> dict[str, str]:

@@ -1,0 +1,66 @@
+"""What the command evaluate says of targets."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Run
+from cli.test_voice import terminal
+from trackweave.cli.edge import Voice
+from trackweave.cli.evaluate import MOST_TARGETS, Measure, run_evaluate, show_evaluation
+
+
+def write_scene(folder: Path, n_targets: int) -> tuple[Path, Path]:
+    """Targets side by side, the first never tracked, each other a little better than the last."""
+    truth, tracks = folder / "truth.csv", folder / "tracks.csv"
+    true, found = ["time,target,x,y"], ["time,track,status,x,y"]
+    for target in range(n_targets):
+        for time in range(n_targets + 1):
+            true.append(f"{time},T{target},{1000 * target},0")
+            if time < target:
+                found.append(f"{time},{10 + target},confirmed,{1000 * target},3")
+    truth.write_text("\n".join(true) + "\n")
+    tracks.write_text("\n".join(found) + "\n")
+    return truth, tracks
+
+
+def test_lists_each_target_with_its_tracks(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 4)
+    done = run("evaluate", "--truth", truth, "--tracks", tracks, "--window", 3)
+    assert done.exit_code == 0, done.stderr
+    assert "window: 3" in done.stderr
+    said = "target T3: 60.0 % of 4 s, rmse 3, switches 0, fragmentations 0, tracks 13"
+    assert said in done.stderr
+    assert "target T0: 0.0 % of 4 s, rmse –, switches 0" in done.stderr
+    assert "targets: [" not in done.stderr
+
+
+def test_json_nests_the_targets(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 3)
+    found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)
+    assert [record["target"] for record in found["targets"]] == ["T0", "T1", "T2"]
+    assert found["targets"][2]["tracks"] == ["12"]
+    assert found["targets"][0]["rmse"] is None
+    assert found["mostly_lost"] == 1
+
+
+def test_a_terminal_sees_the_worst_of_very_many(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    truth, tracks = write_scene(tmp_path, MOST_TARGETS + 5)
+    found = run_evaluate(truth, tracks, None, Measure())
+    screen = terminal(monkeypatch)
+    show_evaluation(found, Voice(quiet=False))
+    said = screen.getvalue()
+    assert "The 20 targets that were followed worst" in said
+    assert "target T0 " in said
+    assert f"target T{MOST_TARGETS + 1} " not in said
+    assert "5 more targets: see --json" in said
+
+
+def test_a_window_without_a_time_is_bad_usage(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 2)
+    done = run("evaluate", "--truth", truth, "--tracks", tracks, "--window", 0)
+    assert done.exit_code == 2
+    assert "--window" in done.stderr
