@@ -1,16 +1,16 @@
 """OSPA of OSPA: how far a set of tracks is from the set of true tracks, identities included."""
 
-from collections import deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
 from trackweave.metrics._distances import check_cutoff, check_order
-from trackweave.metrics.moments import Moment, Moments
+from trackweave.metrics.moments import Moments, Presence
 
 __all__ = ["Ospa2", "ospa2"]
 
@@ -80,54 +80,66 @@ def ospa2(moments: Moments, window: int = 10, cutoff: float = 50.0, order: float
     check_order(order)
     if window < 1:
         raise InvalidInputError(f"window: {window}; expected at least 1 of the truth's times")
-    sums, inside = _Sums.nothing(moments), deque[Moment]()
+    lives = _Lives.of(moments, cutoff)
     parts = np.zeros((len(moments), 2))
-    for number, moment in enumerate(moments):
-        inside.append(moment)
-        sums.add(moment, 1, cutoff)
-        if len(inside) > window:
-            sums.add(inside.popleft(), -1, cutoff)
-        parts[number] = _parts(sums.distance(), order)
+    for end in range(len(moments)):
+        begin = max(end + 1 - window, 0)
+        parts[end] = _parts(lives.distance(begin, end + 1), order)
     localisation, cardinality = cutoff * parts.T ** (1 / order)
     total = cutoff * parts.sum(axis=1) ** (1 / order)
     return Ospa2(moments.time, total, localisation, cardinality, window)
 
 
-class _Sums(NamedTuple):
-    """What the times of a window add up to; distances in units of the cutoff."""
+class _Lives(NamedTuple):
+    """Who is there at each time, and who is near whom.
 
-    gap: FloatArray  # of each target and track, where both are there: distance less the cutoff
-    both: IntArray
-    targets: IntArray
-    tracks: IntArray
+    Rows of what is near are grouped by time, those of time k in ``first[k]:first[k + 1]``.
+    """
+
+    targets: NDArray[np.bool_]  # (times, targets)
+    tracks: NDArray[np.bool_]
+    first: IntArray
+    cell: IntArray  # target times the number of tracks, plus track
+    nearness: FloatArray  # 1 at no distance, 0 from the cutoff on
 
     @classmethod
-    def nothing(cls, moments: Moments) -> "_Sums":
-        shape = moments.n_targets, moments.n_tracks
+    def of(cls, moments: Moments, cutoff: float) -> "_Lives":
+        """Return what the window slides over."""
+        cells, nearness, counts = [np.empty(0, dtype=np.int64)], [np.empty(0)], [0]
+        for moment in moments:
+            row, column = np.nonzero(moment.distance < cutoff)
+            cells.append(moment.targets[row] * moments.n_tracks + moment.tracks[column])
+            nearness.append(1 - moment.distance[row, column] / cutoff)
+            counts.append(row.size)
         return cls(
-            np.zeros(shape),
-            np.zeros(shape, dtype=np.int64),
-            np.zeros(shape[0], dtype=np.int64),
-            np.zeros(shape[1], dtype=np.int64),
+            _presence(moments.truth, moments.n_targets),
+            _presence(moments.tracks, moments.n_tracks),
+            np.cumsum(counts),
+            np.concatenate(cells),
+            np.concatenate(nearness),
         )
 
-    def add(self, moment: Moment, sign: int, cutoff: float) -> None:
-        """Take a time in, or out with the sign -1."""
-        cells = np.ix_(moment.targets, moment.tracks)
-        self.gap[cells] += sign * np.minimum(moment.distance / cutoff, 1.0)
-        self.both[cells] += sign
-        self.targets[moment.targets] += sign
-        self.tracks[moment.tracks] += sign
+    def distance(self, begin: int, end: int) -> FloatArray:
+        """Return how far all that live from one time to another are from each other."""
+        n_target, n_track = self.targets[begin:end].sum(axis=0), self.tracks[begin:end].sum(axis=0)
+        row_of, column_of = np.cumsum(n_target > 0) - 1, np.cumsum(n_track > 0) - 1
+        mean = np.ones((np.count_nonzero(n_target), np.count_nonzero(n_track)))
+        rows = slice(self.first[begin], self.first[end])
+        # Only where two were ever near each other their mean is less than the cutoff.
+        cell, place = np.unique(self.cell[rows], return_inverse=True)
+        near = np.bincount(place, weights=self.nearness[rows], minlength=cell.size)
+        target, track = np.divmod(cell, max(self.tracks.shape[1], 1))
+        both = self.targets[begin:end, target] & self.tracks[begin:end, track]
+        either = n_target[target] + n_track[track] - both.sum(axis=0)
+        mean[row_of[target], column_of[track]] = 1 - near / either
+        return mean
 
-    def distance(self) -> FloatArray:
-        """Return the mean distance of all that live in the window from each other."""
-        targets, tracks = np.flatnonzero(self.targets), np.flatnonzero(self.tracks)
-        cells = np.ix_(targets, tracks)
-        both = self.both[cells]
-        either = self.targets[targets][:, None] + self.tracks[tracks][None, :] - both
-        mean: FloatArray = (self.gap[cells] + (either - both)) / either
-        # Taking times out leaves rounding errors, which must not leave the range.
-        return np.clip(np.where(both > 0, mean, 1.0), 0.0, 1.0)
+
+def _presence(present: Presence, count: int) -> NDArray[np.bool_]:
+    n_times = len(present.first) - 1
+    table = np.zeros((n_times, count), dtype=np.bool_)
+    table[np.repeat(np.arange(n_times), np.diff(present.first)), present.identity] = True
+    return table
 
 
 def _parts(distance: FloatArray, order: float) -> tuple[float, float]:
