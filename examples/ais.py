@@ -38,17 +38,17 @@ def read(path: Path) -> tuple[pl.DataFrame, int]:
 
 
 def _rows(path: Path) -> Iterator[tuple[float | None, float, float, str]]:
-    for sentence in FileReaderStream(str(path)):
-        try:
-            message = sentence.decode()
-        except Exception:  # garbled sentences are radio's daily bread
-            continue
-        if message.msg_type not in POSITIONS:
-            continue
-        # 91 and 181 degrees say that the ship does not know.
-        if abs(message.lat) > 90 or abs(message.lon) > 180:
-            continue
-        yield _time_of(sentence), message.lat, message.lon, str(message.mmsi)
+    with FileReaderStream(str(path)) as sentences:
+        for sentence in sentences:
+            try:
+                message = sentence.decode()
+            except Exception:  # garbled sentences are radio's daily bread
+                continue
+            if message.msg_type not in POSITIONS:
+                continue
+            # 91 and 181 degrees say that the ship does not know.
+            if abs(message.lat) <= 90 and abs(message.lon) <= 180:
+                yield _time_of(sentence), message.lat, message.lon, str(message.mmsi)
 
 
 def _time_of(sentence: Any) -> float | None:
