@@ -64,3 +64,24 @@ def test_a_window_without_a_time_is_bad_usage(run: Run, tmp_path: Path) -> None:
     done = run("evaluate", "--truth", truth, "--tracks", tracks, "--window", 0)
     assert done.exit_code == 2
     assert "--window" in done.stderr
+
+
+def test_an_empty_position_says_that_a_target_is_away(run: Run, tmp_path: Path) -> None:
+    truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
+    truth.write_text("time,target,x,y\n0,a,0,0\n1,a,,\n2,a,2,0\n0,b,90,5\n1,b,nan,nan\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n2,1,2,0\n")
+    done = run("evaluate", "--truth", truth, "--tracks", tracks, "--json")
+    assert done.exit_code == 0, done.stderr
+    first, second = json.loads(done.stdout)["targets"]
+    assert (first["positions"], first["covered"], first["fragmentations"]) == (2, 1.0, 0)
+    assert (second["positions"], second["time_present"]) == (1, 0.0)
+
+
+@pytest.mark.parametrize(("cells", "column"), [("1,", "y"), (",1", "x"), ("1,north", "y")])
+def test_half_a_position_is_refused(run: Run, tmp_path: Path, cells: str, column: str) -> None:
+    truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
+    truth.write_text(f"time,target,x,y\n0,a,0,0\n1,a,{cells}\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    done = run("evaluate", "--truth", truth, "--tracks", tracks)
+    assert done.exit_code == 2
+    assert f"truth.csv, row 2, column {column}: " in done.stderr

@@ -11,7 +11,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED, STATUSES
 from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import BoolArray, text_array
+from trackweave.io.columns import BoolArray, read_numbers, text_array
 from trackweave.io.positions import read_positions
 from trackweave.io.tables import TableSource, load_table
 
@@ -68,14 +68,16 @@ def plane_of(source: TableSource) -> LocalFrame | None:
     DataFormatError
         If the table cannot be read or has no positions.
     """
-    return read_positions(RowChecks(load_table(source))).frame
+    checks = RowChecks(load_table(source))
+    return read_positions(checks, among=_there(checks)).frame
 
 
 def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
     """Read true positions: ``time,target,x,y[,z][,vx,vy[,vz]]``, or ``lat,lon[,alt_m]``.
 
     ISO 8601 times become seconds from 1970 UTC. Other columns are passed over, and so are
-    velocities unless every row has them.
+    velocities unless every row has them. A row whose position is empty or NaN throughout says
+    that its target is away, as if there were no such row.
 
     Parameters
     ----------
@@ -94,7 +96,8 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
         If the table is not one of true positions, or has a bad row.
     """
     checks = RowChecks(load_table(source))
-    return _as_truth(checks, _paths(checks, "target", frame))
+    there = _there(checks)
+    return _as_truth(checks, _paths(checks, "target", frame, there), there)
 
 
 def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
@@ -191,16 +194,31 @@ class _Paths:
     velocity: FloatArray | None
 
 
-def _paths(checks: RowChecks, name_column: str, frame: LocalFrame | None) -> _Paths:
+def _there(checks: RowChecks) -> BoolArray:
+    """Return the rows that hold any part of a position, right or wrong."""
+    there = np.zeros(len(checks), dtype=np.bool_)
+    for name in {"x", "y", "z", "lat", "lon"} & set(checks.names):
+        numbers = read_numbers(checks.column(name))
+        there |= numbers.unreadable | ~np.isnan(numbers.values)
+    return there
+
+
+def _paths(
+    checks: RowChecks,
+    name_column: str,
+    frame: LocalFrame | None,
+    among: BoolArray | None = None,
+) -> _Paths:
     checks.require("time", "seconds or ISO 8601 times")
     checks.require(name_column, f"identifiers of {name_column}s")
     time, _ = checks.times("time")
     name = text_array(checks.text(name_column, "an identifier"))
-    position = read_positions(checks, frame).values
+    position = read_positions(checks, frame, among).values
     velocity_columns = ("vx", "vy", "vz")[: position.shape[1]]
     velocity = None
     if all(checks.filled(column) for column in velocity_columns):
-        velocity = np.stack([checks.numbers(column, _SPEED) for column in velocity_columns], -1)
+        speeds = [checks.numbers(column, _SPEED, among=among) for column in velocity_columns]
+        velocity = np.stack(speeds, -1)
     return _Paths(name_column, time, name, position, velocity)
 
 
