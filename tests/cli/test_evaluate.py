@@ -85,3 +85,20 @@ def test_half_a_position_is_refused(run: Run, tmp_path: Path, cells: str, column
     done = run("evaluate", "--truth", truth, "--tracks", tracks)
     assert done.exit_code == 2
     assert f"truth.csv, row 2, column {column}: " in done.stderr
+
+
+def test_says_where_targets_have_times_of_their_own(run: Run, tmp_path: Path) -> None:
+    truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
+    rows = [f"{time + 0.25 * target},T{target},0,0" for time in range(9) for target in range(4)]
+    truth.write_text("\n".join(["time,target,x,y", *rows]) + "\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    done = run("evaluate", "--truth", truth, "--tracks", tracks)
+    assert "truth: a target is there at 27 % of the times within its life" in done.stderr
+    found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)
+    assert len(found["notes"]) == 1
+
+
+def test_says_nothing_of_targets_that_come_and_go(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 4)
+    found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)
+    assert found["notes"] == []

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from trackweave.cli.edge import Voice
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import DataFormatError, InvalidInputError
@@ -14,6 +16,8 @@ __all__ = ["Measure", "run_evaluate", "show_evaluation"]
 
 MOST_TARGETS = 20
 """As many targets are listed on a terminal; all are in the JSON."""
+LEAST_PRESENCE = 0.6
+"""Share of the times within its life at which a target is usually there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +65,32 @@ def run_evaluate(
                 "passes through when the reports have it"
             )
         found = found.with_assignments(assignment_quality(table.target, table.track))
-    return found.as_dict()
+    return {**found.as_dict(), "notes": _notes(true)}
+
+
+def _notes(truth: TruthTable) -> list[str]:
+    """Return a sentence where targets are at times of their own, so that few are ever together."""
+    times, moment = np.unique(truth.time, return_inverse=True)
+    names, target = np.unique(truth.target.astype(str), return_inverse=True)
+    first, last = np.full(names.size, times.size), np.zeros(names.size, dtype=np.int64)
+    np.minimum.at(first, target, moment)
+    np.maximum.at(last, target, moment)
+    within_lives = int((last - first + 1).sum())
+    share = len(truth) / within_lives if within_lives else 1.0
+    if share >= LEAST_PRESENCE:
+        return []
+    return [
+        f"truth: a target is there at {100 * share:.2g} % of the times within its life; at the "
+        "others its track counts as false. Bring targets that have times of their own to common "
+        "times first"
+    ]
 
 
 def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     """Show every measure, then the targets that were followed worst."""
-    measures = [(name, _shown(value)) for name, value in found.items() if name != "targets"]
+    measures = [
+        (name, _shown(value)) for name, value in found.items() if not isinstance(value, list)
+    ]
     voice.table("Tracks against truth", measures)
     worst = sorted(found["targets"], key=lambda record: record["covered"])[:MOST_TARGETS]
     rows = [(f"target {record['target']}", _told(record)) for record in worst]
@@ -75,6 +99,8 @@ def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     voice.table(title, rows)
     if more:
         voice.say(f"{more} more targets: see --json")
+    for note in found["notes"]:
+        voice.say(note)
 
 
 def _told(record: dict[str, Any]) -> str:
