@@ -12,15 +12,15 @@ from trackweave.jit import jit
 
 
 class Terms(NamedTuple):
-    """What tuples cost: their price per join, what is held gets as threshold and as reward.
+    """What tuples cost: the price of a join; for what is held, the threshold and a join's reward.
 
     ``bound`` is what no statistic of a tuple may exceed, however it still grows; ``breadth`` how
-    many tuples are kept per first track.
+    many tuples of a size are kept per first track.
     """
 
     price: FloatArray
     held_quantile: FloatArray
-    held_price: FloatArray
+    reward: float
     bound: float
     breadth: int
 
@@ -66,11 +66,7 @@ def judge(
     value, first, second, third = evaluate(rings, form, rows, room)
     quantile = terms.held_quantile if is_whole else form.quantile
     limit = threshold(quantile, first, second, third)
-    price = price_of(terms.price, first, size - 1)
-    if n_held:
-        share = first / (size - 1)
-        price += price_of(terms.held_price, share * n_held, n_held)
-        price -= price_of(terms.price, share * n_held, n_held)
+    price = price_of(terms.price, first, size - 1) + n_held * terms.reward
     return (value - price) / 2.0, value, limit
 
 
@@ -89,14 +85,23 @@ def judge_all(rings: Rings, form: Form, terms: Terms, live: Live, member: IntArr
 
 
 @jit
-def _keep_best(root: IntArray, cost: FloatArray, n: int, breadth: int, n_roots: int) -> IntArray:
-    """Return which of the first n tuples to keep: the cheapest of each root."""
-    count = np.zeros(n_roots, dtype=np.int64)
+def _keep_best(
+    member: IntArray, root: IntArray, cost: FloatArray, breadth: int, n_roots: int
+) -> IntArray:
+    """Return which tuples to keep: the cheapest of each first track and size.
+
+    Of each size, because a large tuple with a wrong track may be cheaper than a right small one.
+    """
+    n, n_sensors = member.shape
+    count = np.zeros((n_roots, n_sensors + 1), dtype=np.int64)
     kept = np.empty(n, dtype=np.int64)
     n_kept = 0
     for place in np.argsort(cost[:n], kind="mergesort"):
-        if count[root[place]] < breadth:
-            count[root[place]] += 1
+        size = 0
+        for column in range(n_sensors):
+            size += member[place, column] >= 0
+        if count[root[place], size] < breadth:
+            count[root[place], size] += 1
             kept[n_kept] = place
             n_kept += 1
     return np.sort(kept[:n_kept])
@@ -161,7 +166,7 @@ def grow(
                 if value[n_tuples] <= terms.bound:
                     root[n_tuples] = root[old]
                     n_tuples += 1
-        kept = _keep_best(root, cost, n_tuples, terms.breadth, n_tracks)
+        kept = _keep_best(member[:n_tuples], root, cost, terms.breadth, n_tracks)
         n_dropped += n_tuples - kept.shape[0]
         n_tuples = kept.shape[0]
         member[:n_tuples], root[:n_tuples] = member[kept], root[kept]

@@ -104,11 +104,12 @@ class TrackAssociator:
     search
         Any solver; None for ``Auto``.
     hysteresis
-        What is held is broken at so many times the false-rejection rate, above 0 and at most 1.
+        What is held together is tested at so many times the false-rejection rate, and tracks
+        change places only where that is 1/hysteresis times likelier; above 0 and at most 1.
     patience
         A sensor's tracks count until it is silent for so many of its periods, at least 1.
     breadth
-        How many tuples are kept per first track where many compete, at least 1.
+        How many tuples of each size are kept per first track where many compete, at least 1.
     complete
         The document's own problem [1]_: all sensors see all objects, and every track is in exactly
         one tuple with one of each sensor. A tuple beyond the threshold is then no object.
@@ -130,7 +131,7 @@ class TrackAssociator:
     search: Solver | None = None
     hysteresis: float = 0.1
     patience: float = 3.0
-    breadth: int = 64
+    breadth: int = 16
     complete: bool = False
     _histories: Histories = field(init=False, repr=False)
     _rule: Confirmation | None = field(init=False, repr=False)

@@ -68,11 +68,13 @@ class Grouping:
     statistic
         What is compared with what.
     hysteresis
-        What is held is broken at so many times the false-rejection rate, above 0 and at most 1.
+        Above 0 and at most 1: what is held as a whole is tested at so many times the
+        false-rejection rate, and two tracks change places only where that is as many times
+        likelier the other way round (each held join is worth −ln of it).
     margin
         A pair is left out where both tracks have a partner better by this much [twice nats].
     breadth
-        How many tuples are kept per first track.
+        How many tuples of each size are kept per first track.
 
     Notes
     -----
@@ -83,7 +85,7 @@ class Grouping:
     statistic: Statistic
     hysteresis: float = 0.1
     margin: float = 40.0
-    breadth: int = 64
+    breadth: int = 16
 
     def __call__(self, scene: Scene, search: Solver | None, rng: np.random.Generator) -> Groups:
         """Return the groups of least cost that are found.
@@ -149,7 +151,7 @@ class Grouping:
                 * (2.0 if statistic.correlation in {"effective", "both"} else 1.0)
             )
         terms = Terms(
-            quantiles(rate, table), held.quantile, quantiles(rate * self.hysteresis, table),
+            quantiles(rate, table), held.quantile, -float(np.log(self.hysteresis)),
             bound, self.breadth,
         )  # fmt: skip
         return form, terms
