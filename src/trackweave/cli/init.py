@@ -7,13 +7,13 @@ from typing import Any, Literal
 from trackweave.cli.edge import Voice
 from trackweave.cli.track import what_was_assumed
 from trackweave.config import load_configuration
-from trackweave.config.fill import Settings, fill
+from trackweave.config.fill import Settings
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.output_file import OutputFile
 from trackweave.io.reports import read_reports
-from trackweave.run.refining import estimates_for
+from trackweave.run.observing import settle
 
 __all__ = ["InitRequest", "run_init"]
 
@@ -51,8 +51,7 @@ def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
     )
     if len(reports) == 0:
         raise InvalidInputError(f"{request.reports}: no rows; expected at least one report")
-    estimates = estimates_for(reports, load_configuration(None))
-    settings = fill(load_configuration(None), estimates, reports.sensors)
+    settings, estimates = settle(reports, load_configuration(None), to_be_edited=True)
     # What a run takes where nobody says a seed.
     settings = replace(settings, values={**settings.values, "seed": 0})
     text = commented_toml(

@@ -52,13 +52,10 @@ def motion_of(
     path = ("motion",)
     model = ledger.choose((*path, "model"), default=_VELOCITY)
     noise, speed = estimated
+    if model in {_VELOCITY, _TURN, "imm"}:
+        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
     ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
-    if model == "imm":
-        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
-        return _imm(ledger, period)
-    if model in {_VELOCITY, _TURN}:
-        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
-    return _mode(ledger, path, model, period)
+    return _imm(ledger, period) if model == "imm" else _mode(ledger, path, model, period)
 
 
 def _imm(ledger: Ledger, period: float) -> Imm:

@@ -30,7 +30,11 @@ MARGIN = 1.05
 
 
 def settle(
-    reports: ReportTable, configuration: Configuration, *, preset: str | None = None
+    reports: ReportTable,
+    configuration: Configuration,
+    *,
+    preset: str | None = None,
+    to_be_edited: bool = False,
 ) -> tuple[Settings, Estimates | None]:
     """Return a configuration whose gaps are filled from the reports, and what was estimated.
 
@@ -42,6 +46,8 @@ def settle(
         As read.
     preset
         Name of a preset, None for none.
+    to_be_edited
+        Whether a note is enough where only a person can know, such as where a sensor stands.
 
     Returns
     -------
@@ -49,16 +55,25 @@ def settle(
     or no report tells a position.
     """
     observed = observe(reports, configuration)
+    places = positions_in(reports, configuration)
+    unplaced = [
+        name
+        for name, seen in observed.items()
+        if seen.needs_place and not seen.says_where and name not in places
+    ]
+    if to_be_edited:
+        observed |= {name: replace(observed[name], needs_place=False) for name in unplaced}
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
     turned = replace(reports, scan=with_turns(reports, rotations))
-    table = placed(turned, positions_in(reports, configuration))
+    table = placed(turned, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         estimates = estimates_for(table, _of_positions(configuration, observed))
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
-    return filled, estimates
+    notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
+    return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
 def positions_in(

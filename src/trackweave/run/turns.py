@@ -35,9 +35,16 @@ def turn_ends(time: FloatArray, rotation: Rotation) -> tuple[IntArray, FloatArra
     turned = time / rotation.period
     sector = np.minimum((N_SECTORS * (turned % 1.0)).astype(np.int64), N_SECTORS - 1)
     crowd = np.bincount(sector, minlength=N_SECTORS).astype(float)
-    # A sector counts with half of its neighbours, which tells gaps from chance.
-    smooth = crowd + (np.roll(crowd, 1) + np.roll(crowd, -1)) / 2
-    begin = (float(np.argmin(smooth)) + 0.5) / N_SECTORS
+    # A sector counts with half of its neighbours, which tells gaps from chance; of equally empty
+    # ones the one in the midst of the widest gap is taken.
+    near = crowd + (np.roll(crowd, 1) + np.roll(crowd, -1)) / 2
+    reach = N_SECTORS // 4
+    far = sum(
+        (np.roll(crowd, step) + np.roll(crowd, -step)) * (1 - step / reach)
+        for step in range(1, reach)
+    )
+    quietest = np.argmin(near + far / (1e3 * max(time.size, 1)))
+    begin = (float(quietest) + 0.5) / N_SECTORS
     number = np.floor(turned - begin).astype(np.int64)
     ends = (number + 1 + begin) * rotation.period
     return number, np.maximum(ends, time)
