@@ -5,7 +5,9 @@ import pytest
 
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.plotting.scene import places_of_reports
+from trackweave.domain.tracks import TrackTable
+from trackweave.plotting.run import picture_of_run
+from trackweave.plotting.scene import Scene, paths_of_sensors, places_of_reports
 
 
 def reports(kind: MeasurementKind, row: list[float], platform: list[float] | None) -> ReportTable:
@@ -50,3 +52,31 @@ def test_an_elevation_shortens_the_way_over_the_ground() -> None:
 def test_what_has_no_place_has_none(kind: MeasurementKind) -> None:
     row = [1.0] if kind is MeasurementKind.BEARING else [10.0, 0.0]
     assert np.isnan(places_of_reports(reports(kind, row, None), {})).all()
+
+
+def test_a_sensor_that_moves_leaves_a_path() -> None:
+    n = 6
+    platform = np.zeros((n, 6))
+    platform[:, 0] = [0.0, 0.0, 5.0, np.nan, 5.0, 9.0]
+    sensor = np.array([0, 0, 0, 0, 0, 1])
+    table = ReportTable(
+        np.arange(n, dtype=float),
+        sensor,
+        ("camera", "other"),
+        np.zeros((n, 1)),
+        np.full((n, 1), 0.01),
+        np.arange(n).astype(str),
+        kinds=(MeasurementKind.BEARING,) * 2,
+        space=2,
+        platform=platform,
+    )
+    paths = paths_of_sensors(table)
+    assert paths["camera"].tolist() == [[0.0, 0.0], [5.0, 0.0]]
+    assert paths["other"].tolist() == [[9.0, 0.0]]
+    scene = Scene(table, TrackTable.empty(2))
+    assert picture_of_run(scene).startswith(b"\x89PNG")
+    assert picture_of_run(scene) != picture_of_run(Scene(None, TrackTable.empty(2), title=""))
+
+
+def test_a_sensor_that_says_nothing_of_itself_leaves_none() -> None:
+    assert paths_of_sensors(reports(MeasurementKind.BEARING, [1.0], None)) == {}

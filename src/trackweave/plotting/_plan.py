@@ -20,6 +20,7 @@ __all__ = [
     "MOST_DECORATED",
     "TrackLine",
     "draw_reports",
+    "draw_sensor_paths",
     "draw_sensors",
     "draw_tracks",
     "draw_truth",
@@ -213,6 +214,19 @@ def draw_sensors(positions: Mapping[str, tuple[float, ...]], canvas: Canvas) -> 
             path_effects=[withStroke(linewidth=2.4, foreground="white")],
             zorder=8,
         )
+
+
+def draw_sensor_paths(
+    paths: Mapping[str, FloatArray], canvas: Canvas
+) -> dict[str, tuple[float, ...]]:
+    """Draw where sensors went; return where they ended, under the names of all that went there."""
+    riders: dict[bytes, list[str]] = {}
+    for name, path in paths.items():
+        riders.setdefault(np.round(path[-1]).tobytes(), []).append(name)
+    for names in riders.values():
+        laid = canvas.on_axes(max((paths[name] for name in names), key=len))
+        canvas.axes.plot(laid[:, 0], laid[:, 1], color="black", lw=0.8, alpha=0.6, zorder=3)
+    return {", ".join(names): tuple(paths[names[0]][-1].tolist()) for names in riders.values()}
 
 
 def legend_of_tracks(n_tracks: int) -> list[Line2D]:

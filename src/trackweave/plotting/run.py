@@ -18,13 +18,14 @@ from trackweave.plotting._plan import (
     MOST_DECORATED,
     TrackLine,
     draw_reports,
+    draw_sensor_paths,
     draw_sensors,
     draw_tracks,
     draw_truth,
     legend_of_tracks,
     track_lines,
 )
-from trackweave.plotting.scene import ScanSeries, Scene, places_of_reports
+from trackweave.plotting.scene import ScanSeries, Scene, paths_of_sensors, places_of_reports
 
 __all__ = ["FORMATS", "picture_of_run", "plot_run"]
 
@@ -96,12 +97,13 @@ def picture_of_run(
     # The user's own style files must not change the picture.
     with matplotlib.style.context("default"), mpl.rc_context({"svg.hashsalt": "trackweave"}):
         lines = list(track_lines(scene.tracks))
-        places = np.empty((0, 2))
+        places, sensor_paths = np.empty((0, 2)), {}
         if scene.reports is not None:
             places = places_of_reports(scene.reports, scene.sensor_positions)
+            sensor_paths = paths_of_sensors(scene.reports)
         curves = _curves(scene, scans, lines)
         canvas = open_canvas(
-            _all_places(scene, lines, places),
+            np.concatenate([_all_places(scene, lines, places), *sensor_paths.values()]),
             n_panels=len(curves.panels) if curves else 0,
             down=scene.pixels,
         )
@@ -109,7 +111,10 @@ def picture_of_run(
             draw_reports(places, scene.assignment, canvas)
         draw_truth(scene.truth, canvas)
         draw_tracks(lines, canvas)
-        draw_sensors(scene.sensor_positions, canvas)
+        stands = {
+            name: at for name, at in scene.sensor_positions.items() if name not in sensor_paths
+        }
+        draw_sensors(stands | draw_sensor_paths(sensor_paths, canvas), canvas)
         _draw_frame(scene, canvas, len(lines))
         if curves:
             draw_panels(canvas, curves)

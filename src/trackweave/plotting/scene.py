@@ -13,7 +13,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.models.measurements import to_position
 
-__all__ = ["ScanSeries", "Scene", "places_of_reports"]
+__all__ = ["ScanSeries", "Scene", "paths_of_sensors", "places_of_reports"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,6 +117,30 @@ def places_of_reports(
         found, _ = to_position(kind, reports.measurement[rows, :width], sigma, platform, dim)
         places[rows] = found[:, :2]
     return places
+
+
+def paths_of_sensors(reports: ReportTable) -> dict[str, FloatArray]:
+    """Return where sensors went that say so themselves.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+
+    Returns
+    -------
+    The places [m] of each such sensor in order of time, shape (places, 2), by name.
+    """
+    if reports.platform is None:
+        return {}
+    paths = {}
+    for code, name in enumerate(reports.sensors):
+        path = reports.platform[reports.sensor == code, :2]
+        path = path[~np.isnan(path).any(axis=1)]
+        if len(path):
+            moved = np.append(True, np.any(np.diff(path, axis=0) != 0, axis=1))
+            paths[name] = path[moved]
+    return paths
 
 
 def _platform(
