@@ -217,3 +217,15 @@ def test_written_reports_are_read_back(text):
     np.testing.assert_allclose(again.sigma, reports.sigma)
     if reports.platform is not None:
         np.testing.assert_allclose(again.platform, reports.platform, atol=1e-6)
+
+
+def test_a_wide_area_is_laid_on_a_stereographic_plane():
+    text = "time,lat,lon\n0,47,8\n0,49,8\n0,200,8"
+    wide = read(text, frame_projection="stereographic", on_bad_row="skip")
+    assert wide.frame == LocalFrame(48.0, 8.0, "stereographic")
+    given = read(text, frame_projection="stereographic", frame_origin=(47, 8), on_bad_row="skip")
+    assert given.frame == LocalFrame(47.0, 8.0, "stereographic")
+    assert (
+        given.measurement[1, 1]
+        > read(text, frame_origin=(47, 8), on_bad_row="skip").measurement[1, 1]
+    )

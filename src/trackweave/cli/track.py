@@ -66,6 +66,7 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     reports = read_reports(
         request.reports,
         frame_origin=None if origin is None else (origin[0], origin[1]),
+        frame_projection=configuration.frame.projection or "tangent",
         on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
     )
     voice.say_if_compiling()

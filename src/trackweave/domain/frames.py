@@ -1,12 +1,16 @@
 """Planes on which positions of the Earth are laid."""
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.stereographic import from_stereographic, to_stereographic
 
-__all__ = ["LocalFrame"]
+__all__ = ["LocalFrame", "Projection"]
+
+Projection: TypeAlias = Literal["tangent", "stereographic"]
 
 # WGS-84.
 _SEMI_MAJOR_M = 6_378_137.0
@@ -17,12 +21,17 @@ _SEMI_MINOR_M = 6_356_752.314245179
 class LocalFrame:
     """A plane that touches the WGS-84 ellipsoid at an origin: x east, y north, z altitude.
 
+    ``tangent`` sees the Earth along the plane's normal; ``stereographic`` is true to angles
+    everywhere and stretches distances instead, by 0.15 % at 500 km from the origin and 0.6 % at
+    1,000 km: the system plane of wide areas.
+
     The horizontal position is that of the point of the ellipsoid right below, so that it does not
     depend on altitude: two sensors that know an aircraft's altitude differently, or not at all,
     see it at one place. The third coordinate is the altitude itself, not the height over the
     plane, which would fall by 8 km within 320 km of level flight. The price is that horizontal
-    distances are those at sea level, seen along the plane's normal: too short by 0.16 % per 10 km
-    of altitude, and radially by 0.3 % at 500 km from the origin and 1.2 % at 1,000 km.
+    distances are those at sea level, too short by 0.16 % per 10 km of altitude, and tangent ones
+    are seen along the plane's normal: radially too short by 0.3 % at 500 km from the origin and
+    1.2 % at 1,000 km.
 
     Parameters
     ----------
@@ -30,10 +39,13 @@ class LocalFrame:
         Latitude of the origin [degrees], -90 to 90.
     longitude_deg
         Longitude of the origin [degrees], -180 to 360.
+    projection
+        How the Earth is laid on the plane.
     """
 
     latitude_deg: float
     longitude_deg: float
+    projection: Projection = "tangent"
 
     def to_plane(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray, altitude_m: FloatArray
@@ -42,9 +54,13 @@ class LocalFrame:
         import pymap3d
 
         on_surface = np.zeros_like(np.asarray(latitude_deg, dtype=np.float64))
-        east, north, _ = pymap3d.geodetic2enu(
-            latitude_deg, longitude_deg, on_surface, self.latitude_deg, self.longitude_deg, 0.0
-        )
+        if self.projection == "stereographic":
+            origin = (self.latitude_deg, self.longitude_deg)
+            east, north = to_stereographic(latitude_deg, longitude_deg, origin)
+        else:
+            east, north, _ = pymap3d.geodetic2enu(
+                latitude_deg, longitude_deg, on_surface, self.latitude_deg, self.longitude_deg, 0.0
+            )
         altitude = np.broadcast_to(altitude_m, on_surface.shape)
         return np.stack([east, north, altitude], axis=-1)
 
@@ -65,7 +81,11 @@ class LocalFrame:
         """
         import pymap3d
 
-        latitude, longitude, _ = pymap3d.ecef2geodetic(*self._surface_points(position).T)
+        if self.projection == "stereographic":
+            origin = (self.latitude_deg, self.longitude_deg)
+            latitude, longitude = from_stereographic(position[:, 0], position[:, 1], origin)
+        else:
+            latitude, longitude, _ = pymap3d.ecef2geodetic(*self._surface_points(position).T)
         has_altitude = position.shape[1] == 3
         altitude = position[:, 2].copy() if has_altitude else np.zeros(len(position))
         return np.asarray(latitude), np.asarray(longitude), altitude

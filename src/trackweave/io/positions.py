@@ -1,14 +1,14 @@
 """Which columns of a table are positions, and what they say."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.domain.frames import LocalFrame
+from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import BoolArray
+from trackweave.io.columns import BoolArray, read_numbers
 
 __all__ = [
     "DISTANCE",
@@ -16,6 +16,7 @@ __all__ = [
     "LONGITUDE",
     "Positions",
     "choose_frame",
+    "frame_about",
     "has_positions",
     "read_positions",
     "require_origin",
@@ -101,13 +102,38 @@ def read_positions(
     )
 
 
-def require_origin(origin: tuple[float, float]) -> LocalFrame:
+def frame_about(checks: RowChecks, projection: Projection) -> LocalFrame | None:
+    """Return a plane about a table's latitudes and longitudes, whatever faults they have.
+
+    Parameters
+    ----------
+    checks
+        The table.
+    projection
+        How the Earth is laid on the plane.
+
+    Returns
+    -------
+    The plane; None where there are no latitudes and longitudes of reports or sensors.
+    """
+    for first, second in (("lat", "lon"), ("sensor_lat", "sensor_lon")):
+        if checks.filled(first) and checks.filled(second):
+            latitude = read_numbers(checks.column(first)).values
+            longitude = read_numbers(checks.column(second)).values
+            good = (np.abs(latitude) <= LATITUDE.high) & (np.abs(longitude) <= LONGITUDE.high)
+            return replace(choose_frame(latitude[good], longitude[good]), projection=projection)
+    return None
+
+
+def require_origin(origin: tuple[float, float], projection: Projection = "tangent") -> LocalFrame:
     """Return the plane with an origin.
 
     Parameters
     ----------
     origin
         Latitude, -90 to 90, and longitude, -180 to 360 [degrees].
+    projection
+        How the Earth is laid on the plane.
 
     Returns
     -------
@@ -127,7 +153,7 @@ def require_origin(origin: tuple[float, float]) -> LocalFrame:
     for value, within in ((latitude, LATITUDE), (longitude, LONGITUDE)):
         if not within.low <= value <= within.high:
             raise InvalidInputError(f"frame_origin: {origin!r}; expected {within.limits} degrees")
-    return LocalFrame(latitude, longitude)
+    return LocalFrame(latitude, longitude, projection)
 
 
 def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | None) -> Positions:

@@ -7,13 +7,14 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import text_array
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
-from trackweave.io.positions import require_origin
+from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table
 
 __all__ = ["ONLY_SENSOR", "read_reports"]
@@ -30,6 +31,7 @@ def read_reports(
     source: TableSource,
     *,
     frame_origin: tuple[float, float] | None = None,
+    frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
 ) -> ReportTable:
     """Read reports and check every value.
@@ -57,6 +59,8 @@ def read_reports(
     frame_origin
         Latitude and longitude [degrees] of the plane's origin; None to take the median position,
         rounded to 1e-4 degrees.
+    frame_projection
+        "tangent" for the plane that touches the Earth, "stereographic" for wide areas.
     on_bad_row
         "fail" to refuse a table with a bad row; "skip" to leave bad rows out and list them in
         ``skipped`` of the result.
@@ -73,9 +77,14 @@ def read_reports(
         If the table is not one of reports, or has a bad row; the message names file, row and
         column, what was there and what was expected.
     """
-    frame = None if frame_origin is None else require_origin(frame_origin)
+    frame = None
+    if frame_origin is not None:
+        frame = require_origin(frame_origin, frame_projection)
     table = load_table(source, on_bad_row)
     checks = RowChecks(table)
+    has_plane = {"x", "y"} <= set(checks.names)
+    if frame is None and frame_projection != "tangent" and not has_plane:
+        frame = frame_about(checks, frame_projection)
     checks.require("time", "seconds or ISO 8601 times")
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)

@@ -86,6 +86,7 @@ def _input(reports: ReportTable) -> dict[str, Any]:
         "first_time": float(reports.time[0]),
         "last_time": float(reports.time[-1]),
         "frame_origin": None if frame is None else [frame.latitude_deg, frame.longitude_deg],
+        "frame_projection": None if frame is None else frame.projection,
     }
 
 

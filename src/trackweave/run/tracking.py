@@ -22,6 +22,7 @@ from trackweave.io.reports import read_reports
 from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.history import smoothed_history
+from trackweave.run.laying import laid
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
@@ -139,8 +140,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         if settings.sources[f"sensors.{name}.scan_period"] in {"estimated", "default"}
     }
     rotations = rotations_in(settings)
+    table, assumed = laid(table, settings.sensors)
     notes = [
         *table.notes,
+        *assumed,
         *notes_on_lone_reports(table, periods, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
@@ -227,7 +230,9 @@ def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
     else:
         origin = configuration.frame.origin
         table = read_reports(
-            reports, frame_origin=None if origin is None else (origin[0], origin[1])
+            reports,
+            frame_origin=None if origin is None else (origin[0], origin[1]),
+            frame_projection=configuration.frame.projection or "tangent",
         )
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
