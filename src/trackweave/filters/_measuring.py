@@ -297,7 +297,7 @@ def invert(matrix: FloatArray, inverse_out: FloatArray) -> float:
         return math.log(determinant)
     if width == 3:
         return _invert_three(matrix, inverse_out)
-    return _invert_many(matrix, inverse_out)
+    return invert_many(matrix, inverse_out)
 
 
 @jit
@@ -321,7 +321,7 @@ def _invert_three(matrix: FloatArray, inverse_out: FloatArray) -> float:
 
 
 @jit
-def _invert_many(matrix: FloatArray, inverse_out: FloatArray) -> float:
+def invert_many(matrix: FloatArray, inverse_out: FloatArray) -> float:
     """Write the inverse of a symmetric matrix by its Cholesky factor; return ln det."""
     width = matrix.shape[0]
     root = np.zeros((width, width))

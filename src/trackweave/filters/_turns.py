@@ -57,10 +57,9 @@ def turn(
     # Rows of the result: x, y and their velocities; columns of what bends: velocities and rate.
     slope = np.empty((4, 3))
     after, extra = np.empty(4), np.zeros((4, 4))
-    told = False
-    if motion.unscented:
-        told = _turn_by_points(mean, covariance, interval, motion, after, slope, extra)
-    if not told:
+    # A rate that is hardly known bends the ends of all paths into an arc. Derivatives do not see
+    # that: with them the states of turning objects were far too certain.
+    if not _turn_by_points(mean, covariance, interval, motion, after, slope, extra):
         _turn_by_slopes(mean, interval, motion, after, slope)
     for row in range(4):
         place = row if row < 2 else dim + row - 2

@@ -3,64 +3,95 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.filters.kalman import predicted, transition, updated
+from trackweave.filters._smoothing import Course, Readings, go_back, go_forward, merge
+from trackweave.models.motion import MotionRule
 
-__all__ = ["smooth"]
+__all__ = ["Course", "Readings", "filtered", "merged", "smoothed"]
 
 
-def smooth(
-    time: FloatArray,
-    position: FloatArray,
-    sigma: FloatArray,
-    start: tuple[FloatArray, FloatArray],
-    process_noise: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the states of tracks at given moments, each conditioned on all of its reports.
-
-    Rauch, Tung and Striebel's smoother [1]_, all tracks at once.
+def filtered(
+    readings: Readings, start: tuple[FloatArray, FloatArray], motion: MotionRule
+) -> Course:
+    """Return an object's states, each conditioned on its reports so far.
 
     Parameters
     ----------
-    time
-        Moments of each track [s], ascending, shape (tracks, moments).
-    position
-        Reports [m], shape (tracks, moments, dim); NaN where a moment has none.
-    sigma
-        Their standard deviation along each axis [m], of the same shape.
+    readings
+        Its moments and reports.
     start
-        Mean and covariance at the first moment, before its report, shapes (tracks, 2 dim) and
-        (tracks, 2 dim, 2 dim): positions, then velocities.
-    process_noise
-        Power spectral density of the acceleration along each axis [m²/s³].
+        Mean and covariance at the first moment, before its report, shapes (n,) and (n, n), as the
+        motion lays out a state. Each mode of motion starts from them, with its long-run share.
+    motion
+        How it moves.
 
     Returns
     -------
-    Means and covariances, shapes (tracks, moments, 2 dim) and (tracks, moments, 2 dim, 2 dim).
+    States by moment and mode.
+    """
+    modes, size, length = motion.kind.shape[0], motion.prior.shape[0], readings.time.shape[0]
+    first = Course(
+        np.repeat(start[0][None, None], modes, axis=1),
+        np.repeat(start[1][None, None], modes, axis=1),
+        motion.share[None].copy(),
+    )
+    course = Course(
+        np.empty((length, modes, size)),
+        np.empty((length, modes, size, size)),
+        np.empty((length, modes)),
+    )
+    go_forward(readings, first, motion, course)
+    return course
+
+
+def smoothed(
+    readings: Readings, start: tuple[FloatArray, FloatArray], motion: MotionRule
+) -> Course:
+    """Return an object's states, each conditioned on all of its reports.
+
+    One mode of motion: the fixed-interval smoother [1]_, about the filter's states where motion
+    or reports are not linear. Several modes: each pair of a mode and the one after it is smoothed
+    and the pairs are merged [2]_, weighted by their evidence [3]_.
+
+    Parameters
+    ----------
+    readings
+        Its moments and reports.
+    start
+        As in `filtered`.
+    motion
+        How it moves.
+
+    Returns
+    -------
+    States by moment and mode.
 
     References
     ----------
     .. [1] H. E. Rauch, F. Tung, C. T. Striebel, *Maximum likelihood estimates of linear dynamic
        systems*, 1965, eqs. 3.28 and 3.30. doi:10.2514/3.3166
+    .. [2] C.-J. Kim, *Dynamic linear models with Markov-switching*, 1994.
+       doi:10.1016/0304-4076(94)90036-1
+    .. [3] D. Barber, *Expectation correction for smoothed inference in switching linear dynamical
+       systems*, 2006, sec. 3.1.
     """
-    n_tracks, length, dim = position.shape
-    size = 2 * dim
-    ahead_mean = np.empty((n_tracks, length, size))
-    ahead_covariance = np.empty((n_tracks, length, size, size))
-    mean, covariance = np.empty_like(ahead_mean), np.empty_like(ahead_covariance)
-    x, p = start[0].copy(), start[1].copy()
-    for k in range(length):
-        if k > 0:
-            x, p = predicted(x, p, time[:, k] - time[:, k - 1], process_noise)
-        ahead_mean[:, k], ahead_covariance[:, k] = x, p
-        seen = np.flatnonzero(np.isfinite(position[:, k, 0]))
-        if seen.size:
-            x, p = x.copy(), p.copy()
-            x[seen], p[seen] = updated(x[seen], p[seen], position[seen, k], sigma[seen, k])
-        mean[:, k], covariance[:, k] = x, p
-    for k in range(length - 2, -1, -1):
-        moving, _ = transition(time[:, k + 1] - time[:, k], process_noise, dim)
-        later = ahead_covariance[:, k + 1]
-        gain = np.linalg.solve(later, moving @ covariance[:, k]).swapaxes(1, 2)
-        mean[:, k] += np.einsum("tij,tj->ti", gain, mean[:, k + 1] - ahead_mean[:, k + 1])
-        covariance[:, k] += gain @ (covariance[:, k + 1] - later) @ gain.swapaxes(1, 2)
+    course = filtered(readings, start, motion)
+    go_back(readings.time, motion, course)
+    return course
+
+
+def merged(course: Course) -> tuple[FloatArray, FloatArray]:
+    """Return the mean and covariance of each moment over all modes of motion.
+
+    Parameters
+    ----------
+    course
+        States by moment and mode.
+
+    Returns
+    -------
+    Shapes (moments, n) and (moments, n, n).
+    """
+    length, _, size = course.mean.shape
+    mean, covariance = np.empty((length, size)), np.empty((length, size, size))
+    merge(course, mean, covariance)
     return mean, covariance

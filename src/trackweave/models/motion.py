@@ -39,8 +39,8 @@ class MotionRule(NamedTuple):
     probabilities ``basis[0]`` diag(exp(−``decay`` t)) ``basis[1]``, from row to column. ``prior``
     is the variance of each component of which nothing is known, 0 for positions.
     ``acceleration_at`` and ``turn_at`` say where accelerations and the turn rate stand, -1 for
-    nowhere. ``unscented`` says how turns are predicted and measurements foreseen: by sigma points
-    instead of Jacobians.
+    nowhere. ``unscented`` says how measurements are foreseen: over sigma points instead of by
+    derivatives. Turns are always predicted over sigma points.
     """
 
     dim: int
@@ -105,7 +105,7 @@ class ConstantVelocity:
         dim
             Number of spatial dimensions.
         unscented
-            Whether what is not linear is taken by sigma points instead of Jacobians.
+            Whether measurements are foreseen over sigma points instead of by derivatives.
 
         Returns
         -------
@@ -294,7 +294,7 @@ class Imm:
         dim
             Number of spatial dimensions.
         unscented
-            Whether what is not linear is taken by sigma points instead of Jacobians.
+            Whether measurements are foreseen over sigma points instead of by derivatives.
 
         Returns
         -------

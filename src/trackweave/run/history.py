@@ -9,24 +9,23 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
-from trackweave.filters.smoother import smooth
+from trackweave.filters.smoother import merged, smoothed
+from trackweave.models.motion import MotionRule
+from trackweave.run.beginnings import Evidence, first_state, readings_of
 from trackweave.run.scans import scan_ends
 
 __all__ = ["smoothed_history"]
 
-# Cells of a batch of tracks, so that memory stays bounded.
-MOST_CELLS = 100_000
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Path:
-    """One track's moments: scans between its first and last report, and the reports in them."""
+    """One track's moments: its reports' own times and the ends of scans, at which it is shown."""
 
     track: int
     time: FloatArray
     report: IntArray
-    start_mean: FloatArray | None
-    start_covariance: FloatArray | None
+    shown: IntArray
+    start: tuple[FloatArray, FloatArray] | None
 
 
 def smoothed_history(
@@ -38,8 +37,7 @@ def smoothed_history(
 ) -> TrackTable:
     """Return every track at every scan between its first and last report.
 
-    Each state is conditioned on all of the track's reports, later ones included
-    (Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", 1965).
+    Each state is conditioned on all of the track's reports, later ones included.
 
     Parameters
     ----------
@@ -58,24 +56,35 @@ def smoothed_history(
     -------
     Rows by time, then track.
     """
-    paths = _paths(reports, assignment, tracks, priors)
-    sigma = _sigma(reports, settings)
+    motion = settings.motion.rule(reports.dim, unscented=settings.unscented)
+    evidence = Evidence.of(reports, settings.sensors)
+    ends = scan_ends(
+        reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
+    )
     parts = []
-    for batch in _batches(paths):
-        parts.append(_smooth(batch, reports, sigma, settings))
+    for path in _paths(evidence, ends, assignment, (tracks, priors)):
+        readings = readings_of(evidence, path.time, path.report)
+        if path.start is None:
+            start = first_state(evidence, readings, path.report, motion, _known(tracks, path))
+        else:
+            start = _widened(path.start, motion)
+        mean, covariance = merged(smoothed(readings, start, motion))
+        parts.append(_table(path, ends, mean, covariance, motion))
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return _rows(table, np.lexsort((table.track, table.time)))
 
 
 def _paths(
-    reports: ReportTable,
+    evidence: Evidence,
+    ends: FloatArray,
     assignment: Mapping[int, int],
-    tracks: TrackTable,
-    priors: TrackTable | None,
+    known: tuple[TrackTable, TrackTable | None],
 ) -> list[_Path]:
-    # As in the tracks, a report counts at the end of its scan.
-    ends = scan_ends(reports)
+    """Return the moments of each track, by the tracks' numbers."""
+    tracks, priors = known
+    # Reports of a turning sensor have their own times; all others count at their scan's end.
+    own = np.where(evidence.turning, evidence.time, ends)
     moments = np.unique(np.concatenate([tracks.time, ends]))
     rows_of: dict[int, list[int]] = {}
     for row, track in assignment.items():
@@ -84,108 +93,61 @@ def _paths(
     paths = []
     for track in sorted(rows_of):
         rows = np.array(sorted(rows_of[track]), dtype=np.int64)
-        rows = rows[np.argsort(ends[rows], kind="stable")]
-        first, last = ends[rows[0]], ends[rows[-1]]
-        between = moments[(moments > first) & (moments < last)]
-        empty = np.setdiff1d(between, ends[rows])
-        time = np.concatenate([ends[rows], empty])
-        report = np.concatenate([rows, np.full(empty.size, -1, dtype=np.int64)])
-        prior = begun.get(track)
-        if prior is not None and priors is not None and priors.time[prior] <= first:
-            time = np.r_[priors.time[prior], time]
-            report = np.r_[-1, report]
+        first, last = ends[rows].min(), ends[rows].max()
+        shown = moments[(moments >= first) & (moments <= last)]
+        time = np.concatenate([own[rows], shown])
+        report = np.concatenate([rows, np.full(shown.size, -1, dtype=np.int64)])
+        is_shown = np.repeat([0, 1], [rows.size, shown.size])
+        prior, start = begun.get(track), None
+        if prior is not None and priors is not None and priors.time[prior] <= time.min():
+            time, report = np.r_[priors.time[prior], time], np.r_[-1, report]
+            is_shown = np.r_[0, is_shown]
             start = priors.mean[prior], priors.covariance[prior]
-        else:
-            start = None, None
         order = np.argsort(time, kind="stable")
-        paths.append(_Path(track, time[order], report[order], *start))
+        paths.append(_Path(track, time[order], report[order], is_shown[order], start))
     return paths
 
 
-def _batches(paths: list[_Path]) -> list[list[_Path]]:
-    """Put tracks of like length together."""
-    batches: list[list[_Path]] = []
-    for path in sorted(paths, key=lambda path: (-path.time.size, path.track)):
-        if not batches or (len(batches[-1]) + 1) * batches[-1][0].time.size > MOST_CELLS:
-            batches.append([])
-        batches[-1].append(path)
-    return batches
+def _known(tracks: TrackTable, path: _Path) -> tuple[float, FloatArray, FloatArray] | None:
+    """Return when and where the tracker first placed a track, None if it never showed it."""
+    rows = np.flatnonzero(tracks.track == path.track)
+    if rows.size == 0:
+        return None
+    row = rows[np.argmin(tracks.time[rows])]
+    return float(tracks.time[row]), tracks.mean[row], tracks.covariance[row]
 
 
-def _sigma(reports: ReportTable, settings: Settings) -> FloatArray:
-    """Return each report's own noise, or its sensor's."""
-    by_name = {sensor.name: sensor.sigmas(reports.dim) for sensor in settings.sensors}
-    usual = np.stack([by_name[name] for name in reports.sensors])[reports.sensor]
-    return np.where(np.isnan(reports.sigma), usual, reports.sigma)
-
-
-def _smooth(
-    batch: list[_Path], reports: ReportTable, sigma: FloatArray, settings: Settings
-) -> TrackTable:
-    """Smooth the tracks of a batch, all at once."""
-    dim = reports.dim
-    shape = len(batch), max(path.time.size for path in batch)
-    time, report = np.zeros(shape), np.full(shape, -1, dtype=np.int64)
-    for row, path in enumerate(batch):
-        size = path.time.size
-        time[row, :size], time[row, size:] = path.time, path.time[-1]
-        report[row, :size] = path.report
-    position, noise = np.full((*shape, dim), np.nan), np.ones((*shape, dim))
-    position[report >= 0] = reports.measurement[report[report >= 0]]
-    noise[report >= 0] = sigma[report[report >= 0]]
-    for row, path in enumerate(batch):
-        if path.start_mean is None:
-            # The first report makes the first state; it is not taken twice.
-            position[row, 0] = np.nan
-    start = _start(batch, reports, sigma, settings)
-    mean, covariance = smooth(time, position, noise, start, settings.motion.process_noise)
-    return _table(batch, time, report, mean, covariance)
-
-
-def _start(
-    batch: list[_Path], reports: ReportTable, sigma: FloatArray, settings: Settings
+def _widened(
+    start: tuple[FloatArray, FloatArray], motion: MotionRule
 ) -> tuple[FloatArray, FloatArray]:
-    """Return each track's first state: its prior, or its first report with unknown velocity."""
-    dim = reports.dim
-    mean, cov = np.zeros((len(batch), 2 * dim)), np.zeros((len(batch), 2 * dim, 2 * dim))
-    spread = settings.motion.velocity_variance(dim)
-    for row, path in enumerate(batch):
-        if path.start_mean is not None and path.start_covariance is not None:
-            mean[row], cov[row] = path.start_mean, path.start_covariance
-        else:
-            first = path.report[0]
-            mean[row, :dim] = reports.measurement[first]
-            cov[row] = np.diag(np.r_[sigma[first] ** 2, np.full(dim, spread)])
-    return mean, cov
+    """Return a state of positions and velocities with room for what else the motion has."""
+    mean, covariance = np.zeros(motion.prior.size), np.diag(motion.prior)
+    size = start[0].size
+    mean[:size], covariance[:size, :size] = start
+    return mean, covariance
 
 
 def _table(
-    batch: list[_Path], time: FloatArray, report: IntArray, mean: FloatArray, cov: FloatArray
+    path: _Path, ends: FloatArray, mean: FloatArray, covariance: FloatArray, motion: MotionRule
 ) -> TrackTable:
-    """Return one row per track and time, the last of those with the same time."""
-    parts = []
-    for row, path in enumerate(batch):
-        size = path.time.size
-        own, taken = time[row, :size], report[row, :size] >= 0
-        last = np.r_[np.diff(own) > 0, True]
-        # A prior lies before the track's first report and is nobody's finding.
-        last &= own >= own[taken][0]
-        hits = np.cumsum(taken)
-        update = np.maximum.accumulate(np.where(taken, own, -np.inf))
-        kept = np.flatnonzero(last)
-        parts.append(
-            TrackTable(
-                time=own[kept],
-                track=np.full(kept.size, path.track, dtype=np.int64),
-                status=np.where(update[kept] == own[kept], CONFIRMED, COASTING).astype(np.int64),
-                mean=mean[row, kept],
-                covariance=cov[row, kept],
-                score=np.full(kept.size, np.nan),
-                hits=hits[kept].astype(np.int64),
-                last_update=update[kept],
-            )
-        )
-    return TrackTable.concatenate(parts, mean.shape[2] // 2)
+    """Return one row per moment at which a track is shown."""
+    kept = np.flatnonzero(path.shown)
+    taken = path.report >= 0
+    size, at = 2 * motion.dim, motion.acceleration_at
+    time = path.time[kept]
+    seen = np.isin(time, ends[path.report[taken]])
+    update = np.maximum.accumulate(np.where(taken, path.time, -np.inf))
+    return TrackTable(
+        time=time,
+        track=np.full(kept.size, path.track, dtype=np.int64),
+        status=np.where(seen, CONFIRMED, COASTING).astype(np.int64),
+        mean=np.ascontiguousarray(mean[kept, :size]),
+        covariance=np.ascontiguousarray(covariance[kept, :size, :size]),
+        score=np.full(kept.size, np.nan),
+        hits=np.cumsum(taken)[kept].astype(np.int64),
+        last_update=update[kept],
+        acceleration=mean[kept, at : at + motion.dim] if at > 0 else np.empty((kept.size, 0)),
+    )
 
 
 def _with_status(table: TrackTable, tracks: TrackTable) -> TrackTable:
@@ -202,7 +164,7 @@ def _with_status(table: TrackTable, tracks: TrackTable) -> TrackTable:
     status = np.where(np.isin(table.track, confirmed), table.status, TENTATIVE)
     return TrackTable(
         table.time, table.track, status.astype(np.int64), table.mean, table.covariance,
-        score, table.hits, table.last_update,
+        score, table.hits, table.last_update, table.acceleration,
     )  # fmt: skip
 
 

@@ -1,0 +1,305 @@
+"""One object's states over all of its reports: forward in time, and back. Nothing here checks.
+
+With one mode of motion this is Rauch, Tung and Striebel's smoother. With several it is the
+interacting multiple model forward; backward each mode's step is smoothed from the mixture that it
+started from, what that adds is laid on each part of the mixture, and the pairs of a mode and the
+one after it are merged as Kim (1994) does, with the evidence of each (Barber 2006).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.filters._measuring import correct, innovation, invert, invert_many, measure
+from trackweave.filters._states import advance, changes, combine, linearise, mix
+from trackweave.jit import jit
+from trackweave.models.motion import MotionRule
+
+
+class Readings(NamedTuple):
+    """An object's moments, ascending in ``time`` [s], and its report at each.
+
+    ``kind`` is what the report holds, -1 for none, and ``width`` how many numbers that are, of
+    ``measurement`` with standard deviations ``sigma``, shape (moments, ≥ width). ``platform``
+    holds the sensor's x, y, z [m] and their rates [m/s], shape (moments, 6).
+    """
+
+    time: FloatArray
+    kind: IntArray
+    width: IntArray
+    measurement: FloatArray
+    sigma: FloatArray
+    platform: FloatArray
+
+
+class Course(NamedTuple):
+    """States by moment and mode: (moments, modes, n), (…, n, n), and probabilities."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    weight: FloatArray
+
+
+@jit
+def receive(
+    readings: Readings,
+    moment: int,
+    motion: MotionRule,
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+) -> None:
+    """Take a moment's report into the state in place; one that fits no mode changes nothing."""
+    modes, size = mean.shape
+    kind, width = readings.kind[moment], readings.width[moment]
+    foreseen, apart = np.empty(width), np.empty(width)
+    spread, inverse = np.empty((width, width)), np.empty((width, width))
+    cross = np.empty((size, width))
+    fit = np.empty(modes)
+    best = -math.inf
+    for mode in range(modes):
+        measure(
+            kind, mean[mode], covariance[mode], readings.platform[moment], motion.dim,
+            motion.unscented, foreseen, spread, cross,
+        )  # fmt: skip
+        for row in range(width):
+            spread[row, row] += readings.sigma[moment, row] ** 2
+        log_determinant = invert(spread, inverse)
+        fit[mode] = -math.inf
+        if not log_determinant < math.inf:
+            continue
+        innovation(kind, readings.measurement[moment, :width], foreseen, apart)
+        distance = 0.0
+        for row in range(width):
+            for column in range(width):
+                distance += apart[row] * inverse[row, column] * apart[column]
+        if weight[mode] > 0.0:
+            fit[mode] = math.log(weight[mode]) - 0.5 * (distance + log_determinant)
+            best = max(best, fit[mode])
+        correct(mean[mode], covariance[mode], apart, inverse, cross, mean[mode], covariance[mode])
+    if best == -math.inf:
+        return
+    total = 0.0
+    for mode in range(modes):
+        weight[mode] = math.exp(fit[mode] - best)
+        total += weight[mode]
+    for mode in range(modes):
+        weight[mode] /= total
+
+
+@jit
+def go_forward(readings: Readings, start: Course, motion: MotionRule, out: Course) -> None:
+    """Write the state after each moment's report; ``start`` is that before the first's."""
+    for moment in range(readings.time.shape[0]):
+        if moment == 0:
+            out.mean[0], out.covariance[0] = start.mean[0], start.covariance[0]
+            out.weight[0] = start.weight[0]
+        else:
+            advance(
+                out.mean[moment - 1], out.covariance[moment - 1], out.weight[moment - 1],
+                readings.time[moment] - readings.time[moment - 1], motion,
+                out.mean[moment], out.covariance[moment], out.weight[moment],
+            )  # fmt: skip
+        if readings.kind[moment] >= 0:
+            receive(
+                readings, moment, motion,
+                out.mean[moment], out.covariance[moment], out.weight[moment],
+            )  # fmt: skip
+
+
+@jit
+def go_back(time: FloatArray, motion: MotionRule, course: Course) -> None:
+    """Turn the states after each moment's report into those given all reports, in place."""
+    n_moments, modes, size = course.mean.shape
+    # What each mode started from, and that given all reports.
+    mixed = _room(2, modes, size)
+    # Pairs: the mode up to a moment and the one after it.
+    pairs = _room(modes, modes, size)
+    coming = np.empty((modes, modes))
+    for moment in range(n_moments - 2, -1, -1):
+        interval = time[moment + 1] - time[moment]
+        if interval == 0.0:
+            course.mean[moment] = course.mean[moment + 1]
+            course.covariance[moment] = course.covariance[moment + 1]
+            course.weight[moment] = course.weight[moment + 1]
+            continue
+        if modes == 1:
+            mixed.mean[0, 0] = course.mean[moment, 0]
+            mixed.covariance[0, 0] = course.covariance[moment, 0]
+            _step_back(moment, 0, interval, motion, course, mixed)
+            course.mean[moment, 0] = mixed.mean[1, 0]
+            course.covariance[moment, 0] = mixed.covariance[1, 0]
+            continue
+        mix(
+            course.mean[moment], course.covariance[moment], course.weight[moment], interval,
+            motion, mixed.mean[0], mixed.covariance[0], mixed.weight[0],
+        )  # fmt: skip
+        changes(course.weight[moment], interval, motion, coming)
+        for after in range(modes):
+            _step_back(moment, after, interval, motion, course, mixed)
+            _part(moment, after, coming[after], course, mixed, pairs)
+        _gather(moment, course, pairs)
+
+
+@jit
+def _room(rows: int, modes: int, size: int) -> Course:
+    """Return room for states."""
+    return Course(
+        np.empty((rows, modes, size)), np.empty((rows, modes, size, size)), np.empty((rows, modes))
+    )
+
+
+@jit
+def _step_back(
+    moment: int, mode: int, interval: float, motion: MotionRule, course: Course, mixed: Course
+) -> None:
+    """Write to row 1 of ``mixed`` what row 0 becomes given the mode's next state.
+
+    What cannot be foreseen properly is left as it is.
+    """
+    size = course.mean.shape[2]
+    own_mean, own = mixed.mean[0, mode], mixed.covariance[0, mode]
+    mean_out, covariance_out = mixed.mean[1, mode], mixed.covariance[1, mode]
+    ahead, moving = np.empty(size), np.empty((size, size))
+    spread, inverse = np.empty((size, size)), np.empty((size, size))
+    cross, gain = np.empty((size, size)), np.empty((size, size))
+    linearise(mode, own_mean, own, interval, motion, ahead, moving, spread)
+    _multiply(own, moving, cross)
+    for row in range(size):
+        for column in range(row, size):
+            for inner in range(size):
+                spread[row, column] += moving[row, inner] * cross[inner, column]
+            spread[column, row] = spread[row, column]
+    mean_out[:] = own_mean
+    covariance_out[:, :] = own
+    if not invert_many(spread, inverse) < math.inf:
+        return
+    _multiply(cross, inverse, gain)
+    for row in range(size):
+        for column in range(size):
+            apart = course.mean[moment + 1, mode, column] - ahead[column]
+            mean_out[row] += gain[row, column] * apart
+            spread[row, column] = (
+                course.covariance[moment + 1, mode, row, column] - (spread[row, column])
+            )
+    _multiply(spread, gain, cross)
+    for row in range(size):
+        for column in range(row, size):
+            total = own[row, column]
+            for inner in range(size):
+                total += gain[row, inner] * cross[inner, column]
+            covariance_out[row, column] = total
+            covariance_out[column, row] = total
+
+
+@jit
+def _part(
+    moment: int, after: int, coming: FloatArray, course: Course, mixed: Course, pairs: Course
+) -> None:
+    """Write the states and weights of all modes before one mode, given all reports.
+
+    What later reports say through the mode after is the ratio of two normal densities, of row 1
+    of ``mixed`` and row 0, which are the same mixture after and before; it is laid on each part
+    of the mixture by itself.
+    """
+    modes, size = course.mean.shape[1:]
+    late, early = np.empty((size, size)), np.empty((size, size))
+    own, sharp = np.empty((size, size)), np.empty((size, size))
+    push = np.empty(size)
+    late_log = invert_many(mixed.covariance[1, after], late)
+    early_log = invert_many(mixed.covariance[0, after], early)
+    proper = late_log < math.inf and early_log < math.inf
+    best = -math.inf
+    for before in range(modes):
+        mean, covariance = course.mean[moment, before], course.covariance[moment, before]
+        pairs.mean[before, after] = mixed.mean[1, after]
+        pairs.covariance[before, after] = mixed.covariance[1, after]
+        pairs.weight[before, after] = (
+            math.log(coming[before]) if coming[before] > 0.0 else -math.inf
+        )
+        narrow = invert_many(covariance, own)
+        if proper and narrow < math.inf:
+            for row in range(size):
+                for column in range(size):
+                    sharp[row, column] = own[row, column] + late[row, column] - early[row, column]
+            wide = invert_many(sharp, own)
+            # What several modes may become can be wider than what one of them was: then the ratio
+            # is no density, and the mixture as a whole stands for its part.
+            trusted = wide < math.inf
+            for row in range(size):
+                widest = max(covariance[row, row], mixed.covariance[1, after, row, row])
+                trusted = trusted and own[row, row] <= widest * (1.0 + 1e-9)
+            if trusted:
+                fit = 0.5 * (early_log - late_log - narrow - wide)
+                for row in range(size):
+                    push[row] = 0.0
+                    for column in range(size):
+                        far = mixed.mean[1, after, column] - mean[column]
+                        near = mixed.mean[0, after, column] - mean[column]
+                        push[row] += late[row, column] * far - early[row, column] * near
+                        fit -= (
+                            0.5 * late[row, column] * far * (mixed.mean[1, after, row] - mean[row])
+                        )
+                        fit += (
+                            0.5
+                            * early[row, column]
+                            * near
+                            * (mixed.mean[0, after, row] - mean[row])
+                        )
+                for row in range(size):
+                    shift = 0.0
+                    for column in range(size):
+                        shift += own[row, column] * push[column]
+                    fit += 0.5 * shift * push[row]
+                    pairs.mean[before, after, row] = mean[row] + shift
+                pairs.covariance[before, after] = own
+                pairs.weight[before, after] += fit
+        best = max(best, pairs.weight[before, after])
+    total = 0.0
+    for before in range(modes):
+        pairs.weight[before, after] = math.exp(pairs.weight[before, after] - best)
+        total += pairs.weight[before, after]
+    for before in range(modes):
+        pairs.weight[before, after] *= course.weight[moment + 1, after] / total
+
+
+@jit
+def _gather(moment: int, course: Course, pairs: Course) -> None:
+    """Merge the pairs of each mode with all that may come after it."""
+    modes = course.mean.shape[1]
+    for before in range(modes):
+        total = 0.0
+        for after in range(modes):
+            total += pairs.weight[before, after]
+        course.weight[moment, before] = total
+        if total > 0.0:
+            for after in range(modes):
+                pairs.weight[before, after] /= total
+            combine(
+                pairs.mean[before], pairs.covariance[before], pairs.weight[before],
+                course.mean[moment, before], course.covariance[moment, before],
+            )  # fmt: skip
+
+
+@jit
+def merge(course: Course, mean_out: FloatArray, covariance_out: FloatArray) -> None:
+    """Write the mean and covariance of each moment over all modes."""
+    for moment in range(course.mean.shape[0]):
+        combine(
+            course.mean[moment], course.covariance[moment], course.weight[moment],
+            mean_out[moment], covariance_out[moment],
+        )  # fmt: skip
+
+
+@jit
+def _multiply(left: FloatArray, right: FloatArray, out: FloatArray) -> None:
+    """Write left times the transpose of right."""
+    size = left.shape[0]
+    for row in range(size):
+        for column in range(size):
+            total = 0.0
+            for inner in range(size):
+                total += left[row, inner] * right[column, inner]
+            out[row, column] = total
