@@ -1,6 +1,6 @@
 """Right associations of many sensors' tracks, beside the usual practice.
 
-    python benchmarks/fusion_baselines.py                 # some minutes
+    python benchmarks/fusion_baselines.py                 # a quarter of an hour
     python benchmarks/fusion_baselines.py --seeds 2
 
 Objects are spread evenly over a square with so many standard deviations of a position between
@@ -10,7 +10,6 @@ the tracks of its object.
 """
 
 import argparse
-import sys
 from itertools import product
 
 import numpy as np
@@ -39,8 +38,7 @@ class Scene:
         place = rng.uniform(0.0, side, (n_objects, 2))
         velocity = rng.normal(0.0, SPEED, (n_objects, 2))
         self.object = [
-            rng.permutation(np.flatnonzero(rng.random(n_objects) < seen))
-            for _ in range(n_sensors)
+            rng.permutation(np.flatnonzero(rng.random(n_objects) < seen)) for _ in range(n_sensors)
         ]
         self.sensors = []
         for mine in self.object:
@@ -79,9 +77,7 @@ def associated(scene: Scene, rng: np.random.Generator, **options: object) -> lis
     return [found.object[found.sensor == number] for number in range(len(scene.sensors))]
 
 
-def compare(
-    size: tuple[int, int], spacing: float, seen: float, seeds: range, last: int = N_TIMES
-) -> list[float]:
+def compare(size: tuple[int, int], spacing: float, seen: float, seeds: range) -> list[float]:
     """Return the share of right associations of each method, in percent."""
     methods = {
         "nearest": lambda scene, _: nearest_neighbour(scene.sensors),
@@ -100,16 +96,15 @@ def compare(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=3, help="scenes of 200 objects")
     parser.add_argument("--spacings", type=float, nargs="+", default=[3.0, 10.0])
     arguments = parser.parse_args()
     rows = []
     for sensors, objects, seen, spacing in product(
         (3, 5, 8), (10, 50, 200), (1.0, 0.8), arguments.spacings
     ):
-        seeds = range(arguments.seeds * max(1, 50 // objects))
+        seeds = range(arguments.seeds * 200 // objects)
         shares = compare((sensors, objects), spacing, seen, seeds)
-        print(rows[-1] if rows else "", file=sys.stderr)
         rows.append([f"{sensors} × {objects}", f"{seen:g}", f"{spacing:g} σ",
                      *(f"{share:.1f}" for share in shares)])  # fmt: skip
     print(heading(command("fusion_baselines.py")), end="\n\n")

@@ -16,7 +16,8 @@ class Rings(NamedTuple):
     """What is remembered of tracks: one row each, one column per remembered time (slot).
 
     ``is_fresh`` tells where a track has an estimate of its own; ``likeness`` is how much of its
-    error there was its error in the slot before: the mean square of the correlations.
+    error there was its error in the slot before: the mean square of the correlations. ``spread``
+    is what the test reckons with, ``whole`` the tracks' covariances as they came.
     """
 
     mean: FloatArray
@@ -24,6 +25,7 @@ class Rings(NamedTuple):
     information: FloatArray
     is_fresh: NDArray[np.bool_]
     likeness: FloatArray
+    whole: FloatArray
 
 
 class Form(NamedTuple):

@@ -153,7 +153,7 @@ class Histories:
         shape = (FIRST_ROWS, most)
         self.rings = Rings(
             np.zeros((*shape, n)), np.zeros((*shape, n, n)), np.zeros((*shape, n, n)),
-            np.zeros(shape, dtype=np.bool_), np.zeros(shape),
+            np.zeros(shape, dtype=np.bool_), np.zeros(shape), np.zeros((*shape, n, n)),
         )  # fmt: skip
         self.free = list(range(FIRST_ROWS - 1, -1, -1))
         self.slot_time = [0.0] * most
@@ -219,9 +219,9 @@ class Histories:
             source = self.sources.get(name)
             if source is None or not source.is_live(self.time, self.patience, step):
                 continue
-            mean, spread = self._now(source)
+            mean, spread, whole = self._now(source)
             if source.is_fresh and len(source.row):
-                self._write(source.row, mean, spread)
+                self._write(source.row, mean, spread, whole)
             number = np.full(len(source.row), source.number, dtype=np.int64)
             parts.append((source.row, number, mean, spread))
         if not parts:
@@ -230,33 +230,43 @@ class Histories:
         row, number, mean, spread = (np.concatenate(part) for part in zip(*parts, strict=True))
         return Live(row, number, self.held[row], mean, spread)
 
-    def _now(self, source: Source) -> tuple[FloatArray, FloatArray]:
-        """Return a sensor's tracks now, and the covariances that the test reckons with."""
+    def _now(self, source: Source) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return a sensor's tracks now, the covariances that the test reckons with, and all."""
         assert self.time is not None
         picture = source.picture
-        mean, spread = picture.mean, picture.covariance
-        if self.statistic.takes_off_common:
-            spread = spread - source.common
+        mean, whole = picture.mean, picture.covariance
+        apart = whole - source.common if self.statistic.takes_off_common else whole
         if picture.time < self.time:
             interval = np.full(len(picture), self.time - picture.time)
-            # What is common grows with the rest, so it stays off.
-            noise = 0.0 if self.statistic.takes_off_common else self.process_noise
-            mean, spread = predicted(mean, spread, interval, noise)
-        return mean, self.statistic.scale * spread
+            if self.statistic.takes_off_common:
+                # New noise is common, too, so it stays off.
+                _, apart = predicted(mean, apart, interval, 0.0)
+            mean, whole = predicted(mean, whole, interval, self.process_noise)
+            if not self.statistic.takes_off_common:
+                apart = whole
+        return mean, self.statistic.scale * apart, whole
 
-    def _write(self, row: IntArray, mean: FloatArray, spread: FloatArray) -> None:
+    def _write(
+        self, row: IntArray, mean: FloatArray, spread: FloatArray, whole: FloatArray
+    ) -> None:
         assert self.rings is not None
         slot = self._slot
         if self.statistic.correlation in {"effective", "both"} and self.n_slots > 1:
             before = (self.n_slots - 2) % self.rings.is_fresh.shape[1]
             gap = self.slot_time[slot] - self.slot_time[before]
-            likeness = _likeness(self.rings.spread[row, before], spread, gap, self.process_noise)
+            likeness = _likeness(
+                (self.rings.spread[row, before], spread),
+                (self.rings.whole[row, before], whole),
+                gap,
+                self.process_noise,
+            )
             self.rings.likeness[row, slot] = np.where(
                 self.rings.is_fresh[row, before], likeness, 0.0
             )
         self.rings.mean[row, slot] = mean
         self.rings.spread[row, slot] = spread
         self.rings.information[row, slot] = np.linalg.inv(spread)
+        self.rings.whole[row, slot] = whole
         self.rings.is_fresh[row, slot] = True
 
     def _common(
@@ -279,15 +289,24 @@ class Histories:
         return np.asarray(shrink[:, None, None] * common)
 
 
-def _likeness(before: FloatArray, now: FloatArray, gap: float, noise: float) -> FloatArray:
-    """Return the mean squared correlation of errors now with those a gap [s] before."""
-    n = now.shape[1]
+def _likeness(
+    spread: tuple[FloatArray, FloatArray],
+    whole: tuple[FloatArray, FloatArray],
+    gap: float,
+    noise: float,
+) -> FloatArray:
+    """Return the mean squared correlation of errors now with those a gap [s] before.
+
+    Of the covariances, then and now, that the test reckons with; the gains are told by the whole.
+    """
+    n = spread[0].shape[1]
     moving, q = transition(np.array([gap]), noise, n // 2)
-    carried = moving[0] @ before @ moving[0].T
+    size = np.trace(whole[1], axis1=1, axis2=2)[:, None, None]
     # Rows that were not there before hold zeros; they are not used.
-    ahead = carried + q[0] + 1e-12 * np.eye(n) * np.trace(now, axis1=1, axis2=2)[:, None, None]
-    inverse = np.linalg.inv(ahead)
-    share = np.einsum("kij,kji->k", inverse @ carried @ inverse, now) / n
+    ahead = moving[0] @ whole[0] @ moving[0].T + q[0] + 1e-12 * size * np.eye(n)
+    carried = whole[1] @ np.linalg.inv(ahead) @ moving[0]
+    left = carried @ spread[0] @ carried.swapaxes(1, 2)
+    share = np.einsum("kij,kji->k", np.linalg.inv(spread[1]), left) / n
     return np.asarray(np.clip(share, 0.0, 1.0))
 
 

@@ -292,6 +292,7 @@ def tuple_values(mean: FloatArray, covariance: FloatArray, statistic: Statistic)
         np.ascontiguousarray(np.linalg.inv(spread)),
         np.ones((rows, n_times), dtype=np.bool_),
         np.zeros((rows, n_times)),
+        np.ascontiguousarray(spread),
     )
     value, limit = np.empty((2, n_tuples))
     members = np.arange(rows).reshape(n_tuples, n_members)
