@@ -227,13 +227,16 @@ def _normal(weighed: _Weighed, share: FloatArray) -> tuple[FloatArray, FloatArra
     return matrix, np.einsum("r,rki,rk->i", share, weighed.gradient, weighed.error)
 
 
-def _spread_factor(weighed: _Weighed) -> float:
+def _spread_factor(rows: Differences, weighed: _Weighed) -> float:
     """Return how much greater the middle squared difference is than expected, at least 1."""
     some = weighed.rank > 0
     if not some.any():
         return 1.0
     ratio = weighed.squared[some] / chdtri(weighed.rank[some], 0.5)
-    return max(1.0, float(np.median(ratio)))
+    order = np.argsort(ratio)
+    # The middle by trust, so that unlikely pairs do not move it.
+    below = np.cumsum(rows.trust[some][order])
+    return max(1.0, float(ratio[order[np.searchsorted(below, 0.5 * below[-1])]]))
 
 
 def _huber(rows: Differences, weighed: _Weighed) -> FloatArray:
@@ -245,7 +248,7 @@ def _huber(rows: Differences, weighed: _Weighed) -> FloatArray:
 
 def _trimmed(rows: Differences, weighed: _Weighed) -> FloatArray:
     """Return the differences' shares without those, and those pairs, that contradict the bias."""
-    factor = _spread_factor(weighed)
+    factor = _spread_factor(rows, weighed)
     squared, rank = weighed.squared, weighed.rank
     fits = squared <= factor * chdtri(np.maximum(rank, 1), _TRIM)
     sums = np.bincount(rows.pair, weights=squared)
@@ -257,10 +260,11 @@ def _trimmed(rows: Differences, weighed: _Weighed) -> FloatArray:
 def _scale(rows: Differences, weighed: _Weighed, share: FloatArray, n_biases: int) -> float:
     """Return by how much the differences vary more than their covariances and independence say."""
     is_used = share > 0.0
-    squared, rank = weighed.squared[is_used], weighed.rank[is_used]
+    error, pair, rank = weighed.error[is_used], rows.pair[is_used], weighed.rank[is_used]
+    squared = np.einsum("ri,ri->r", error, error)
     n_numbers = float(rank.sum())
-    level = (_TYPICAL + squared.sum()) / (_TYPICAL + max(n_numbers - n_biases, 0.0))
-    error, pair = weighed.error[is_used], rows.pair[is_used]
+    expected = max(float(share[is_used] @ rank) - n_biases, 0.0)
+    level = (_TYPICAL + share[is_used] @ squared) / (_TYPICAL + expected)
     repeated = 1.0
     for lag in range(1, min(_LAGS, error.shape[0] - 1) + 1):
         same = pair[lag:] == pair[:-lag]
