@@ -13,7 +13,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Nodes
-from trackweave.association._scoring import room_for_state
+from trackweave.association._scoring import is_plain, room_for_state
+from trackweave.filters._kernels import predict
 from trackweave.filters._states import advance, combine
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
@@ -197,18 +198,25 @@ def average_states(
             family = nodes.family[node]
             existence_out[family] += weight[node]
             largest[family] = max(largest[family], weight[node])
-    state = room_for_state(motion)
+    plain, state = is_plain(motion), room_for_state(motion)
     moved, predicted = np.empty(size), np.empty((size, size))
     for node in range(n_nodes):
         family = nodes.family[node]
         # Sequences of less than a ten-thousandth of the best cannot be seen in the average.
         share = weight[node] if weight[node] > 1e-4 * largest[family] else 0.0
         if share > 0.0 and nodes.is_line[node] == 0:
-            advance(
-                nodes.mean[node], nodes.covariance[node], nodes.weight[node],
-                time - nodes.time[node], motion, state.mean, state.covariance, state.weight,
-            )  # fmt: skip
-            combine(state.mean, state.covariance, state.weight, moved, predicted)
+            interval = time - nodes.time[node]
+            if plain:
+                predict(
+                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
+                    motion.noise[0, 0], moved, predicted,
+                )  # fmt: skip
+            else:
+                advance(
+                    nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
+                    motion, state.mean, state.covariance, state.weight,
+                )  # fmt: skip
+                combine(state.mean, state.covariance, state.weight, moved, predicted)
             # Moments about the average so far, which moves: West, 1979.
             before = kept[family]
             kept[family] += share

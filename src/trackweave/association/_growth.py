@@ -5,6 +5,13 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._gating import (
+    is_beside,
+    is_reachable,
+    most_moved,
+    widest,
+    within_reach,
+)
 from trackweave.association._lines import BEARING, begin_line, cross_line
 from trackweave.association._nodes import (
     Candidates,
@@ -15,10 +22,12 @@ from trackweave.association._nodes import (
     WindowRule,
 )
 from trackweave.association._scoring import (
+    LOG_TWO_PI,
+    POSITION,
     compare,
     expect,
     identity_cost,
-    is_reachable,
+    is_plain,
     is_too_soon,
     room_for_expectation,
     room_for_state,
@@ -26,6 +35,7 @@ from trackweave.association._scoring import (
     take_in,
 )
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.filters._kernels import distance_of, invert_sum, predict, update
 from trackweave.filters._measuring import correct, innovation, invert, measure
 from trackweave.filters._states import advance
 from trackweave.jit import jit
@@ -53,7 +63,10 @@ def propose(
     n_reports, n_components = scan.measurement.shape
     state, moved = room_for_state(motion), room_for_state(motion)
     expected = room_for_expectation(motion, n_components)
-    widest = _widest(scan, motion.dim, motion.max_speed)
+    broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
+    plain = is_plain(motion) and scan.kind == POSITION and n_components == motion.dim
+    plain = plain and not scan.has_moments
+    mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     count = 0
     for node in range(n_nodes):
         missed.tail[node] = nodes.tail[node]
@@ -61,41 +74,80 @@ def propose(
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
         if nodes.tail[node] == math.inf:
             continue
+        seen = scan.detection_probability
         if nodes.is_line[node] == 1:
-            seen = scan.detection_probability
             count = _propose_crossings(nodes, node, scan, rule, candidates, count, moved)
         else:
-            advance(
-                nodes.mean[node], nodes.covariance[node], nodes.weight[node],
-                scan.reference - nodes.time[node], motion,
-                state.mean, state.covariance, state.weight,
-            )  # fmt: skip
-            seen = scan.detection_probability * share_covered(state, scan.coverage)
+            interval = scan.reference - nodes.time[node]
+            if plain:
+                predict(
+                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
+                    motion.noise[0, 0], mean, covariance,
+                )  # fmt: skip
+            else:
+                advance(
+                    nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
+                    motion, state.mean, state.covariance, state.weight,
+                )  # fmt: skip
+            if not scan.coverage.everywhere:
+                seen *= share_covered(state, scan.coverage)
             low, high = 0, n_reports
             if scan.is_located:
-                low, high = _within_reach(scan, state, widest)
+                low, high = within_reach(
+                    scan.position, scan.gate, state.mean, state.covariance, broad[0], slack
+                )
             known = -1
             for index in range(low if seen > 0.0 else high, high):
                 if scan.is_located and not (
-                    _is_beside(scan, index, state, widest)
-                    and is_reachable(nodes, node, scan, index, motion)
+                    is_beside(
+                        scan.position[index, 1], scan.gate, state.mean, state.covariance,
+                        broad[1], slack,
+                    )
+                    and is_reachable(
+                        nodes.mean, nodes.covariance, nodes.weight, node, scan.position,
+                        scan.position_covariance, index,
+                        motion.max_speed * abs(scan.moment[index] - nodes.time[node]),
+                    )
+                ):  # fmt: skip
+                    continue
+                if scan.separation > 0.0 and is_too_soon(
+                    nodes, node, scan.sensor, scan.moment[index], scan.separation
                 ):
                     continue
-                if scan.separation > 0.0 and is_too_soon(nodes, node, scan, index):
-                    continue
+                setting = scan.setting[index]
                 if scan.has_moments:
                     advance(
                         nodes.mean[node], nodes.covariance[node], nodes.weight[node],
                         scan.moment[index] - nodes.time[node], motion,
                         moved.mean, moved.covariance, moved.weight,
                     )  # fmt: skip
-                    expect(scan, scan.setting[index], moved, motion, expected)
-                elif scan.setting[index] != known:
-                    known = scan.setting[index]
-                    expect(scan, known, state, motion, expected)
-                distance, log_likelihood = compare(
-                    scan, index, moved if scan.has_moments else state, expected
-                )
+                    expect(
+                        scan.kind, scan.noise[setting], scan.platform[setting], moved, motion,
+                        expected,
+                    )  # fmt: skip
+                elif setting != known:
+                    known = setting
+                    if plain:
+                        expected.log_determinant[0] = invert_sum(
+                            covariance, scan.noise, setting, inverse
+                        )
+                    else:
+                        expect(
+                            scan.kind, scan.noise[setting], scan.platform[setting], state,
+                            motion, expected,
+                        )  # fmt: skip
+                if plain:
+                    distance = distance_of(scan.measurement, index, mean, inverse)
+                    log_likelihood = -0.5 * (
+                        distance + expected.log_determinant[0] + n_components * LOG_TWO_PI
+                    )
+                else:
+                    distance, log_likelihood = compare(
+                        scan.kind, scan.measurement, index,
+                        moved.weight if scan.has_moments else state.weight,
+                        expected.mean, expected.inverse, expected.log_determinant,
+                        expected.innovation,
+                    )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
                 if count < candidates.node.shape[0]:
@@ -109,64 +161,23 @@ def propose(
                         + scan.log_clutter
                         - math.log(seen)
                         - scan.evidence[index]
-                        + identity_cost(nodes, node, scan, index)
-                    )
+                        + identity_cost(
+                            scan.identity[index], nodes.identity[node], nodes.former[node],
+                            scan.identity_gain, scan.identity_loss,
+                        )
+                    )  # fmt: skip
                 count += 1
-        _miss(nodes, node, scan, rule, seen, missed)
+        missed.tail[node] += scan.survival_cost
+        if scan.is_silence_telling:
+            missed.tail[node] -= math.log(1.0 - seen)
+            chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
+            missed.counted[node] += chance
+            missed.misses[node] += chance
+        if missed.misses[node] >= rule.max_misses or (
+            scan.time - nodes.time[node] > rule.max_unseen
+        ):
+            missed.tail[node] = math.inf
     return count
-
-
-@jit
-def _miss(
-    nodes: Nodes, node: int, scan: ScanInput, rule: WindowRule, seen: float, missed: Misses
-) -> None:
-    """Write what a sequence becomes if the scan has no report of it."""
-    missed.tail[node] += scan.survival_cost
-    if scan.is_silence_telling:
-        missed.tail[node] -= math.log(1.0 - seen)
-        chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
-        missed.counted[node] += chance
-        missed.misses[node] += chance
-    if missed.misses[node] >= rule.max_misses or scan.time - nodes.time[node] > rule.max_unseen:
-        missed.tail[node] = math.inf
-
-
-@jit
-def _widest(scan: ScanInput, dim: int, max_speed: float) -> FloatArray:
-    """Return the largest variance of a report's place along each axis, and last the slack [m]."""
-    widest = np.zeros(dim + 1)
-    for index in range(scan.measurement.shape[0]):
-        if scan.is_located:
-            for axis in range(dim):
-                widest[axis] = max(widest[axis], scan.position_covariance[index, axis, axis])
-        widest[dim] = max(widest[dim], max_speed * abs(scan.moment[index] - scan.reference))
-    return widest
-
-
-@jit
-def _within_reach(scan: ScanInput, state: State, widest: FloatArray) -> tuple[int, int]:
-    """Return the span of reports that any mode may reach along the first axis."""
-    low, high = math.inf, -math.inf
-    for mode in range(state.weight.shape[0]):
-        reach = (
-            math.sqrt(scan.gate * (state.covariance[mode, 0, 0] + widest[0]))
-            + widest[widest.shape[0] - 1]
-        )
-        low = min(low, state.mean[mode, 0] - reach)
-        high = max(high, state.mean[mode, 0] + reach)
-    first = np.searchsorted(scan.position[:, 0], low)
-    last = np.searchsorted(scan.position[:, 0], high, side="right")
-    return int(first), int(last)
-
-
-@jit
-def _is_beside(scan: ScanInput, index: int, state: State, widest: FloatArray) -> bool:
-    """Tell whether any mode may reach a report along the second axis."""
-    for mode in range(state.weight.shape[0]):
-        side = abs(scan.position[index, 1] - state.mean[mode, 1]) - widest[widest.shape[0] - 1]
-        if side <= 0.0 or side * side <= scan.gate * (state.covariance[mode, 1, 1] + widest[1]):
-            return True
-    return False
 
 
 @jit
@@ -192,7 +203,13 @@ def _propose_crossings(
                 - math.log(scan.detection_probability)
                 - evidence
                 - scan.evidence[index]
-                + identity_cost(nodes, node, scan, index)
+                + identity_cost(
+                    scan.identity[index],
+                    nodes.identity[node],
+                    nodes.former[node],
+                    scan.identity_gain,
+                    scan.identity_loss,
+                )
             )
         count += 1
     return count
@@ -211,6 +228,9 @@ def append_children(
     motion = rule.motion
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
+    plain = is_plain(motion) and scan.kind == POSITION
+    plain = plain and scan.measurement.shape[1] == motion.dim
+    mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     child = n_nodes
     for entry in chosen:
         above, index = candidates.node[entry], candidates.report[entry]
@@ -220,50 +240,52 @@ def append_children(
                 nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
             )
             _spread_over_modes(nodes, child, motion.share)
+        elif plain:
+            predict(
+                nodes.mean[above, 0], nodes.covariance[above, 0], interval,
+                motion.noise[0, 0], mean, covariance,
+            )  # fmt: skip
+            invert_sum(covariance, scan.noise, scan.setting[index], inverse)
+            update(
+                mean, covariance, scan.measurement[index], inverse,
+                nodes.mean[child, 0], nodes.covariance[child, 0],
+            )  # fmt: skip
+            nodes.weight[child, 0] = 1.0
         else:
             advance(
                 nodes.mean[above], nodes.covariance[above], nodes.weight[above], interval,
                 motion, state.mean, state.covariance, state.weight,
             )  # fmt: skip
+            setting = scan.setting[index]
             take_in(
-                scan, index, state, motion, expected,
+                scan.kind, scan.measurement[index], scan.noise[setting],
+                scan.platform[setting], state, motion, expected,
                 nodes.mean[child], nodes.covariance[child], nodes.weight[child],
             )  # fmt: skip
-        _enter(nodes, child, scan, index)
         nodes.parent[child] = above
+        nodes.report[child] = scan.slot[index]
         nodes.family[child] = nodes.family[above]
         nodes.hits[child] = nodes.hits[above] + 1
+        nodes.chosen[child] = 0
+        nodes.sensor[child] = scan.sensor
+        nodes.is_line[child] = 0
         nodes.cost[child] = candidates.cost[entry]
+        nodes.tail[child] = 0.0
+        nodes.misses[child] = 0.0
+        nodes.counted[child] = 1.0
+        nodes.price[child] = 0.0
+        nodes.time[child] = scan.moment[index]
         nodes.chances[child] = nodes.chances[above]
         if interval != 0.0 or nodes.report[above] < 0:
             # Misses of this very instant are no chance of their own: it is a hit now.
             nodes.chances[child] += nodes.misses[above] - nodes.counted[above] + 1.0
-        _remember_identity(nodes, child, above, scan.identity[index])
+        claimed = scan.identity[index]
+        nodes.identity[child] = nodes.identity[above]
+        nodes.former[child] = nodes.former[above]
+        if claimed >= 0 and claimed != nodes.identity[above]:
+            nodes.former[child] = nodes.identity[above]
+            nodes.identity[child] = claimed
         child += 1
-
-
-@jit
-def _enter(nodes: Nodes, node: int, scan: ScanInput, index: int) -> None:
-    """Write what every sequence is that has just taken a report."""
-    nodes.report[node] = scan.slot[index]
-    nodes.chosen[node] = 0
-    nodes.sensor[node] = scan.sensor
-    nodes.is_line[node] = 0
-    nodes.tail[node] = 0.0
-    nodes.misses[node] = 0.0
-    nodes.counted[node] = 1.0
-    nodes.price[node] = 0.0
-    nodes.time[node] = scan.moment[index]
-
-
-@jit
-def _remember_identity(nodes: Nodes, child: int, above: int, claimed: int) -> None:
-    """Write whom a sequence is of after a report that is of somebody, or of nobody known."""
-    nodes.identity[child] = nodes.identity[above]
-    nodes.former[child] = nodes.former[above]
-    if claimed >= 0 and claimed != nodes.identity[above]:
-        nodes.former[child] = nodes.identity[above]
-        nodes.identity[child] = claimed
 
 
 @jit
@@ -290,10 +312,18 @@ def append_roots(
     dim = motion.dim
     for index in range(scan.measurement.shape[0]):
         node = n_nodes + index
-        _enter(nodes, node, scan, index)
         nodes.parent[node] = -1
+        nodes.report[node] = scan.slot[index]
         nodes.family[node] = first_family + index
         nodes.hits[node] = 1
+        nodes.chosen[node] = 0
+        nodes.sensor[node] = scan.sensor
+        nodes.is_line[node] = 0
+        nodes.tail[node] = 0.0
+        nodes.misses[node] = 0.0
+        nodes.counted[node] = 1.0
+        nodes.price[node] = 0.0
+        nodes.time[node] = scan.moment[index]
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.former[node] = -1

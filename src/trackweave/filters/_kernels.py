@@ -132,3 +132,57 @@ def update(
             value = covariance[row, column] - reduction
             covariance_out[row, column] = value
             covariance_out[column, row] = value
+
+
+@jit
+def invert_sum(
+    covariance: FloatArray, noise: FloatArray, setting: int, inverse_out: FloatArray
+) -> float:
+    """Write the inverse of S = P_position + noise[setting]; return ln det S.
+
+    Returns infinity where S is not positive definite.
+    """
+    dim = noise.shape[1]
+    s00 = covariance[0, 0] + noise[setting, 0, 0]
+    s11 = covariance[1, 1] + noise[setting, 1, 1]
+    s01 = covariance[0, 1] + noise[setting, 0, 1]
+    if dim == 2:
+        determinant = s00 * s11 - s01 * s01
+        if not (s00 > 0.0 and determinant > 0.0):
+            return math.inf
+        inverse_out[0, 0] = s11 / determinant
+        inverse_out[1, 1] = s00 / determinant
+        inverse_out[0, 1] = -s01 / determinant
+        inverse_out[1, 0] = -s01 / determinant
+        return math.log(determinant)
+    s22 = covariance[2, 2] + noise[setting, 2, 2]
+    s02 = covariance[0, 2] + noise[setting, 0, 2]
+    s12 = covariance[1, 2] + noise[setting, 1, 2]
+    c00 = s11 * s22 - s12 * s12
+    c01 = s02 * s12 - s01 * s22
+    c02 = s01 * s12 - s02 * s11
+    determinant = s00 * c00 + s01 * c01 + s02 * c02
+    if not (s00 > 0.0 and s00 * s11 - s01 * s01 > 0.0 and determinant > 0.0):
+        return math.inf
+    inverse_out[0, 0] = c00 / determinant
+    inverse_out[0, 1] = inverse_out[1, 0] = c01 / determinant
+    inverse_out[0, 2] = inverse_out[2, 0] = c02 / determinant
+    inverse_out[1, 1] = (s00 * s22 - s02 * s02) / determinant
+    inverse_out[1, 2] = inverse_out[2, 1] = (s01 * s02 - s00 * s12) / determinant
+    inverse_out[2, 2] = (s00 * s11 - s01 * s01) / determinant
+    return math.log(determinant)
+
+
+@jit
+def distance_of(
+    measurement: FloatArray, index: int, mean: FloatArray, inverse: FloatArray
+) -> float:
+    """Return the squared Mahalanobis distance of one of many positions from a predicted state."""
+    dim = measurement.shape[1]
+    total = 0.0
+    for row in range(dim):
+        partial = 0.0
+        for column in range(dim):
+            partial += inverse[row, column] * (measurement[index, column] - mean[column])
+        total += partial * (measurement[index, row] - mean[row])
+    return total
