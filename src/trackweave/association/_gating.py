@@ -1,0 +1,79 @@
+"""Which reports a state may reach at all. Nothing here checks or raises.
+
+Functions take arrays one by one: handing over whole scans costs more than what they do.
+"""
+
+import math
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.association._nodes import ScanInput
+from trackweave.jit import jit
+
+
+@jit
+def widest(scan: ScanInput, dim: int) -> FloatArray:
+    """Return the largest variance of a report's place along each axis [m²]."""
+    widest = np.zeros(dim)
+    for index in range(scan.position_covariance.shape[0]):
+        for axis in range(dim):
+            widest[axis] = max(widest[axis], scan.position_covariance[index, axis, axis])
+    return widest
+
+
+@jit
+def most_moved(scan: ScanInput, max_speed: float) -> float:
+    """Return how far an object moves at most between a scan's own time and its reports' [m]."""
+    slack = 0.0
+    for index in range(scan.moment.shape[0]):
+        slack = max(slack, max_speed * abs(scan.moment[index] - scan.reference))
+    return slack
+
+
+@jit
+def within_reach(
+    position: FloatArray, gate: float, mean: FloatArray, covariance: FloatArray,
+    widest: float, slack: float,
+) -> tuple[int, int]:  # fmt: skip
+    """Return the span of reports that any mode may reach along the first axis."""
+    low, high = math.inf, -math.inf
+    for mode in range(mean.shape[0]):
+        reach = math.sqrt(gate * (covariance[mode, 0, 0] + widest)) + slack
+        low = min(low, mean[mode, 0] - reach)
+        high = max(high, mean[mode, 0] + reach)
+    first = np.searchsorted(position[:, 0], low)
+    last = first
+    while last < position.shape[0] and position[last, 0] <= high:
+        last += 1
+    return int(first), int(last)
+
+
+@jit
+def is_beside(
+    place: float, gate: float, mean: FloatArray, covariance: FloatArray, widest: float,
+    slack: float,
+) -> bool:  # fmt: skip
+    """Tell whether any mode may reach a report along the second axis."""
+    for mode in range(mean.shape[0]):
+        side = abs(place - mean[mode, 1]) - slack
+        if side <= 0.0 or side * side <= gate * (covariance[mode, 1, 1] + widest):
+            return True
+    return False
+
+
+@jit
+def is_reachable(
+    mean: FloatArray, covariance: FloatArray, weight: FloatArray, node: int,
+    position: FloatArray, position_covariance: FloatArray, index: int, reach: float,
+) -> bool:  # fmt: skip
+    """Tell whether an object no faster than allowed can have come from its last place."""
+    distance, variance = 0.0, 0.0
+    for axis in range(position.shape[1]):
+        place, spread = 0.0, 0.0
+        for mode in range(weight.shape[1]):
+            place += weight[node, mode] * mean[node, mode, axis]
+            spread += weight[node, mode] * covariance[node, mode, axis, axis]
+        distance += (position[index, axis] - place) ** 2
+        variance += spread + position_covariance[index, axis, axis]
+    return bool(math.sqrt(distance) <= reach + 3.0 * math.sqrt(variance))
