@@ -5,7 +5,8 @@ import pytest
 
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
-from trackweave.run.placing import placed, platforms_of
+from trackweave.models.rotation import Rotation
+from trackweave.run.placing import in_turns, placed, platforms_of
 
 NAN = np.nan
 
@@ -48,3 +49,13 @@ def test_a_row_tells_where_its_sensor_was_before_the_configuration_does():
     assert platform[0, 0] == 100.0
     assert platform[3].tolist() == [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
     assert platform[2] == pytest.approx(np.zeros(6))
+
+
+def test_reports_in_turns_have_the_times_of_their_scans():
+    table = in_turns(placed(mixed()), {"radar": Rotation(2.0)})
+    assert table.report.tolist() == ["a", "c", "d"]
+    assert table.time[0] > 0.0
+    assert table.time[1] == 2.0
+    assert table.time.tolist() == sorted(table.time)
+    assert table.scan is not None
+    assert in_turns(table, {}) is table

@@ -15,9 +15,8 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation import Estimates
 from trackweave.estimation.rotation import rotation_of
 from trackweave.models.rotation import Rotation
-from trackweave.run.placing import placed, platforms_of
+from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import estimates_for
-from trackweave.run.turns import with_turns
 
 __all__ = ["observe", "positions_in", "settle"]
 
@@ -66,8 +65,7 @@ def settle(
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
-    turned = replace(reports, scan=with_turns(reports, rotations))
-    table = placed(turned, places)
+    table = in_turns(placed(reports, places), rotations)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         estimates = estimates_for(table, _of_positions(configuration, observed))

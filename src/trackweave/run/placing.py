@@ -10,8 +10,11 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import to_position
+from trackweave.models.rotation import Rotation
+from trackweave.run.scans import scan_ends
+from trackweave.run.turns import with_turns
 
-__all__ = ["placed", "platforms_of"]
+__all__ = ["in_turns", "placed", "platforms_of"]
 
 
 def platforms_of(
@@ -76,26 +79,53 @@ def placed(
     return _of_sensors(replace(reports, measurement=position, sigma=sigma), telling)
 
 
+def in_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> ReportTable:
+    """Return reports as if each had been made at the end of its turn, which is a scan.
+
+    Parameters
+    ----------
+    reports
+        Reports of any kind.
+    rotations
+        How beams turn, by sensor.
+
+    Returns
+    -------
+    A table with scan numbers, in order of the new times; the same one where nothing turns.
+    """
+    if not rotations:
+        return reports
+    ends = scan_ends(reports, rotations)
+    numbered = replace(reports, scan=with_turns(reports, rotations), time=ends)
+    order: IntArray = np.lexsort((reports.sensor, ends))
+    return _chosen(numbered, order)
+
+
 def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
     """Return the reports of some sensors of a table that holds positions now."""
-    rows: IntArray = np.flatnonzero(np.isin(reports.sensor, sensors))
     number = np.full(len(reports.sensors), -1, dtype=np.int64)
     number[list(sensors)] = np.arange(len(sensors))
-    parts: dict[str, Any] = {
-        name: None if column is None else column[rows]
-        for name in ("scan", "platform", "identity", "strength", "height")
-        for column in (getattr(reports, name),)
-    }
+    chosen = _chosen(reports, np.flatnonzero(np.isin(reports.sensor, sensors)))
     return replace(
-        reports,
-        time=reports.time[rows],
-        sensor=number[reports.sensor[rows]],
+        chosen,
+        sensor=number[chosen.sensor],
         sensors=tuple(reports.sensors[index] for index in sensors),
-        measurement=np.ascontiguousarray(reports.measurement[rows]),
-        sigma=np.ascontiguousarray(reports.sigma[rows]),
-        report=reports.report[rows],
-        carried={},
         kinds=(),
         space=0,
-        **parts,
     )
+
+
+def _chosen(reports: ReportTable, rows: IntArray) -> ReportTable:
+    """Return some rows, without what is carried along."""
+    parts: dict[str, Any] = {
+        name: None if column is None else np.ascontiguousarray(column[rows])
+        for name in _COLUMNS
+        for column in (getattr(reports, name),)
+    }
+    return replace(reports, carried={}, **parts)
+
+
+_COLUMNS = (
+    "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
+    "strength", "height",
+)  # fmt: skip

@@ -21,6 +21,7 @@ from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
 from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
+from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.observing import settle
@@ -144,6 +145,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     notes = [
         *table.notes,
         *assumed,
+        *doubts_on(table, settings.sensors),
         *notes_on_lone_reports(table, periods, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
