@@ -50,6 +50,16 @@ def test_reads_the_planes_origin_and_dates(tmp_path: Path) -> None:
     assert np.ptp(run.tracks.time) == 5.0
 
 
+def test_reads_the_planes_projection(tmp_path: Path) -> None:
+    plane = {"dimensions": 2, "frame_origin": [51.5, 0.0], "frame_projection": "stereographic"}
+    frame = read_run(write_run(tmp_path / "run", input=plane)).frame
+    assert frame is not None
+    assert frame.projection == "stereographic"
+    plane["frame_projection"] = "mercator"
+    with pytest.raises(DataFormatError, match="key frame_projection: not as expected"):
+        read_run(write_run(tmp_path / "other", input=plane))
+
+
 def test_refuses_a_run_in_one_dimension(tmp_path: Path) -> None:
     with pytest.raises(DataFormatError, match="key dimensions: 1; expected 2 or 3"):
         read_run(write_run(tmp_path / "run", input={"dimensions": 1}))

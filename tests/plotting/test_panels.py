@@ -113,6 +113,24 @@ def test_counts_each_status_at_each_time() -> None:
     assert counts[11].tolist() == [0, 0, 4]
 
 
+def test_very_many_scans_are_drawn_as_means_of_neighbours() -> None:
+    n = 1000
+    counts = np.stack([np.zeros(n), np.arange(n) % 2, np.ones(n)], axis=1).astype(int)
+    when, mean = _panels._thinned(np.arange(n, dtype=float), counts)
+    assert len(when) == _panels.MOST_STEPS
+    assert when[:3].tolist() == [0.0, 5.0, 10.0]
+    np.testing.assert_allclose(mean.sum(), counts.sum() / 5)
+    assert mean[:, 2].tolist() == [1.0] * len(when)
+
+
+def test_few_scans_are_drawn_each() -> None:
+    counts = np.array([[0, 1, 2], [3, 4, 5]])
+    when, mean = _panels._thinned(np.array([7.0, 9.0]), counts)
+    assert when.tolist() == [7.0, 9.0]
+    assert mean.tolist() == counts.tolist()
+    assert _panels._thinned(np.empty(0), np.empty((0, 3), dtype=int))[0].size == 0
+
+
 @pytest.mark.parametrize(
     ("begin", "step", "label", "unit_s"),
     [

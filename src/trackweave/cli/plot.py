@@ -98,8 +98,12 @@ def _reports_file(request: PlotRequest) -> Path | None:
 def _read_reports(path: Path, run: RunFiles) -> ReportTable:
     frame = run.frame
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
-    # A run that left bad rows out has drawn its tracks without them.
-    return read_reports(path, frame_origin=origin, on_bad_row="skip")
+    return read_reports(
+        path,
+        frame_origin=origin,
+        frame_projection="tangent" if frame is None else frame.projection,
+        on_bad_row="skip",  # as the run may have done
+    )
 
 
 def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, int]:
@@ -150,8 +154,7 @@ def _series(run: RunFiles) -> ScanSeries:
         reports=reports,
         assigned=_assigned(run.record["scans"], time, run.assignments),
         gap=gap,
-        # A scan without reports has nothing to prove.
-        proven=(gap <= PROVEN_GAP) & (reports > 0),
+        proven=gap <= PROVEN_GAP,
         cpu_ms=run.cpu_ms(),
         known=run.tracks,
         iso_time=run.iso_time,

@@ -3,12 +3,12 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.domain.frames import LocalFrame
+from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
@@ -132,13 +132,13 @@ def read_run(directory: Path) -> RunFiles:
             raise DataFormatError(
                 f"{directory / name}: missing; expected all files of a run: {', '.join(TABLES)}"
             )
-    dim, origin = _get(directory, record, "input", "dimensions"), _origin(directory, record)
+    dim, frame = _get(directory, record, "input", "dimensions"), _frame(directory, record)
     if dim not in (2, 3):
         raise DataFormatError(f"{directory / RECORD}, key dimensions: {dim}; expected 2 or 3")
     tracks, iso_time = _tracks(directory / "tracks.csv", dim)
     history, _ = _tracks(directory / "history.csv", dim)
     assignments = _assignments(directory / "assignments.csv")
-    run = RunFiles(directory, record, tracks, history, assignments, origin, iso_time)
+    run = RunFiles(directory, record, tracks, history, assignments, frame, iso_time)
     run.scans("time", "reports", "gap")
     return run
 
@@ -194,9 +194,12 @@ def _column(
         raise DataFormatError(_strange(directory, record, key)) from err
 
 
-def _origin(directory: Path, record: dict[str, Any]) -> LocalFrame | None:
+def _frame(directory: Path, record: dict[str, Any]) -> LocalFrame | None:
     origin = _get(directory, record, "input").get("frame_origin")
-    return None if origin is None else require_origin(origin)
+    projection: Projection = record["input"].get("frame_projection") or "tangent"
+    if projection not in get_args(Projection):
+        raise DataFormatError(_strange(directory, record, "frame_projection"))
+    return None if origin is None else require_origin(origin, projection)
 
 
 def _tracks(path: Path, dim: int) -> tuple[TrackTable, bool]:

@@ -19,6 +19,7 @@ __all__ = ["Curves", "counts_by_status", "draw_panels", "time_axis"]
 
 BLUE, ORANGE, GREY, RED = "#0072B2", "#E69F00", "#9A9A9A", "#D55E00"
 MOST_CURVES = 60  # more are drawn as a band
+MOST_STEPS = 200  # more flicker
 LEAST_GAP, GREATEST_GAP = 1e-9, 1e3
 CALENDAR_FROM_S = 1e9  # later times are taken for seconds from 1970, in 2001 and after
 MINUTES_FROM_S, HOURS_FROM_S = 600.0, 7200.0
@@ -117,10 +118,19 @@ def counts_by_status(tracks: TrackTable) -> tuple[FloatArray, IntArray]:
     return times, counts
 
 
+def _thinned(time: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return at most so many steps as can be told apart, each the mean of its times."""
+    place = np.arange(time.size) * min(MOST_STEPS, time.size) // max(time.size, 1)
+    step, first, n_times = np.unique(place, return_index=True, return_counts=True)
+    mean = np.zeros((step.size, 3))
+    np.add.at(mean, place, counts)
+    return time[first], mean / n_times[:, None]
+
+
 def _head(axes: Axes, title: str) -> None:
     axes.set_title(title, loc="left", fontsize=9, fontweight="bold", pad=5)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(
+        legend = axes.legend(
             loc="lower right",
             bbox_to_anchor=(1.0, 0.98),
             ncols=3,
@@ -130,10 +140,12 @@ def _head(axes: Axes, title: str) -> None:
             handlelength=1.2,
             columnspacing=1.0,
         )
+        for mark in legend.get_lines():
+            mark.set_markersize(max(mark.get_markersize(), 4.0))
 
 
 def _draw_counts(axes: Axes, curves: Curves, times: TimeAxis) -> None:
-    when, counts = counts_by_status(curves.series.known)
+    when, counts = _thinned(*counts_by_status(curves.series.known))
     low = np.zeros(when.size)
     order = ((CONFIRMED, BLUE, "confirmed"), (COASTING, ORANGE, "coasting"))
     for status, colour, word in (*order, (TENTATIVE, "#D0D0D0", "tentative")):
@@ -148,7 +160,7 @@ def _draw_counts(axes: Axes, curves: Curves, times: TimeAxis) -> None:
 
 
 def _dots(axes: Axes, x: FloatArray, y: FloatArray, colour: str, label: str) -> None:
-    size = float(np.clip(60 / np.sqrt(max(x.size, 1)), 1.2, 4.0))
+    size = float(np.clip(60 / np.sqrt(max(x.size, 1)), 1.8, 4.0))
     axes.plot(x, y, "o", color=colour, ms=size, mew=0, alpha=0.85, label=label or None)
 
 

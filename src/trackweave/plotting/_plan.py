@@ -34,6 +34,7 @@ COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#333333", "#D55E00", "#5
 LINES: tuple[tuple[float, ...], ...] = ((), (7, 1.6), (9, 1.6, 1.6, 1.6), (3, 1.2))
 TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
 MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200
+APART_POINTS = 30.0  # sensors that end closer share a name
 NINETY_FIVE_PER_CENT = 2.4477468306808166  # root of the chi-square quantile, two degrees
 
 
@@ -61,6 +62,9 @@ def draw_reports(places: FloatArray, assignment: Mapping[int, int] | None, canva
     laid = canvas.on_axes(places)
     # Fewer reports, larger marks; a hundred thousand become a haze.
     size = float(np.clip(200 / np.sqrt(max(len(places), 1)), 0.6, 3.4))
+    if not known.all():
+        label = f"reports without a position, not drawn ({int(np.count_nonzero(~known))})"
+        canvas.axes.plot([], [], linestyle="", label=label)
     if assignment is None:
         _dots(canvas.axes, laid[known], size, "reports")
         return
@@ -220,13 +224,19 @@ def draw_sensor_paths(
     paths: Mapping[str, FloatArray], canvas: Canvas
 ) -> dict[str, tuple[float, ...]]:
     """Draw where sensors went; return where they ended, under the names of all that went there."""
-    riders: dict[bytes, list[str]] = {}
+    riders: list[list[str]] = []
     for name, path in paths.items():
-        riders.setdefault(np.round(path[-1]).tobytes(), []).append(name)
-    for names in riders.values():
+        end = canvas.on_paper(path[-1])
+        for others in riders:
+            if np.linalg.norm(canvas.on_paper(paths[others[0]][-1]) - end) < APART_POINTS:
+                others.append(name)
+                break
+        else:
+            riders.append([name])
+    for names in riders:
         laid = canvas.on_axes(max((paths[name] for name in names), key=len))
         canvas.axes.plot(laid[:, 0], laid[:, 1], color="black", lw=0.8, alpha=0.6, zorder=3)
-    return {", ".join(names): tuple(paths[names[0]][-1].tolist()) for names in riders.values()}
+    return {", ".join(names): tuple(paths[names[0]][-1].tolist()) for names in riders}
 
 
 def legend_of_tracks(n_tracks: int) -> list[Line2D]:

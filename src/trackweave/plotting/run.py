@@ -31,6 +31,7 @@ __all__ = ["FORMATS", "picture_of_run", "plot_run"]
 
 FORMATS = ("png", "svg", "pdf")
 DOTS_PER_INCH = 150
+MOST_IN_FOUR_COLUMNS = 9
 LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
 # Without versions and dates in the file, its bytes depend on what is drawn alone.
 METADATA = {
@@ -180,7 +181,7 @@ def _draw_legend(canvas: Canvas, n_tracks: int) -> None:
         handles=handles,
         loc="upper center",
         bbox_to_anchor=canvas.legend_at,
-        ncols=4,
+        ncols=4 if len(handles) < MOST_IN_FOUR_COLUMNS else 3,
         frameon=False,
         fontsize=9,
     )
