@@ -21,7 +21,7 @@ LOG_TWO_PI = math.log(2.0 * math.pi)
 def room_for_state(motion: MotionRule) -> State:
     """Return room for a state."""
     modes, size = motion.kind.shape[0], motion.prior.shape[0]
-    return State(np.empty((modes, size)), np.empty((modes, size, size)), np.empty(modes))
+    return State(np.empty((modes, size)), np.empty((modes, size, size)), np.ones(modes))
 
 
 @jit
