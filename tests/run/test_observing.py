@@ -1,0 +1,110 @@
+"""What sensors' reports show, and the settings that follow."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from trackweave.config import load_configuration
+from trackweave.domain.measurements import MeasurementKind as Kind
+from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
+from trackweave.io.reports import read_reports
+from trackweave.run.observing import observe, settle
+
+SENSOR = {"detection_probability": 0.9, "clutter_density": 1e-6, "scan_period": 4.0}
+GIVEN = {
+    "motion": {"process_noise": 1.0, "max_speed": 100.0},
+    "lifecycle": {"new_target_density": 1e-9},
+}
+
+
+def radar(n_turns: int = 40, direction: int = 1, **columns) -> pl.DataFrame:
+    """Five standing objects, seen as a beam of four seconds a turn passes them."""
+    azimuth = np.tile(np.linspace(20.0, 250.0, 5), n_turns)
+    turn = np.repeat(np.arange(n_turns), 5)
+    time = 4.0 * (turn + (direction * azimuth / 360.0) % 1.0)
+    order = np.argsort(time)
+    return pl.DataFrame(
+        {
+            "time": time[order],
+            "range_m": np.tile([5e3, 9e3, 2e4, 3e4, 4e4], n_turns)[order],
+            "azimuth_deg": azimuth[order],
+            **columns,
+        }
+    )
+
+
+def table(frame: pl.DataFrame) -> ReportTable:
+    return read_reports(frame)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_sees_that_a_beam_turns(direction: int) -> None:
+    seen = observe(table(radar(direction=direction)), load_configuration(None))["default"]
+    assert seen.rotation is not None
+    assert seen.rotation.direction == direction
+    assert seen.rotation.period == pytest.approx(4.0, rel=1e-3)
+    assert seen.reports_per_scan == pytest.approx(5.0, rel=0.05)
+    assert seen.measurement is Kind.RANGE_AZIMUTH
+    assert not seen.needs_place
+
+
+def test_is_told_that_a_beam_does_not_turn() -> None:
+    configuration = load_configuration({"sensors": {"default": {"rotation": "none"}}})
+    assert observe(table(radar()), configuration)["default"].rotation is None
+
+
+def test_a_turn_that_is_given_needs_few_reports() -> None:
+    section = {"rotation": "counter-clockwise", "scan_period": 5.0}
+    configuration = load_configuration({"sensors": {"default": section}})
+    seen = observe(table(radar(1)), configuration)["default"]
+    assert seen.rotation is not None
+    assert (seen.rotation.period, seen.rotation.direction) == (5.0, -1)
+
+
+def test_scan_numbers_leave_no_turn_to_be_guessed() -> None:
+    reports = table(radar(scan=np.arange(200) // 5))
+    assert observe(reports, load_configuration(None))["default"].rotation is None
+
+
+def test_measures_what_reports_fill() -> None:
+    seen = observe(table(radar()), load_configuration(None))["default"]
+    # The sector from 250 to 20 degrees is not watched.
+    assert seen.extent == pytest.approx(1.05 * 4e4 * np.radians(230.0), rel=0.01)
+    assert seen.usual_range == 2e4
+
+
+def test_a_sensor_without_a_position_is_refused_where_one_is_needed() -> None:
+    two = pl.DataFrame(
+        {
+            "time": [0.0, 0.0, 1.0],
+            "sensor": ["lidar", "camera", "lidar"],
+            "x": [1.0, None, 2.0],
+            "y": [1.0, None, 2.0],
+            "bearing_deg": [None, 3.0, None],
+        }
+    )
+    with pytest.raises(InvalidInputError, match=r"sensors\.camera\.position: left out"):
+        settle(table(two), load_configuration(GIVEN))
+    edited, _ = settle(table(two), load_configuration(None), to_be_edited=True)
+    assert edited.notes[-1] == "sensors.camera.position: give where it stands"
+    placed = {**GIVEN, "sensors": {"camera": {"position": [0.0, 5.0]}}}
+    settings, _ = settle(table(two), load_configuration(placed))
+    assert [sensor.position for sensor in settings.sensors] == [(0.0, 5.0), None]
+
+
+def test_nothing_is_estimated_where_everything_is_given() -> None:
+    section = {**SENSOR, "sigma": {"range_m": 50.0, "azimuth_deg": 0.1}}
+    configuration = load_configuration({**GIVEN, "sensors": {"default": section}})
+    settings, estimates = settle(table(radar()), configuration)
+    assert estimates is None
+    assert settings.sensors[0].rotation is not None
+    assert settings.sensors[0].scan_period == 4.0
+
+
+def test_bearings_alone_take_usual_values() -> None:
+    bearings = pl.DataFrame({"time": np.arange(30.0), "bearing_deg": np.linspace(10, 50, 30)})
+    settings, estimates = settle(table(bearings), load_configuration(None))
+    assert estimates is None
+    assert settings.sensors[0].sigma == (pytest.approx(np.radians(1.0)),)
+    assert settings.sources["motion.max_speed"] == "default"
