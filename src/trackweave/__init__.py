@@ -26,8 +26,24 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.fusion.associator import Association as Association
+    from trackweave.fusion.associator import TrackAssociator as TrackAssociator
+    from trackweave.fusion.bias import BiasModel as BiasModel
+    from trackweave.fusion.bias_fit import NotObservableError as NotObservableError
+    from trackweave.fusion.combine import Combination as Combination
+    from trackweave.fusion.combine import SharedPrior as SharedPrior
+    from trackweave.fusion.combine import combine as combine
+    from trackweave.fusion.confirmation import Confirmation as Confirmation
+    from trackweave.fusion.fuser import FusedPicture as FusedPicture
+    from trackweave.fusion.fuser import TrackFuser as TrackFuser
+    from trackweave.fusion.pictures import LocalPicture as LocalPicture
+    from trackweave.fusion.registration import Registration as Registration
+    from trackweave.fusion.registration import register as register
+    from trackweave.fusion.statistic import Statistic as Statistic
     from trackweave.io.problem_file import read_problem as read_problem
     from trackweave.io.reports import read_reports as read_reports
+    from trackweave.io.tracks_in import LocalTracks as LocalTracks
+    from trackweave.io.tracks_in import read_local_tracks as read_local_tracks
     from trackweave.io.truth import read_tracks as read_tracks
     from trackweave.io.truth import read_truth as read_truth
     from trackweave.metrics import Evaluation as Evaluation
@@ -41,6 +57,8 @@ if TYPE_CHECKING:
     from trackweave.models.sensors import Sensor as Sensor
     from trackweave.run import TrackingResult as TrackingResult
     from trackweave.run import track as track
+    from trackweave.run.fusing import FusionResult as FusionResult
+    from trackweave.run.fusing import fuse as fuse
     from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Auto as Auto
@@ -68,8 +86,12 @@ _HOMES = {
     "Answer": "trackweave.association.problem",
     "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
+    "Association": "trackweave.fusion.associator",
     "Auto": "trackweave.solvers",
+    "BiasModel": "trackweave.fusion.bias",
     "Certificate": "trackweave.association.problem",
+    "Combination": "trackweave.fusion.combine",
+    "Confirmation": "trackweave.fusion.confirmation",
     "ConstantAcceleration": "trackweave.models.motion",
     "ConstantVelocity": "trackweave.models.motion",
     "CoordinatedTurn": "trackweave.models.motion",
@@ -78,6 +100,8 @@ _HOMES = {
     "Evaluation": "trackweave.metrics",
     "Exact": "trackweave.solvers",
     "FieldOfView": "trackweave.models.coverage",
+    "FusedPicture": "trackweave.fusion.fuser",
+    "FusionResult": "trackweave.run.fusing",
     "Genetic": "trackweave.solvers",
     "Greedy": "trackweave.solvers",
     "Hint": "trackweave.solvers",
@@ -87,32 +111,44 @@ _HOMES = {
     "InvalidInputError": "trackweave.errors",
     "Lifecycle": "trackweave.trackers.lifecycle",
     "ListGenetic": "trackweave.solvers",
+    "LocalPicture": "trackweave.fusion.pictures",
+    "LocalTracks": "trackweave.io.tracks_in",
     "MBest": "trackweave.solvers",
     "MaxMinAntSystem": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
     "MultiScanTracker": "trackweave.trackers.multiscan",
+    "NotObservableError": "trackweave.fusion.bias_fit",
     "NumericalError": "trackweave.errors",
     "OutputError": "trackweave.errors",
     "PlotsRule": "trackweave.association.plots_rule",
     "RandomWalk": "trackweave.models.motion",
     "Ranking": "trackweave.solvers",
+    "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",
     "SensorPlots": "trackweave.association.plots_rule",
+    "SharedPrior": "trackweave.fusion.combine",
+    "Statistic": "trackweave.fusion.statistic",
     "Status": "trackweave.association.problem",
     "TabuSearch": "trackweave.solvers",
+    "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",
+    "TrackFuser": "trackweave.fusion.fuser",
     "TrackTable": "trackweave.domain.tracks",
     "TrackingResult": "trackweave.run",
     "TrackweaveError": "trackweave.errors",
     "TruthTable": "trackweave.domain.truth",
     "Window": "trackweave.trackers.window",
+    "combine": "trackweave.fusion.combine",
     "evaluate": "trackweave.metrics",
+    "fuse": "trackweave.run.fusing",
+    "read_local_tracks": "trackweave.io.tracks_in",
     "read_problem": "trackweave.io.problem_file",
     "read_reports": "trackweave.io.reports",
     "read_tracks": "trackweave.io.truth",
     "read_truth": "trackweave.io.truth",
+    "register": "trackweave.fusion.registration",
     "solve": "trackweave.solvers.solve",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",

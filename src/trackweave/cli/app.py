@@ -10,6 +10,8 @@ from typing import Annotated
 import typer
 
 from trackweave.cli.edge import DEBUG, Voice, last_resort, show_json, with_status
+from trackweave.cli.fusing import fuse, reproduce
+from trackweave.cli.options import JsonOption, QuietOption, SeedOption
 
 __all__ = ["OnBadRow", "app", "run"]
 
@@ -35,16 +37,6 @@ class OnBadRow(StrEnum):
 
     fail = "fail"
     skip = "skip"
-
-
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-SeedOption = Annotated[
-    int | None,
-    typer.Option(min=0, help="Seed of the random numbers; the same seed gives the same files."),
-]
 
 
 def _show_version(wanted: bool) -> None:
@@ -342,6 +334,10 @@ def plot(
     result = run_plot(request, Voice(quiet=quiet or json))
     if json:
         show_json(result)
+
+
+app.command()(fuse)
+app.command()(reproduce)
 
 
 @app.command()

@@ -7,10 +7,12 @@ from typing import Any
 from trackweave.config.messages import suggest
 from trackweave.errors import InvalidInputError
 
-__all__ = ["PRESETS", "preset_values"]
+__all__ = ["FUSION_PRESETS", "PRESETS", "preset_values"]
 
 # The module of each preset; its CONFIGURATION is nested as a configuration file is.
 PRESETS: dict[str, str] = {"hillis-1997": "trackweave.presets.hillis_1997"}
+# Those of fusion, whose CONFIGURATION is nested as what ``fuse`` takes.
+FUSION_PRESETS: dict[str, str] = {"huo-2008": "trackweave.presets.huo_2008"}
 
 
 def preset_values(name: str | None) -> Mapping[str, Any]:
@@ -33,6 +35,10 @@ def preset_values(name: str | None) -> Mapping[str, Any]:
     if name is None:
         return {}
     if name not in PRESETS:
+        if name in FUSION_PRESETS:
+            raise InvalidInputError(
+                f'preset: "{name}" is one for fusing tracks; expected {", ".join(PRESETS)}'
+            )
         choice = suggest(name, sorted(PRESETS)) if PRESETS else "there are none yet"
         raise InvalidInputError(f'preset: "{name}" is not known; {choice}')
     values: Mapping[str, Any] = import_module(PRESETS[name]).CONFIGURATION

@@ -15,7 +15,7 @@ from trackweave.io.measured_out import geodetic_columns, measured_columns, numbe
 from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.times import datetime_column
 
-__all__ = ["assignments_frame", "reports_frame", "tracks_frame", "truth_frame"]
+__all__ = ["assignments_frame", "reports_frame", "time_column", "tracks_frame", "truth_frame"]
 
 
 def tracks_frame(
@@ -43,7 +43,7 @@ def tracks_frame(
     covariance = tracks.covariance[:, upper[0], upper[1]]
     return pl.DataFrame(
         [
-            _time_column("time", tracks.time, iso_time=iso_time),
+            time_column("time", tracks.time, iso_time=iso_time),
             pl.Series("track", tracks.track, dtype=pl.Int64),
             status,
             *number_columns(names[:dim], tracks.mean[:, :dim]),
@@ -52,7 +52,7 @@ def tracks_frame(
             *number_columns(covariance_names(dim), covariance),
             pl.Series("score", tracks.score, dtype=pl.Float64),
             pl.Series("hits", tracks.hits, dtype=pl.Int64),
-            _time_column("last_update", tracks.last_update, iso_time=iso_time),
+            time_column("last_update", tracks.last_update, iso_time=iso_time),
         ]
     )
 
@@ -92,7 +92,7 @@ def assignments_frame(
     chances = np.full(len(reports), np.nan) if probability is None else probability
     columns = [
         _text_column("report", reports.report),
-        _time_column("time", reports.time, iso_time=reports.iso_time),
+        time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
         pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
@@ -116,7 +116,7 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
     """
     columns = [
         _text_column("report", reports.report),
-        _time_column("time", reports.time, iso_time=reports.iso_time),
+        time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
         *measured_columns(reports),
     ]
@@ -148,7 +148,7 @@ def truth_frame(
     velocity = [] if truth.velocity is None else number_columns(names[dim:], truth.velocity)
     return pl.DataFrame(
         [
-            _time_column("time", truth.time, iso_time=iso_time),
+            time_column("time", truth.time, iso_time=iso_time),
             _text_column("target", truth.target),
             *number_columns(names[:dim], truth.position),
             *geodetic_columns(truth.position, frame),
@@ -162,7 +162,22 @@ def _frame(columns: list[pl.Series]) -> pl.DataFrame:
     return pl.DataFrame({column.name: column for column in columns})
 
 
-def _time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
+def time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
+    """Return times as a column.
+
+    Parameters
+    ----------
+    name
+        The column's name.
+    seconds
+        Times [s].
+    iso_time
+        Whether they are written as dates.
+
+    Returns
+    -------
+    Seconds, or dates and times.
+    """
     if iso_time:
         return datetime_column(name, seconds)
     return pl.Series(name, seconds, dtype=pl.Float64)

@@ -35,6 +35,14 @@ FILES = {
     "simulate": _SIMULATED,
     "track": _TRACKED,
     "demo": _SIMULATED | _TRACKED | {"tracker.toml", "demo.png"},
+    "fuse": frozenset({"associations.csv", "tracks.csv"}),
+    # The report, and each figure with its numbers.
+    "reproduce": frozenset({"report.md"})
+    | {
+        f"{figure}.{ending}"
+        for figure in ("spacing", "convergence", "confirmation", "sizes")
+        for ending in ("csv", "png")
+    },
 }
 
 

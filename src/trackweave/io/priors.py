@@ -14,7 +14,7 @@ from trackweave.io.positions import DISTANCE
 from trackweave.io.tables import TableSource, load_table
 from trackweave.io.truth import read_status
 
-__all__ = ["covariance_names", "read_priors", "state_names"]
+__all__ = ["covariance_names", "read_covariances", "read_priors", "state_names"]
 
 _TRACK = Range(0.0, 2.0**53, expected="a whole number")
 _SPEED = Range(-1e9, 1e9)
@@ -98,7 +98,7 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
         checks.numbers(name, limits) for name, limits in zip(state_names(dim), within, strict=True)
     ]
     mean = np.stack(columns, axis=-1)
-    covariance = _covariance(checks, dim)
+    covariance = read_covariances(checks, dim)
     if frame is not None:
         _require_same_plane(checks, frame, mean)
     status = np.full(len(checks), CONFIRMED)
@@ -140,7 +140,20 @@ def _alive(time: FloatArray, track: FloatArray, last: FloatArray) -> BoolArray:
     return np.asarray(last.max() - last < np.median(gaps) * (1 - 1e-6))
 
 
-def _covariance(checks: RowChecks, dim: int) -> FloatArray:
+def read_covariances(checks: RowChecks, dim: int) -> FloatArray:
+    """Return the covariances of a table of tracks.
+
+    Parameters
+    ----------
+    checks
+        The table; a row whose numbers make no positive definite matrix is complained of there.
+    dim
+        Number of spatial dimensions, 2 or 3.
+
+    Returns
+    -------
+    Matrices, shape (rows, 2 dim, 2 dim).
+    """
     n = 2 * dim
     matrices = np.empty((len(checks), n, n))
     for (row, column), name in zip(

@@ -1,0 +1,119 @@
+"""The commands that turn tracks into common objects, and repeat studies of that."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackweave.cli.edge import Voice, show_json, with_status
+from trackweave.cli.options import JsonOption, QuietOption, SeedOption
+
+__all__ = ["fuse", "reproduce"]
+
+
+@with_status
+def fuse(
+    tracks: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="TRACKS TRACKS …",
+            help="Tracks of one sensor each, as `track` writes them; the reference first.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
+    ],
+    name: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=FILE: the sensor's name; left out, that of its file."),
+    ] = None,
+    register: Annotated[
+        bool,
+        typer.Option(
+            "--register", help="Find each sensor's shift, turn and clock beside the first."
+        ),
+    ] = False,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            help="How estimates are combined: covariance-intersection (the default), convex, "
+            "fast-covariance-intersection or information-matrix."
+        ),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="Preset: huo-2008, the document to the letter.")
+    ] = None,
+    search: Annotated[
+        str | None, typer.Option(help="Solver of the association, by its name.")
+    ] = None,
+    confirm: Annotated[
+        str | None, typer.Option(help="N/M: declare what came out N of the last M times.")
+    ] = None,
+    false_rejection: Annotated[
+        float | None,
+        typer.Option(help="Probability of rejecting tracks of one object; 0.01 by default."),
+    ] = None,
+    process_noise: Annotated[
+        float | None,
+        typer.Option(help="How fast estimates age, in m²/s³; left out, told from covariances."),
+    ] = None,
+    seed: SeedOption = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Fuse the tracks of several sensors.
+
+    Each file holds what one sensor's tracker wrote: time, track, x, y[, z], velocities and the
+    upper triangle of covariances. Confirmed and coasting rows take part. Writes associations.csv
+    (which local track was of which object, from when to when, and why that ended), tracks.csv
+    (one row per object and time) and run.json. Seed 0 unless given.
+    """
+    from trackweave.cli.fuse import FuseRequest, run_fuse
+
+    config = {
+        "method": method,
+        "confirm": confirm,
+        "process_noise": process_noise,
+        "register": register or None,
+        "statistic": {"false_rejection": false_rejection},
+        "search": {"method": search},
+    }
+    request = FuseRequest(tracks or [], out, name or [], config, preset, seed or 0)
+    result = run_fuse(request, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)
+
+
+@with_status
+def reproduce(
+    preset: Annotated[
+        str,
+        typer.Argument(
+            metavar="PRESET", help="Preset whose document is repeated.", show_default=False
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
+    ],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A fraction of the scenes: seconds, not minutes.")
+    ] = False,
+    seed: SeedOption = None,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Repeat a source document's study.
+
+    Writes report.md, claim by claim, with its figures (.png) and their numbers (.csv), and
+    run.json. Seed 0 unless given.
+    """
+    from trackweave.cli.reproduce import ReproduceRequest, run_reproduce
+
+    request = ReproduceRequest(preset, out, seed or 0, quick)
+    result = run_reproduce(request, Voice(quiet=quiet or json))
+    if json:
+        show_json(result)

@@ -1,0 +1,211 @@
+"""From the tracks of several sensors to system tracks."""
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from string import ascii_uppercase
+from typing import Any
+
+import numpy as np
+
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.tracks import TrackTable
+from trackweave.errors import InvalidInputError
+from trackweave.fusion.aging import assumed_process_noise
+from trackweave.fusion.bias import BiasModel
+from trackweave.fusion.fuser import TrackFuser
+from trackweave.fusion.pairings import Pairing
+from trackweave.fusion.pictures import LocalPicture
+from trackweave.fusion.registration import Registration, register
+from trackweave.io.associations_out import associations_frame
+from trackweave.io.encoding import to_native
+from trackweave.io.frames_out import tracks_frame
+from trackweave.io.tracks_in import LocalTracks, read_local_tracks
+from trackweave.run.agreement import on_one_plane, require_agreement
+from trackweave.run.fusion_log import FusionLog
+from trackweave.run.fusion_record import fusion_record
+from trackweave.run.fusion_settings import FusionSettings, settle_fusion
+from trackweave.run.local_pictures import local_pictures
+
+__all__ = ["FusionResult", "FusionValues", "fuse"]
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FusionResult:
+    """What a fusion found.
+
+    Parameters
+    ----------
+    tracks
+        Fused tracks, one row per object and time, in the kind of table that came in.
+    associations
+        Which local track was of which object, from when to when, and why that ended.
+    run
+        The record: configuration as used, each update's cost and bound, changes, totals.
+    values
+        The same as values of the library.
+    """
+
+    tracks: Any
+    associations: Any
+    run: dict[str, Any]
+    values: "FusionValues"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FusionValues:
+    """A fusion's results as values of the library.
+
+    Parameters
+    ----------
+    tracks
+        One row per object and time.
+    pairings
+        Which local track was of which object.
+    registrations
+        What was found wrong with sensors, by name; empty where none was asked for.
+    frame
+        The plane of the positions; None where they were taken as they came.
+    settings
+        The configuration as used.
+    """
+
+    tracks: TrackTable
+    pairings: tuple[Pairing, ...]
+    registrations: Mapping[str, Registration]
+    frame: LocalFrame | None
+    settings: FusionSettings
+
+
+def fuse(
+    tracks: Sequence[Any] | Mapping[str, Any],
+    config: Mapping[str, Any] | None = None,
+    *,
+    preset: str | None = None,
+    rng: np.random.Generator,
+    progress: Progress | None = None,
+) -> FusionResult:
+    """Turn the tracks of several sensors into system tracks.
+
+    Parameters
+    ----------
+    tracks
+        The tracks of each sensor: paths of tracks files, or pandas, polars or Arrow tables, with
+        the columns that ``track`` writes. As a mapping each has the name of its sensor; as a
+        sequence they are called A, B, C, …. At least two, the reference of registration first.
+    config
+        What is not to be as by default: ``method`` (how estimates are combined),
+        ``process_noise``, ``confirm``, ``complete``, ``hysteresis``, ``patience``, ``register``,
+        ``bias``, ``statistic`` and ``search``; the page on fusing tracks explains each.
+    preset
+        Name of a preset, such as huo-2008, applied where ``config`` is silent.
+    rng
+        The only source of randomness.
+    progress
+        Called after each update with the number of updates done and of all.
+
+    Returns
+    -------
+    Fused tracks and associations in the kind of table that came in, and the run's record.
+
+    Raises
+    ------
+    InvalidInputError
+        If a table, a configuration value or an argument cannot be used.
+    """
+    named = _named(tracks)
+    tables = {name: _table(source) for name, source in named.items()}
+    require_agreement(tables)
+    tables, frame, notes = on_one_plane(tables)
+    settings = settle_fusion(config or {}, preset=preset, process_noise=_process_noise(tables))
+    noise = settings.values["process_noise"]
+    pictures = {name: local_pictures(name, table.tracks, noise) for name, table in tables.items()}
+    found = _registrations(pictures, settings) if settings.values["register"] else {}
+    fuser = TrackFuser(settings.associator(list(tables)), settings.values["method"], found)
+    log, rows = FusionLog(), []
+    updates = _updates(pictures)
+    for number, (time, news) in enumerate(updates, start=1):
+        cpu, wall = clock.process_time(), clock.perf_counter()
+        fused = fuser.step(time, news, rng=rng)
+        log.add(fused, news, clock.process_time() - cpu, clock.perf_counter() - wall)
+        rows.append(fused.tracks)
+        if progress is not None:
+            progress(number, len(updates))
+    first = next(table for table in tables.values() if len(table))
+    fused_tracks = TrackTable.concatenate(rows, first.tracks.dim)
+    values = FusionValues(fused_tracks, log.pairings.all(), found, frame, settings)
+    iso = first.iso_time
+    return FusionResult(
+        to_native(tracks_frame(fused_tracks, frame, iso_time=iso), first.kind),
+        to_native(associations_frame(values.pairings, iso_time=iso), first.kind),
+        fusion_record(tables, values, log, [*notes, *_notes(tables)]),
+        values,
+    )
+
+
+def _named(tracks: Sequence[Any] | Mapping[str, Any]) -> dict[str, Any]:
+    """Return sources by the names of their sensors."""
+    if isinstance(tracks, Mapping):
+        return dict(tracks)
+    if isinstance(tracks, str) or not isinstance(tracks, Sequence):
+        raise InvalidInputError(
+            f"tracks: {tracks!r:.80}; expected a list of tables, or a mapping from names to tables"
+        )
+    if len(tracks) > len(ascii_uppercase):
+        raise InvalidInputError(
+            f"tracks: {len(tracks)} tables without names; expected a mapping from names to tables"
+        )
+    return dict(zip(ascii_uppercase, tracks, strict=False))
+
+
+def _table(source: Any) -> LocalTracks:
+    return source if isinstance(source, LocalTracks) else read_local_tracks(source)
+
+
+def _process_noise(tables: Mapping[str, LocalTracks]) -> float | None:
+    """Return what the sensors' trackers assumed, the middle of it where they differ."""
+    noises = [assumed_process_noise(table.tracks) for table in tables.values()]
+    known = [noise for noise in noises if noise is not None]
+    return float(np.median(known)) if known else None
+
+
+def _notes(tables: Mapping[str, LocalTracks]) -> list[str]:
+    """Return sentences on tables that do not take part as one might think."""
+    notes = []
+    for name, table in tables.items():
+        if not len(table):
+            notes.append(f"{table.name}: no tracks; sensor {name} sees nothing")
+        elif table.is_tentative:
+            notes.append(f"{table.name}: all tracks are tentative, so they take part")
+    return notes
+
+
+def _registrations(
+    pictures: Mapping[str, list[LocalPicture]], settings: FusionSettings
+) -> dict[str, Registration]:
+    """Return what is wrong with each sensor beside the first, the reference."""
+    reference, *others = [name for name, own in pictures.items() if own]
+    found = {}
+    for name in others:
+        # About its own middle, a turn and a shift of the picture are told apart best.
+        middle = np.median(np.concatenate([each.mean for each in pictures[name]]), axis=0)
+        dim = pictures[name][0].dim
+        model = BiasModel(tuple(settings.values["bias"]), tuple(middle[:dim].tolist()))
+        found[name] = register(
+            pictures[reference], pictures[name],
+            process_noise=settings.values["process_noise"], model=model,
+        )  # fmt: skip
+    return found
+
+
+def _updates(
+    pictures: Mapping[str, list[LocalPicture]],
+) -> list[tuple[float, dict[str, LocalPicture]]]:
+    """Return the times at which any sensor has news, and the news."""
+    by_time: dict[float, dict[str, LocalPicture]] = {}
+    for name, own in pictures.items():
+        for picture in own:
+            by_time.setdefault(picture.time, {})[name] = picture
+    return sorted(by_time.items(), key=lambda update: update[0])
