@@ -107,4 +107,5 @@ def test_bearings_alone_take_usual_values() -> None:
     settings, estimates = settle(table(bearings), load_configuration(None))
     assert estimates is None
     assert settings.sensors[0].sigma == (pytest.approx(np.radians(1.0)),)
+    assert settings.sensors[0].scan_period == 1.0
     assert settings.sources["motion.max_speed"] == "default"

@@ -29,6 +29,8 @@ class ObservedSensor:
         Median distance of its reports [m].
     reports_per_scan
         Their mean number.
+    scan_period
+        Time from scan to scan [s], None where it does not scan.
     rotation
         How its beam turns, as far as reports tell.
     """
@@ -40,6 +42,7 @@ class ObservedSensor:
     extent: float = 1.0
     usual_range: float = 1000.0
     reports_per_scan: float = 1.0
+    scan_period: float | None = None
     rotation: Rotation | None = None
 
 

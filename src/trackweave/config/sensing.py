@@ -218,7 +218,7 @@ def _rotation(
     """Return how the beam turns, and the scan period [s]."""
     name, found, seen = sensor
     turning = seen.rotation
-    likely = found.scan_period if found else None
+    likely = found.scan_period if found else seen.scan_period
     period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
     word = None
     if turning is not None:

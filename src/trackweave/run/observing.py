@@ -13,6 +13,7 @@ from trackweave.config.sensing import section_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import Estimates
+from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of
 from trackweave.models.rotation import Rotation
 from trackweave.run.placing import in_turns, placed, platforms_of
@@ -122,7 +123,8 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
         )
-        n_scans = np.unique(reports.time[rows]).size
+        moments = np.unique(reports.time[rows])
+        n_scans = moments.size
         if turns is not None:
             span = float(np.ptp(reports.time[rows])) / turns.period
             n_scans = min(n_scans, round(span) + 1)
@@ -134,6 +136,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             extent=_extent(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
+            scan_period=scan_period(moments),
             rotation=turns,
         )
     return observed
