@@ -210,8 +210,7 @@ class TrackAssociator:
             known = {name: len(source.picture) for name, source in histories.sources.items()}
             require_equal_lists(known | {name: len(new) for name, new in pictures.items()})
         live = histories.take(time, pictures)
-        if histories.rings is None:
-            raise InvalidInputError("pictures: none so far; expected one sensor's at least")
+        assert histories.rings is not None
         scene = Scene(histories.rings, histories.slots, live)
         groups = self._declared(scene, self._group(scene, rng))
         new = renumber(groups.label, live.held, self._before, self._next)

@@ -18,6 +18,8 @@ __all__ = ["Histories", "Source"]
 
 FIRST_ROWS = 64
 FIRST_SLOTS = 16
+UNKNOWN = 10.0
+"""A sensor that has reported once only may be this many times slower than the steps."""
 SHRUNK = 0.95
 """Most of a covariance that may be taken off as common to all sensors."""
 
@@ -39,7 +41,8 @@ class Source:
 
     def is_live(self, time: float, patience: float, step: float) -> bool:
         """Tell whether its tracks still count: it is not silent for far longer than usual."""
-        return time - self.picture.time <= patience * max(self.interval, step)
+        usual = self.interval or UNKNOWN * step
+        return time - self.picture.time <= patience * max(usual, step)
 
 
 @dataclass(slots=True, eq=False)
@@ -145,7 +148,9 @@ class Histories:
             raise InvalidInputError(
                 "pictures: tracks in 2 and in 3 dimensions; expected one number of dimensions"
             )
-        if self.rings is None and dims:
+        if not dims:
+            raise InvalidInputError("pictures: none so far; expected one sensor's at least")
+        if self.rings is None:
             self._allocate(2 * dims.pop())
 
     def _allocate(self, n: int) -> None:
@@ -295,10 +300,8 @@ def _likeness(
     gap: float,
     noise: float,
 ) -> FloatArray:
-    """Return the mean squared correlation of errors now with those a gap [s] before.
-
-    Of the covariances, then and now, that the test reckons with; the gains are told by the whole.
-    """
+    """Return the mean squared correlation of errors now with those a gap [s] before."""
+    # Both pairs are of then and now: what the test reckons with, and the whole, which tells gains.
     n = spread[0].shape[1]
     moving, q = transition(np.array([gap]), noise, n // 2)
     size = np.trace(whole[1], axis1=1, axis2=2)[:, None, None]
