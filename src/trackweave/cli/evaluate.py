@@ -108,7 +108,8 @@ def _told(record: dict[str, Any]) -> str:
     names = record["tracks"]
     tracks = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
     return (
-        f"{100 * record['covered']:.1f} % of {record['time_present']:.6g} s, "
+        f"tracked {record['time_tracked']:.6g} of {record['time_present']:.6g} s, "
+        f"{100 * record['covered']:.1f} % of positions, "
         f"rmse {_shown(record['rmse'])}, switches {record['switches']}, "
         f"fragmentations {record['fragmentations']}, tracks {tracks or '–'}"
     )

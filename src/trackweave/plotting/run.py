@@ -31,7 +31,7 @@ __all__ = ["FORMATS", "picture_of_run", "plot_run"]
 
 FORMATS = ("png", "svg", "pdf")
 DOTS_PER_INCH = 150
-MOST_IN_FOUR_COLUMNS = 9
+MOST_IN_TWO_ROWS = 8
 LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
 # Without versions and dates in the file, its bytes depend on what is drawn alone.
 METADATA = {
@@ -177,13 +177,15 @@ def _draw_legend(canvas: Canvas, n_tracks: int) -> None:
         handles += legend_of_tracks(n_tracks)
     if not handles:
         return
+    in_two_rows = len(handles) <= MOST_IN_TWO_ROWS
     legend = canvas.figure.legend(
         handles=handles,
         loc="upper center",
         bbox_to_anchor=canvas.legend_at,
-        ncols=4 if len(handles) < MOST_IN_FOUR_COLUMNS else 3,
+        ncols=4,
         frameon=False,
-        fontsize=9,
+        fontsize=9 if in_two_rows else 8,
+        labelspacing=0.5 if in_two_rows else 0.25,
     )
     for mark in legend.get_lines():
         mark.set_markersize(max(mark.get_markersize(), LEAST_LEGEND_MARK))
