@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, float_array, is_number, require_finite
 from trackweave.errors import InvalidInputError
 
-__all__ = ["BIASES", "BiasGradient", "BiasModel"]
+__all__ = ["BIASES", "UNITS", "BiasGradient", "BiasModel"]
 
 BIASES = ("translation", "rotation", "range", "azimuth", "clock")
 """What may be wrong with a sensor, by name."""
-_UNITS = {"translation": "m", "rotation": "rad", "range": "m", "azimuth": "rad", "clock": "s"}
+UNITS = {"translation": "m", "rotation": "rad", "range": "m", "azimuth": "rad", "clock": "s"}
+"""Unit of each bias."""
 _AXES = "xyz"
 _NEAREST = 1.0
 """Range below which a range bias shortens no more [m]: nothing has a direction at range 0."""
@@ -85,7 +86,7 @@ class BiasModel:
                 )
             if not is_number(sigma) or sigma <= 0.0:
                 raise InvalidInputError(
-                    f"prior, {name}: {sigma!r:.80}; expected a number > 0 [{_UNITS[name]}]"
+                    f"prior, {name}: {sigma!r:.80}; expected a number > 0 [{UNITS[name]}]"
                 )
         object.__setattr__(self, "estimate", tuple(name for name in BIASES if name in names))
         object.__setattr__(self, "position", tuple(map(float, position)))

@@ -9,7 +9,7 @@ from scipy.special import chdtri
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
-from trackweave.fusion.bias import BiasModel
+from trackweave.fusion.bias import UNITS, BiasModel
 from trackweave.fusion.learning import Learned
 
 __all__ = ["PLAUSIBLE", "BiasFit", "Differences", "NotObservableError", "differences", "fit_bias"]
@@ -317,8 +317,14 @@ def _refusal(
         what = f"{entangled[0]} cannot be told: {why}"
     else:
         parts = direction * size / np.abs(direction[matters]).max()
-        mixture = ", ".join(f"{parts[k]:+.3g} in {names[k]}" for k in np.flatnonzero(matters))
-        what = f"{', '.join(entangled)} cannot be told apart ({mixture} make no difference): {why}"
+        mixture = ", ".join(
+            f"{names[k]} {parts[k]:+.4g} {UNITS[names[k].partition('_')[0]]}"
+            for k in np.flatnonzero(matters)
+        )
+        what = (
+            f"{', '.join(entangled)} cannot be told apart ({mixture} together make no "
+            f"difference): {why}"
+        )
     return NotObservableError(
         f"registration: {what}; expected tracks in other places and of other velocities, a prior "
         "for one of these, or one fewer to estimate"

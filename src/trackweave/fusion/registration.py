@@ -162,6 +162,8 @@ def register(
         sensor with more pictures is predicted to the times of the other.
     process_noise
         Power spectral density of the acceleration that the sensors' trackers assume [m²/s³].
+        Where it is not known, rather too small than too great: 0 costs little and stays
+        consistent, while after ten times too much errors are a third greater than stated.
     model
         What may be wrong; left out, a translation, a rotation and a clock offset.
     pairs
