@@ -228,7 +228,7 @@ def append_children(
     motion = rule.motion
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
-    plain = is_plain(motion) and scan.kind == POSITION
+    plain = is_plain(motion) and scan.kind == POSITION and not scan.has_moments
     plain = plain and scan.measurement.shape[1] == motion.dim
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     child = n_nodes

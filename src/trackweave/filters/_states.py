@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.filters._turns import turn
+from trackweave.filters._turns import signed_noise, turn
 from trackweave.jit import jit
 from trackweave.models.motion import (
     CONSTANT_ACCELERATION,
@@ -30,7 +30,10 @@ def advance(
     covariance_out: FloatArray,
     weight_out: FloatArray,
 ) -> None:
-    """Write the state after an interval [s], which is not negative; 0 copies it.
+    """Write the state after an interval [s]; 0 copies it.
+
+    A negative one tells the state of before, as far as what has come since does not: the noise
+    of the way back is as large as that of the way there.
 
     Several modes are mixed first, as the interacting multiple model does (Blom & Bar-Shalom 1988).
     """
@@ -94,7 +97,7 @@ def changes(
             for index in range(n_modes):
                 chance += (
                     motion.basis[0, before, index]
-                    * math.exp(-motion.decay[index] * interval)
+                    * math.exp(-motion.decay[index] * abs(interval))
                     * motion.basis[1, index, mode]
                 )
             # Over next to no time rounding may leave a chance a hair below nothing.
@@ -142,10 +145,16 @@ def move(
     mean_out: FloatArray,
     covariance_out: FloatArray,
 ) -> None:
-    """Write the state of one mode after an interval above 0 [s]."""
+    """Write the state of one mode after an interval other than 0 [s]."""
     if motion.kind[mode] == CONSTANT_VELOCITY:
         _move_straight(
-            mean, covariance, interval, motion.noise[mode, 0], motion, mean_out, covariance_out
+            mean,
+            covariance,
+            interval,
+            signed_noise(mode, 0, interval, motion),
+            motion,
+            mean_out,
+            covariance_out,
         )
         return
     size = mean.shape[0]
@@ -226,7 +235,7 @@ def linearise(
     """
     dim = motion.dim
     kind = motion.kind[mode]
-    process_noise = motion.noise[mode, 0]
+    process_noise = signed_noise(mode, 0, interval, motion)
     moving_out[:, :] = 0.0
     noise_out[:, :] = 0.0
     mean_out[:] = 0.0

@@ -29,6 +29,16 @@ def factors(angle: float) -> tuple[float, float, float, float]:
 
 
 @jit
+def signed_noise(mode: int, which: int, interval: float, motion: MotionRule) -> float:
+    """Return a mode's process noise, negative over a negative interval.
+
+    The noise of the way back is minus the integral that the way there would have.
+    """
+    noise = motion.noise[mode, which]
+    return float(noise if interval >= 0.0 else -noise)
+
+
+@jit
 def _turned(
     velocity_x: float, velocity_y: float, rate: float, interval: float, out: FloatArray
 ) -> None:
@@ -73,7 +83,7 @@ def turn(
     mean_out[at] = mean[at]
     moving_out[at, at] = 1.0
     # What changes the turn rate bends velocity and path as jerk across the velocity would.
-    turn_noise = motion.noise[mode, 1]
+    turn_noise = signed_noise(mode, 1, interval, motion)
     noise_out[at, at] = turn_noise * interval
     across = (after[3], -after[2])
     for row in range(2):

@@ -1,6 +1,7 @@
 """All scans of a run in order, those in which a sensor saw nothing included."""
 
 from collections.abc import Container, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,6 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
-from trackweave.run.turns import turn_ends
 
 __all__ = ["complete_scans", "missing_times", "notes_on_lone_reports", "scan_ends"]
 
@@ -17,6 +17,8 @@ __all__ = ["complete_scans", "missing_times", "notes_on_lone_reports", "scan_end
 MOST_MISSING = 50
 # From so many moments on it can be told whether a sensor's reports come one by one.
 FEWEST_MOMENTS = 10
+# Into so many sectors a turn is cut; an object crosses few borders, and reports come in time.
+N_SECTORS = 8
 # Moments this many times nearer than the scan period are within a turn.
 WITHIN_TURN = 1.5
 
@@ -38,22 +40,23 @@ def complete_scans(
     periods
         Scan period of each sensor [s], None for one that does not scan.
     rotations
-        How beams turn, by sensor: such a sensor's scans are its turns, in which each report keeps
-        its own time. A sensor left out does not turn.
+        How beams turn, by sensor: such a sensor's scans are sectors of its turns, in which each
+        report keeps its own time. A sensor left out does not turn.
 
     Returns
     -------
     Scans by time, then in the order of the table's sensors.
     """
     turning = rotations or {}
-    scans = [*_scans_at_a_time(reports, turning), *_turns(reports, turning)]
+    scans = list(_scans_at_a_time(reports, turning))
     times: dict[str, list[float]] = {}
     for scan in sorted(scans, key=lambda scan: scan.time):
         times.setdefault(scan.sensor, []).append(scan.time)
     for index, sensor in enumerate(reports.sensors):
         period = periods.get(sensor)
-        if period is not None and sensor in times:
+        if period is not None and sensor in times and sensor not in turning:
             scans += _empty_scans(reports, index, list(missing_times(times[sensor], period)))
+    scans += _sectors(reports, turning)
     place = {name: number for number, name in enumerate(reports.sensors)}
     return sorted(scans, key=lambda scan: (scan.time, place[scan.sensor]))
 
@@ -74,41 +77,57 @@ def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = N
     """
     if len(reports) == 0:
         return reports.time
-    if reports.scan is None:
-        ends = reports.time.copy()
-        for index, sensor in enumerate(reports.sensors):
-            if rotations and sensor in rotations:
-                rows = reports.sensor == index
-                _, ends[rows] = turn_ends(reports.time[rows], rotations[sensor])
-        return ends
-    pairs = np.stack([reports.sensor, reports.scan], axis=1)
-    scans, number = np.unique(pairs, axis=0, return_inverse=True)
-    ends = np.full(len(scans), -np.inf)
-    np.maximum.at(ends, number.reshape(-1), reports.time)
-    return np.asarray(ends[number.reshape(-1)])
+    ends = reports.time.copy()
+    if reports.scan is not None:
+        pairs = np.stack([reports.sensor, reports.scan], axis=1)
+        scans, number = np.unique(pairs, axis=0, return_inverse=True)
+        last = np.full(len(scans), -np.inf)
+        np.maximum.at(last, number.reshape(-1), reports.time)
+        ends = last[number.reshape(-1)]
+    for index, sensor in enumerate(reports.sensors):
+        if rotations and sensor in rotations:
+            rows = reports.sensor == index
+            step = rotations[sensor].period / N_SECTORS
+            sector = np.floor(reports.time[rows] / step)
+            ends[rows] = np.maximum((sector + 1) * step, reports.time[rows])
+    return ends
 
 
 def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
-    """Yield the scans that need no turns to be found."""
+    """Yield the scans of sensors that do not turn."""
     for scan in reports.scans():
         if scan.sensor not in turning:
             yield scan
-        elif reports.scan is not None:
-            yield reports.scan_of(scan.report, scan.time, own_times=True)
 
 
-def _turns(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
-    """Yield the turns of beams, found by the reports' own times."""
-    if reports.scan is not None:
-        return
+def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
+    """Yield the sectors of turns, as a radar sends them: what is seen in one is known at its end.
+
+    Whole turns of several radars overlap, so that they could not be taken in order of time.
+    """
     for index, sensor in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)
         if sensor not in turning or rows.size == 0:
             continue
-        number, ends = turn_ends(reports.time[rows], turning[sensor])
-        starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
-        for turn in np.split(np.arange(rows.size), starts[1:]):
-            yield reports.scan_of(rows[turn], float(ends[turn].max()), own_times=True)
+        step = turning[sensor].period / N_SECTORS
+        number = np.floor(reports.time[rows] / step).astype(np.int64)
+        seen: dict[int, list[int]] = {}
+        for row, sector in zip(rows.tolist(), number.tolist(), strict=True):
+            seen.setdefault(sector, []).append(row)
+        found = sorted(seen)
+        for before, sector in zip([None, *found[:-1]], found, strict=True):
+            if before is not None and sector - before <= MOST_MISSING * N_SECTORS:
+                for empty in range(before + 1, sector):
+                    yield _empty_sector(reports, index, (empty + 1) * step)
+            own = np.array(seen[sector], dtype=np.int64)
+            end = max((sector + 1) * step, float(reports.time[own].max()))
+            yield reports.scan_of(own, end, own_times=True)
+
+
+def _empty_sector(reports: ReportTable, sensor: int, time: float) -> Scan:
+    """Return a sector in which a sensor saw nothing."""
+    (scan,) = _empty_scans(reports, sensor, [time])
+    return replace(scan, moments=np.empty(0))
 
 
 def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[Scan]:

@@ -113,7 +113,7 @@ class MultiScanTracker:
         periodic = [each for each in self._sensors.values() if each.scan_period is not None]
         slowest = max(periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
         self._period = slowest.scan_period or 1.0 if slowest else 1.0
-        self._open = OpenScans(checked_window(window), slowest.name if slowest else None)
+        self._open = OpenScans(checked_window(window), *_reference(slowest))
         initial = self._lifecycle.initial_target_density
         new = self._lifecycle.new_target_density
         if initial is None or self._priors is not None:
@@ -365,3 +365,10 @@ class MultiScanTracker:
             self._last, amendments=(), final=final, late=late, evaluations=0,
             stop_reason="late scan", n_pruned=0,
         )  # fmt: skip
+
+
+def _reference(slowest: Sensor | None) -> tuple[str | None, float]:
+    """Return whose scans the window counts, and how far the sectors of one may lie apart [s]."""
+    if slowest is None:
+        return None, 0.0
+    return slowest.name, (slowest.scan_period or 0.0) if slowest.rotation else 0.0

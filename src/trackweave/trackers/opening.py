@@ -60,7 +60,11 @@ class Opener:
             start=self._start(scan),
         )
         data, order = scan_input(scan, self._sensors[scan.sensor], 0.0, context)
-        return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)))
+        share = 1.0
+        rotation = self._sensors[scan.sensor].rotation
+        if rotation is not None and context.start is not None:
+            share = min(1.0, max(1e-3, (scan.time - context.start) / rotation.period))
+        return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), share)
 
     def _start(self, scan: Scan) -> float | None:
         """Return when the sweep of a turning sensor began that ends with a scan."""

@@ -48,7 +48,8 @@ class Undetected:
     LOST_PERIODS = 12
     """For how many scan periods it is looked for."""
     MAX_LOOKS = 64
-    """How many scans are told apart by where they looked; what is older counts as everywhere."""
+    """How many scans are told apart by where they looked; what is older counts as everywhere, as
+    much as its sector is of a turn."""
 
     def __init__(self, initial: float, new: float, max_speed: float, period: float) -> None:
         self._uniform = initial
@@ -114,7 +115,8 @@ class Undetected:
             self._looks[0].coverage.everywhere or len(self._looks) > self.MAX_LOOKS
         ):
             oldest = self._looks.pop(0)
-            self._uniform = (self._uniform + oldest.new) * oldest.left
+            looked = 1.0 if oldest.coverage.everywhere else _turned_share(oldest.coverage)
+            self._uniform = (self._uniform + oldest.new) * (1.0 - looked * (1.0 - oldest.left))
 
     def wait(self, time: float, interval: float) -> None:
         """Let new objects come in an interval [s] that ends at a time; forget the long lost."""
@@ -128,3 +130,8 @@ class Undetected:
         Scans up to ``since`` [s] are not affected.
         """
         self._lost.append(_Lost(position.copy(), radius, time, since))
+
+
+def _turned_share(coverage: Coverage) -> float:
+    """Return how much of a turn a coverage is."""
+    return float(min(1.0, coverage.bounds[3] / (2.0 * math.pi)))

@@ -52,6 +52,8 @@ class OpenScan:
     data: ScanInput
     report: IntArray
     log_density: FloatArray
+    share: float = 1.0
+    """How much of a scan it is, for the sector of a turn."""
 
     @property
     def sensor(self) -> str:
@@ -62,9 +64,10 @@ class OpenScan:
 class OpenScans:
     """The scans of the window in order of time; a report's slot is its place in that order."""
 
-    def __init__(self, window: Window, reference: str | None) -> None:
+    def __init__(self, window: Window, reference: str | None, period: float = 0.0) -> None:
         self._window = window
         self._reference = reference
+        self._period = period
         self.scans: list[OpenScan] = []
         self.fixed_until = -np.inf
         """Time up to which nothing can change any more [s]."""
@@ -130,11 +133,11 @@ class OpenScans:
         }
         if self._reference is None or sensor == self._reference:
             marks.add(time)
-        ordered = sorted(marks)
+        ordered = self._scan_ends(sorted(marks))
         depth = self._window.depth
         boundary = ordered[-depth - 1] if len(ordered) > depth else -np.inf
         closing = sum(scan.data.time <= boundary for scan in self.scans)
-        excess = len(self.scans) + 1 - self._window.max_scans
+        excess = self._n_excess()
         if excess > closing:
             limit = self.scans[excess - 1].data.time
             closing = sum(scan.data.time <= limit for scan in self.scans)
@@ -142,6 +145,23 @@ class OpenScans:
                 # More sensors see one instant than the window holds: it stays as it is.
                 closing = sum(scan.data.time < limit for scan in self.scans)
         return closing
+
+    def _scan_ends(self, marks: list[float]) -> list[float]:
+        """Return the last moments of whole scans: sectors of one turn are one scan."""
+        ends: list[float] = []
+        for mark in reversed(marks):
+            if not ends or ends[-1] - mark > 0.75 * self._period:
+                ends.append(mark)
+        return ends[::-1]
+
+    def _n_excess(self) -> int:
+        """Return how many of the oldest scans are too many beside one that comes in."""
+        room = self._window.max_scans - 1.0 + 1e-9
+        for place in range(len(self.scans), 0, -1):
+            room -= self.scans[place - 1].share
+            if room < 0.0:
+                return place
+        return 0
 
     def close(self, count: int) -> int:
         """Forget the oldest scans; return how many slots they had."""
