@@ -72,3 +72,11 @@ def test_a_wrong_process_noise_does_not_shift_what_was_learned() -> None:
             pictures.append(LocalPicture("A", float(k), [1], *track))
         ends.append(learned(pictures, 10.0 * NOISE).mean[-1, :2])
     assert np.mean(ends, axis=0) == pytest.approx([30.0, 0.0], abs=3.0)
+
+
+def test_units_worlds_apart_do_no_harm() -> None:
+    spread = np.diag([1e12, 1e12, 1e-6, 1e-6])[None]
+    spread[0, 0, 1] = spread[0, 1, 0] = 1e12 * (1.0 - 1e-12)
+    state = np.zeros((1, 4))
+    pictures = [LocalPicture("A", time, [1], state, spread) for time in (0.0, 1.0)]
+    assert np.isfinite(learned(pictures, NOISE).information).all()

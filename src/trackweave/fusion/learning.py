@@ -83,7 +83,7 @@ def _difference(
     mean: FloatArray, covariance: FloatArray, before: FloatArray, spread: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the measurement that would have made the second estimate the first."""
-    root = np.linalg.cholesky(covariance)
+    root = _root(covariance)
     inverse = np.linalg.inv(root)
     # In coordinates where the estimate's covariance is the unit matrix.
     foreseen = inverse @ spread @ inverse.swapaxes(1, 2)
@@ -100,5 +100,12 @@ def _difference(
 
 
 def _inverse(covariance: FloatArray) -> FloatArray:
-    inverse = np.linalg.inv(np.linalg.cholesky(covariance))
+    inverse = np.linalg.inv(_root(covariance))
     return inverse.swapaxes(1, 2) @ inverse
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return Cholesky roots, found where metres and metres per second are of one size."""
+    size = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    scale = size[:, :, None] * size[:, None, :]
+    return np.asarray(size[:, :, None] * np.linalg.cholesky(covariance / scale))
