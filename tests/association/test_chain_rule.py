@@ -10,6 +10,7 @@ from trackweave.association.chain_rule import (
     Chains,
     TrackEstimates,
     accumulated_distance,
+    complete_chains,
     same_object_threshold,
     track_chains,
 )
@@ -230,3 +231,16 @@ def test_refuses_a_threshold_over_nothing(n_times: int, dim: int) -> None:
 def test_refuses_a_limit_that_counts_nothing(max_tuples: int) -> None:
     with pytest.raises(InvalidInputError, match=r"max_tuples: .*; expected a whole number"):
         track_chains([at([[0, 0]])] * 2, max_tuples=max_tuples)
+
+
+def test_chains_from_distances_are_those_from_estimates() -> None:
+    rng = np.random.default_rng(8)
+    sensors = [estimates(rng, 4) for _ in range(3)]
+    distances = [accumulated_distance(first, second) for first, second in pairwise(sensors)]
+    one, other = complete_chains(distances), track_chains(sensors)
+    assert one.costs.tolist() == other.costs.tolist()
+    assert one.tuples.tolist() == other.tuples.tolist()
+    with pytest.raises(InvalidInputError, match="distances: none; expected those of at least"):
+        complete_chains([])
+    with pytest.raises(InvalidInputError, match=r"sensors: \[4, 4, 3\] tracks"):
+        complete_chains([distances[0], distances[1][:, :3]])

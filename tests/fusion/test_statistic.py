@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from oracles.track_scenes import contrasts
 from trackweave.errors import InvalidInputError
 from trackweave.fusion.statistic import Statistic, quantiles, tuple_values, weighted_threshold
 
@@ -21,22 +22,6 @@ def estimates(
     mean = 1e4 + np.einsum("sij,ktsj->ktsi", root, error)
     covariance = root @ root.swapaxes(1, 2)
     return mean, np.broadcast_to(covariance, (*mean.shape, N))
-
-
-def contrasts(mean: np.ndarray, covariance: np.ndarray) -> float:
-    """Return the squared distance of one time's estimates to each other, all differences at once.
-
-    The differences to the first have the covariance L Σ Lᵀ; an oracle for the fused mean.
-    """
-    n_members = len(mean)
-    whole = np.zeros((n_members * N, n_members * N))
-    for member in range(n_members):
-        place = slice(member * N, (member + 1) * N)
-        whole[place, place] = covariance[member]
-    ones = -np.ones((n_members - 1, 1))
-    difference = np.kron(np.hstack([ones, np.eye(n_members - 1)]), np.eye(N))
-    t = difference @ mean.reshape(-1)
-    return float(t @ np.linalg.solve(difference @ whole @ difference.T, t))
 
 
 def apart(mean: np.ndarray, covariance: np.ndarray, a: int, b: int) -> float:

@@ -45,3 +45,19 @@ def partition(found: Association) -> set[frozenset[tuple[str, int]]]:
     for sensor, track, number in zip(found.sensor, found.track, found.object, strict=True):
         groups.setdefault(int(number), set()).add((found.names[sensor], int(track)))
     return {frozenset(group) for group in groups.values() if len(group) > 1}
+
+
+def contrasts(mean: np.ndarray, covariance: np.ndarray) -> float:
+    """Return the squared distance of one time's estimates to each other, all differences at once.
+
+    The differences to the first have the covariance L Σ Lᵀ; an oracle for the fused mean.
+    """
+    n_members, n = mean.shape
+    whole = np.zeros((mean.size, mean.size))
+    for member in range(n_members):
+        place = slice(member * n, (member + 1) * n)
+        whole[place, place] = covariance[member]
+    ones = -np.ones((n_members - 1, 1))
+    difference = np.kron(np.hstack([ones, np.eye(n_members - 1)]), np.eye(n))
+    t = difference @ mean.reshape(-1)
+    return float(t @ np.linalg.solve(difference @ whole @ difference.T, t))
