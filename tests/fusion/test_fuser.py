@@ -90,6 +90,20 @@ def test_a_sensor_appears_vanishes_and_returns_and_objects_keep_their_numbers() 
     assert numbers[0] == numbers[9] == numbers[19] == numbers[-1] == [1, 2]
 
 
+def test_an_object_that_splits_without_news_goes_on() -> None:
+    tracker = fuser()
+    for time in range(4):
+        apart = 40.0 * max(0, time - 1)
+        found = step(
+            tracker, float(time), picture("A", float(time), {1: 0.0}),
+            picture("B", float(time), {5: apart}),
+        )  # fmt: skip
+    assert found.tracks.track.tolist() == [1, 2]
+    lone = step(tracker, 5.0, picture("A", 5.0, {1: 0.0}))
+    assert lone.tracks.last_update.tolist() == [5.0, 3.0]
+    assert lone.tracks.status.tolist() == [CONFIRMED, COASTING]
+
+
 def test_no_tracks_are_no_objects() -> None:
     tracker = fuser()
     found = step(tracker, 0.0, LocalPicture.empty("A", 0.0, 2), LocalPicture.empty("B", 0.0, 2))

@@ -47,7 +47,6 @@ class _Known:
     """What is remembered of objects and tracks from one update to the next."""
 
     hits: dict[int, int] = field(default_factory=dict)
-    last: dict[int, float] = field(default_factory=dict)
     fused: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     fused_time: float = 0.0
     # What each local track said when it was last combined, and when that was.
@@ -58,7 +57,8 @@ class _Known:
 class _Rows:
     """Live local tracks, all of an object one after the other, at the time of the update.
 
-    ``start`` is where each object's begin, and their number last.
+    ``said`` is when their sensors last spoke, ``start`` where each object's rows begin, and the
+    number of rows last.
     """
 
     object: IntArray
@@ -66,6 +66,7 @@ class _Rows:
     track: IntArray
     mean: FloatArray
     covariance: FloatArray
+    said: FloatArray
     is_new: np.ndarray
     start: IntArray
 
@@ -166,6 +167,7 @@ class TrackFuser:
         n = next((2 * picture.dim for picture in self._pictures.values()), 4)
         mean = np.empty((len(association), n))
         covariance = np.empty((len(association), n, n))
+        said = np.empty(len(association))
         for number, name in enumerate(association.names):
             mine = np.flatnonzero(association.sensor == number)
             if not mine.size:
@@ -175,6 +177,7 @@ class TrackFuser:
             )
             order = np.argsort(picture.track)
             place = order[np.searchsorted(picture.track[order], association.track[mine])]
+            said[mine] = self._pictures[name].time
             mean[mine], covariance[mine] = picture.mean[place], picture.covariance[place]
         is_new = np.isin(association.sensor, [association.names.index(name) for name in news])
         order = np.lexsort((association.track, association.sensor, association.object))
@@ -182,7 +185,7 @@ class TrackFuser:
         start = np.append(np.flatnonzero(np.diff(label, prepend=-1)), label.shape[0])
         return _Rows(
             label, association.sensor[order], association.track[order], mean[order],
-            covariance[order], is_new[order], start.astype(np.int64),
+            covariance[order], said[order], is_new[order], start.astype(np.int64),
         )  # fmt: skip
 
     def _combined(self, rows: _Rows, association: Association) -> tuple[FloatArray, FloatArray]:
@@ -247,8 +250,6 @@ class TrackFuser:
         fresh = np.add.reduceat(rows.is_new.astype(np.int64), first)
         for which, count in zip(number.tolist(), fresh.tolist(), strict=True):
             known.hits[which] = known.hits.get(which, 0) + count
-            if count:
-                known.last[which] = association.time
         of_object = {
             int(which): (value - limit) / 2.0
             for which, value, limit in zip(
@@ -263,7 +264,7 @@ class TrackFuser:
             covariance=covariance,
             score=np.array([of_object[which] for which in number.tolist()]),
             hits=np.array([known.hits[which] for which in number.tolist()], dtype=np.int64),
-            last_update=np.array([known.last[which] for which in number.tolist()]),
+            last_update=np.maximum.reduceat(rows.said, first),
         )
 
 
