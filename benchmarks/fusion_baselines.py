@@ -1,6 +1,6 @@
 """Right associations of many sensors' tracks, beside the usual practice.
 
-    python benchmarks/fusion_baselines.py                 # a quarter of an hour
+    python benchmarks/fusion_baselines.py                 # some minutes
     python benchmarks/fusion_baselines.py --seeds 2
 
 Objects are spread evenly over a square with so many standard deviations of a position between
@@ -19,7 +19,6 @@ from trackweave.association.chain_rule import TrackEstimates
 from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.practice import nearest_neighbour, pairwise_sequential
-from trackweave.fusion.statistic import Statistic
 from trackweave.solvers import Exact
 
 N_TIMES = 5
@@ -83,7 +82,6 @@ def compare(size: tuple[int, int], spacing: float, seen: float, seeds: range) ->
         "nearest": lambda scene, _: nearest_neighbour(scene.sensors),
         "pairwise": lambda scene, _: pairwise_sequential(scene.sensors),
         "exact": lambda scene, rng: associated(scene, rng, search=Exact()),
-        "chain": lambda scene, rng: associated(scene, rng, statistic=Statistic(kind="chain")),
         "default": lambda scene, rng: associated(scene, rng),
     }
     share = np.zeros((len(seeds), len(methods)))
@@ -109,7 +107,7 @@ def main() -> None:
                      *(f"{share:.1f}" for share in shares)])  # fmt: skip
     print(heading(command("fusion_baselines.py")), end="\n\n")
     head = ["sensors × objects", "seen", "spacing", "nearest neighbour %", "pairwise sequential %",
-            "exact %", "chain %", "default %"]  # fmt: skip
+            "exact %", "default %"]  # fmt: skip
     print(table(head, rows))
 
 

@@ -45,7 +45,8 @@ class Groups:
     n_tuples
         Tuples that the search chose from.
     n_pruned
-        Tuples left out for want of room, which the bound does not cover.
+        Tuples left out for want of room. The bound covers neither these nor pairs that were left
+        out because both tracks have a far better partner.
     """
 
     label: IntArray

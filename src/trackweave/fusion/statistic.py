@@ -64,8 +64,10 @@ class Statistic:
 
     Notes
     -----
-    The correlations are reckoned from what the tracks' covariances tell of their filters' gains
-    and from the process noise; see the page on fusion.
+    The correlations are reckoned from what the tracks' covariances tell of their filters' gains,
+    P⁺ (P⁻)⁻¹ = I − K H, and from the process noise. For tracks that filters keep, "both" rejects
+    about as often as asked for; with "none" the same tracks are rejected too often while young,
+    and hardly ever later. Errors that are independent from time to time need none.
 
     References
     ----------
