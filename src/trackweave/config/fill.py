@@ -226,7 +226,9 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
         confirm_hits=int(hits),
         confirm_opportunities=int(opportunities),
         delete_after_misses=ledger.choose(
-            ("lifecycle", "delete_after_misses"), default=usual.delete_after_misses
+            ("lifecycle", "delete_after_misses"),
+            estimates and estimates.delete_after_misses,
+            usual.delete_after_misses,
         ),
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"),

@@ -1,7 +1,7 @@
 """What a configuration leaves out, estimated from the reports."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
@@ -9,11 +9,12 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
+from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
 
-__all__ = ["Estimates", "SensorEstimate", "estimate"]
+__all__ = ["Estimates", "SensorEstimate", "bounded", "digits", "estimate"]
 
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
@@ -43,6 +44,11 @@ class SensorEstimate:
         Area [m²] or volume [m³] from which its reports come.
     n_objects
         Objects present at a time, on average.
+    density
+        Reports per m² (m³) and scan; 0 for unknown.
+    disagreement
+        By how much else it puts objects elsewhere than other sensors do, as a standard
+        deviation along an axis that is part of ``sigma`` [m].
     """
 
     scan_period: float | None
@@ -51,6 +57,8 @@ class SensorEstimate:
     clutter_density: float
     covered: float
     n_objects: float
+    density: float = 0.0
+    disagreement: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +77,8 @@ class Estimates:
         Objects newly present per m² (m³) and scan.
     initial_target_density
         Objects present per m² (m³) at a time.
+    delete_after_misses
+        Misses in succession after which hardly any object comes back; None for unknown.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
@@ -80,6 +90,7 @@ class Estimates:
     max_speed: float
     new_target_density: float
     initial_target_density: float
+    delete_after_misses: int | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
 
@@ -119,7 +130,6 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         for index, name in enumerate(reports.sensors)
         if np.any(reports.sensor == index)
     }
-    sensors = {name: found.sensor for name, found in findings.items()}
     with_speed = [found for found in findings.values() if found.max_speed is not None]
     speeds = [found.max_speed for found in with_speed if found.max_speed is not None]
     noises = [found.process_noise for found in findings.values() if found.process_noise]
@@ -128,25 +138,74 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
     # Of those present, each began at some time of the recording, or of the last fifty scans.
     times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
+    max_speed = max(speeds) if speeds else 10 * fallback.sigma / period
+    sensors = {name: found.sensor for name, found in findings.items()}
     return Estimates(
-        sensors=sensors,
-        process_noise=_bounded(
+        sensors=_reconciled(sensors, reports, max_speed, known),
+        process_noise=bounded(
             np.median(noises) if noises else 1e-2 * fallback.sigma**2 / period**3
         ),
-        max_speed=_bounded(max(speeds) if speeds else 10 * fallback.sigma / period),
-        new_target_density=_bounded(float(np.median(np.divide(present, times))), 1e-30),
-        initial_target_density=_bounded(max(present), 1e-30),
+        max_speed=bounded(max_speed),
+        new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
+        initial_target_density=bounded(max(present), 1e-30),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
     )
 
 
-def _bounded(value: float, least: float = 1e-9) -> float:
-    """Return a value that a configuration takes: the data's scale may be anything."""
-    return _digits(float(np.clip(value, least, 1e8)))
+def _reconciled(
+    sensors: dict[str, SensorEstimate],
+    reports: ReportTable,
+    speed: float,
+    known: Mapping[str, float],
+) -> dict[str, SensorEstimate]:
+    """Return sensors whose noise lets them agree: each may mark another part of an object."""
+    if len(sensors) < 2:
+        return sensors
+    extra: dict[str, list[float]] = {}
+    for pair, square in disagreements(reports, speed).items():
+        first, second = (reports.sensors[index] for index in pair)
+        unexplained = square - sensors[first].sigma ** 2 - sensors[second].sigma ** 2
+        for name in (first, second):
+            extra.setdefault(name, []).append(max(unexplained, 0.0) / 2)
+    for name, variances in extra.items():
+        if name not in known:
+            more = float(np.sqrt(np.mean(variances)))
+            sigma = bounded(float(np.hypot(sensors[name].sigma, more)), 1e-6)
+            sensors[name] = replace(sensors[name], sigma=sigma, disagreement=more)
+    return sensors
 
 
-def _digits(value: float, count: int = 4) -> float:
-    """Return a value without digits that no estimate can be sure of."""
+def bounded(value: float, least: float = 1e-9) -> float:
+    """Return a value that a configuration takes: the data's scale may be anything.
+
+    Parameters
+    ----------
+    value
+        Any number.
+    least
+        Least value that makes sense. Must be positive.
+
+    Returns
+    -------
+    A number between, rounded.
+    """
+    return digits(float(np.clip(value, least, 1e8)))
+
+
+def digits(value: float, count: int = 4) -> float:
+    """Return a value without digits that no estimate can be sure of.
+
+    Parameters
+    ----------
+    value
+        Any finite number.
+    count
+        How many significant digits stay.
+
+    Returns
+    -------
+    The rounded number.
+    """
     return float(f"{value:.{count}g}")
 
 
@@ -175,12 +234,13 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     floor = max(0.005 * per_scan, 0.5 / max(n_scans, 1))
     clutter = max(per_scan - n_objects * detection, floor) / (covered * share)
     found = SensorEstimate(
-        scan_period=None if period is None else _digits(period, 7),
-        sigma=_bounded(sigma or typical, 1e-6),
-        detection_probability=_digits(detection),
-        clutter_density=_digits(float(np.clip(clutter, 1e-30, 1e10))),
+        scan_period=None if period is None else digits(period, 7),
+        sigma=bounded(sigma or typical, 1e-6),
+        detection_probability=digits(detection),
+        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
         covered=covered,
         n_objects=n_objects / share,
+        density=density,
     )
     return _Findings(
         found,

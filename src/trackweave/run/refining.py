@@ -47,7 +47,9 @@ def estimates_for(
     -------
     The estimates; None where nothing that can be estimated is left out.
     """
-    names = reports.sensors
+    names = tuple(
+        name for index, name in enumerate(reports.sensors) if np.any(reports.sensor == index)
+    )
     if not needs_estimates(configuration, names):
         return None
     estimates = estimate(reports, known_sigma(configuration, names))

@@ -1,0 +1,97 @@
+"""How far apart two sensors see one object."""
+
+from itertools import combinations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.frames import Frames
+from trackweave.estimation.motion import reach
+
+__all__ = ["disagreements"]
+
+FEWEST_PAIRS = 20
+MOST_SCANS = 400
+# Pairs of scans within this share of the shorter gap between scans count as of one time.
+SAME_TIME = 0.5
+
+
+def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], float]:
+    """Return the mean squared distance along an axis between two sensors' reports of one object.
+
+    Scans that two sensors took at almost one time are laid over one another; distances at which
+    reports are paired more often than chance pairs them are those of one object.
+
+    Parameters
+    ----------
+    reports
+        Positions.
+    speed
+        Greatest speed of an object [m/s].
+
+    Returns
+    -------
+    Mean squares [m²] by the indices of two sensors; pairs of which nothing stands out are left
+    out.
+    """
+    scans = {
+        index: _scans(reports, index)
+        for index in range(len(reports.sensors))
+        if np.any(reports.sensor == index)
+    }
+    found = {}
+    for first, second in combinations(scans, 2):
+        square = _mean_square(scans[first], scans[second], speed)
+        if square is not None:
+            found[first, second] = square
+    return found
+
+
+def _scans(reports: ReportTable, index: int) -> tuple[FloatArray, list[FloatArray]]:
+    rows = np.flatnonzero(reports.sensor == index)
+    times, starts = np.unique(reports.time[rows], return_index=True)
+    return times, np.split(reports.measurement[rows], starts[1:])
+
+
+def _mean_square(
+    first: tuple[FloatArray, list[FloatArray]],
+    second: tuple[FloatArray, list[FloatArray]],
+    speed: float,
+) -> float | None:
+    """Return the mean squared distance along an axis [m²], None where none stands out."""
+    gaps = [np.median(np.diff(times)) for times, _ in (first, second) if times.size > 1]
+    if len(gaps) < 2:
+        return None
+    near = SAME_TIME * float(min(gaps))
+    blocks, apart = [], []
+    for time, position in list(zip(*first, strict=True))[:MOST_SCANS]:
+        other = int(np.argmin(np.abs(second[0] - time)))
+        if abs(second[0][other] - time) <= near:
+            # One second apart, so that a speed is a distance.
+            blocks.append(Frames(np.array([0.0, 1.0]), [position, second[1][other]]))
+            apart.append(abs(second[0][other] - time))
+    if not blocks:
+        return None
+    found = reach(blocks)
+    if found is None or found[1] * len(blocks) < FEWEST_PAIRS:
+        return None
+    radius, dim = found[0], blocks[0].position[0].shape[1]
+    squares = np.concatenate([_nearest(block, radius) for block in blocks])
+    if squares.size < FEWEST_PAIRS:
+        return None
+    # Between the two scans objects moved; the median is not drawn by wrong pairs.
+    moved = (speed * float(np.mean(apart)) / 2) ** 2
+    square = float(np.minimum(squares, 9 * np.median(squares)).mean())
+    return float(max(square - moved, 0.0) / dim)
+
+
+def _nearest(block: Frames, radius: float) -> FloatArray:
+    """Return the squared distances of reports that are each other's nearest [m²]."""
+    first, second = block.position
+    distance, other = cKDTree(second).query(first, distance_upper_bound=radius)
+    _, back = cKDTree(first).query(second)
+    rows = np.flatnonzero(np.isfinite(distance))
+    mutual = rows[back[other[rows]] == rows]
+    return np.asarray(distance[mutual] ** 2)

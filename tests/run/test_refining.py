@@ -1,0 +1,90 @@
+"""Tracking a stretch tells more than reports alone, and odd reports do no harm."""
+
+import numpy as np
+import pytest
+
+from estimation.test_estimate import ODD, numbers, scene, table
+from trackweave.config import load_configuration
+from trackweave.estimation import estimate
+from trackweave.run.refining import estimates_for
+
+
+def crowd() -> dict[str, float]:
+    return {"n_targets": 60, "clutter": 40.0, "n_scans": 30, "detection": 0.8}
+
+
+def test_a_crowd_is_told_better_than_by_reports_alone() -> None:
+    reports = scene(**crowd())
+    found = estimates_for(reports, load_configuration(None))
+    assert found is not None
+    sensor = found.sensors["A"]
+    assert sensor.sigma == pytest.approx(10.0, rel=0.1)
+    assert sensor.detection_probability == pytest.approx(0.8, abs=0.05)
+    assert sensor.clutter_density * 2000**2 == pytest.approx(40.0, rel=0.35)
+    first = estimate(reports).sensors["A"]
+    assert abs(sensor.detection_probability - 0.8) < abs(first.detection_probability - 0.8) + 0.01
+
+
+def test_the_same_reports_give_the_same_estimates() -> None:
+    reports, nothing = scene(n_scans=15), load_configuration(None)
+    assert estimates_for(reports, nothing) == estimates_for(reports, nothing)
+
+
+def test_nothing_is_estimated_where_all_is_given() -> None:
+    given = {
+        "motion": {"process_noise": 1.0, "max_speed": 10.0},
+        "sensors": {
+            "default": {
+                "sigma": 1.0,
+                "detection_probability": 0.9,
+                "clutter_density": 1e-6,
+                "scan_period": 1.0,
+            }
+        },
+        "lifecycle": {"new_target_density": 1e-7},
+    }
+    assert estimates_for(scene(n_scans=5), load_configuration(given)) is None
+
+
+def test_pauses_are_waited_for() -> None:
+    rng = np.random.default_rng(1)
+    times, places = [], []
+    for scan in range(120):
+        for target in range(8):
+            # Behind something for seven scans of thirty.
+            if (scan + 4 * target) % 30 >= 7:
+                times.append(float(scan))
+                places.append([300.0 * target + rng.normal(0, 2), 5.0 * scan + rng.normal(0, 2)])
+    found = estimates_for(table(times, places), load_configuration(None))
+    assert found is not None
+    assert found.delete_after_misses is not None
+    assert found.delete_after_misses > 7
+    assert found.sensors["A"].detection_probability < 0.9
+
+
+def test_sensors_that_mark_other_parts_of_an_object_still_agree() -> None:
+    rng = np.random.default_rng(1)
+    times, places, sensors = [], [], []
+    for scan in range(60):
+        for target in range(6):
+            for sensor in (0, 1):
+                # One sees the bow, the other the stern.
+                off = np.array([6.0, 0.0]) * (sensor - 0.5)
+                place = np.array([200.0 * target, 3.0 * scan]) + off + rng.normal(0, 0.5, 2)
+                times.append(scan + 0.1 * sensor)
+                places.append(place)
+                sensors.append(sensor)
+    found = estimates_for(table(times, places, sensors, ("A", "B")), load_configuration(None))
+    assert found is not None
+    for sensor in found.sensors.values():
+        assert sensor.sigma > 1.5
+        assert sensor.detection_probability > 0.8
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_reports_give_finite_positive_values(name: str) -> None:
+    found = estimates_for(table(*ODD[name]), load_configuration(None))
+    assert found is not None
+    values = numbers(found)
+    assert np.all(np.isfinite(values))
+    assert min(values) > 0
