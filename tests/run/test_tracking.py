@@ -116,14 +116,21 @@ def rotating(n_scans: int = 10) -> dict[str, Any]:
     ],
 )
 def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> None:
-    sensor = {**CONFIG["sensors"]["default"], "scan_period": period}
+    sensor = {**CONFIG["sensors"]["default"], "scan_period": period, "rotation": "none"}
     config = {**CONFIG, "sensors": {"default": {k: v for k, v in sensor.items() if v}}}
     table = pl.DataFrame(rotating())
     notes = [note for note in tracked(table, config).run["notes"] if note.startswith(said)]
     assert len(notes) == 1
-    assert "not grouped into turns yet: give a `scan` column" in notes[0]
+    assert "for a rotating sensor give its rotation and scan_period, or a `scan`" in notes[0]
     with_scans = tracked(table.rename({"turn": "scan"}), config)
     assert not any("turn" in note for note in with_scans.run["notes"])
+
+
+def test_turns_that_show_are_scans() -> None:
+    run = tracked(pl.DataFrame(rotating()), {**CONFIG, "sensors": {}}).run
+    assert run["configuration"]["sensors"]["default"]["rotation"] == "counter-clockwise"
+    assert run["totals"]["scans"] in {10, 11}
+    assert not any("hold one report" in note for note in run["notes"])
 
 
 def test_says_nothing_of_turns_where_a_scan_has_its_reports_at_one_time() -> None:
@@ -181,3 +188,86 @@ def test_refuses_priors_of_another_dimension() -> None:
     )
     with pytest.raises(InvalidInputError, match="3 dimensions; expected 2"):
         tracked(pl.DataFrame(columns()), priors=priors)
+
+
+def mixed_scene() -> pl.DataFrame:
+    """Two boats, seen by a lidar, by a radar of ranges and by a camera that moves."""
+    rng = np.random.default_rng(4)
+    rows: list[dict[str, Any]] = []
+    for step in range(24):
+        own = np.array([2.0 * step, -80.0])
+        for number, start in enumerate([(-60.0, 60.0), (90.0, 160.0)]):
+            place = np.array(start) + np.array([3.0 - 5.0 * number, 1.0]) * step
+            east, north = place + rng.normal(0, 1.0, 2)
+            common = {"time": float(step), "target": str(number)}
+            rows.append({**common, "sensor": "lidar", "x": east, "y": north})
+            east, north = place - [10.0, 5.0]
+            rows.append(
+                {
+                    **common,
+                    "sensor": "radar",
+                    "range_m": np.hypot(east, north) + rng.normal(0, 2.0),
+                    "azimuth_deg": np.degrees(np.arctan2(east, north) + rng.normal(0, 0.01)),
+                }
+            )
+            east, north = place - own
+            bearing = np.degrees(np.arctan2(east, north)) + rng.normal(0, 0.5)
+            camera = {"bearing_deg": bearing, "sensor_x": own[0], "sensor_y": own[1]}
+            rows.append({**common, "sensor": "camera", **camera})
+    names = ["time", "sensor", "x", "y", "range_m", "azimuth_deg", "bearing_deg"]
+    return pl.DataFrame(rows).select(*names, "sensor_x", "sensor_y", "target")
+
+
+MIXED = {
+    "motion": {"process_noise": 0.05, "max_speed": 12.0},
+    "lifecycle": {"new_target_density": 1e-6},
+    "sensors": {
+        "default": {"detection_probability": 0.9, "scan_period": 1.0},
+        "lidar": {"sigma": 1.0, "clutter_density": 1e-6},
+        "radar": {
+            "sigma": {"range_m": 2.0, "azimuth_deg": 0.6},
+            "clutter_density": 1e-4,
+            "position": [10.0, 5.0],
+        },
+        "camera": {"sigma": {"bearing_deg": 0.5}, "clutter_density": 0.01},
+    },
+}
+
+
+@pytest.mark.parametrize("motion", [{}, {"model": "imm", "filter": "unscented"}])
+def test_sensors_of_every_kind_share_their_tracks(motion: dict[str, str]) -> None:
+    result = tracked(mixed_scene(), {**MIXED, "motion": {**MIXED["motion"], **motion}})
+    pairs = result.assignments.group_by("target", "sensor").agg(pl.col("track").mode().first())
+    by_target = pairs.group_by("target").agg(pl.col("track").n_unique())
+    assert by_target["track"].to_list() == [1, 1]
+    found = result.assignments["track"].is_not_null().mean()
+    assert found is not None
+    assert found > 0.95
+    assert result.run["totals"]["tracks"] == 2
+    assert any("no height_m" in note for note in result.run["notes"])
+
+
+def test_bearings_in_the_wrong_sense_are_noted() -> None:
+    mirrored = mixed_scene().with_columns(-pl.col("bearing_deg"))
+    notes = tracked(mirrored, MIXED).run["notes"]
+    assert any(
+        "camera: its bearings fit" in note and "counter-clockwise" in note for note in notes
+    )
+
+
+def test_a_sensor_of_ranges_beside_others_needs_a_position() -> None:
+    sensors = {**MIXED["sensors"], "radar": {**MIXED["sensors"]["radar"]}}
+    del sensors["radar"]["position"]
+    with pytest.raises(InvalidInputError, match=r"sensors\.radar\.position: left out; expected"):
+        tracked(mixed_scene(), {**MIXED, "sensors": sensors})
+
+
+def test_a_sensor_that_falls_silent_for_an_hour_ends_its_tracks() -> None:
+    early = pl.DataFrame(columns())
+    late = early.with_columns(pl.col("time") + 3600.0)
+    result = tracked(pl.concat([early, late]))
+    assert result.run["totals"]["empty_scans"] == 100
+    assert result.run["totals"]["tracks"] == 4
+    first = result.tracks.filter(pl.col("time") < 1000.0)["track"].unique()
+    last = result.tracks.filter(pl.col("time") > 3600.0)["track"].unique()
+    assert set(first.to_list()).isdisjoint(last.to_list())

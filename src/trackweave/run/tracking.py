@@ -31,7 +31,7 @@ from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
 from trackweave.trackers.multiscan import MultiScanTracker
 
-__all__ = ["RunValues", "TrackingResult", "settings_for", "track"]
+__all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
 
