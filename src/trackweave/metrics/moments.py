@@ -17,6 +17,9 @@ __all__ = ["Moment", "Moments", "Presence", "align", "usual_gap"]
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
 PERIODS_OF_GAP = 1.5
+# Pauses of a whole file are usual up to that which so much of the time, and so many of the
+# intervals, lie in or below: a single long silence is neither.
+SHARE_OF_TIME, SHARE_OF_INTERVALS = 0.95, 0.995
 
 
 class Presence(NamedTuple):
@@ -98,7 +101,9 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
     """Return truth and tracks at the truth's times.
 
     A track's position between two of its rows is interpolated linearly. Before its first and
-    after its last row it is not there, nor in a gap that is too long.
+    after its last row it is not there, nor in a gap that is too long. A gap in which no track has
+    a row, although several live, is a pause of the whole file and may be longer than one in which
+    others have rows.
 
     Parameters
     ----------
@@ -110,7 +115,7 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
     max_gap
         Longest time between two rows of a track that is bridged [s]; None for 1.5 times the
         tracks' own period, which is the interval between rows that half of all tracked time
-        lies in or below.
+        lies in or below, or 1.5 times the file's usual pause where the file pauses.
 
     Returns
     -------
@@ -126,15 +131,14 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
         raise InvalidInputError(
             f"tracks: {points.position.shape[1]} dimensions; expected {truth.dim}, as truth has"
         )
-    bridged = usual_gap(points.time, points.identity) if max_gap is None else max_gap
-    if not bridged >= 0:
+    if max_gap is not None and not max_gap >= 0:
         raise InvalidInputError(f"max_gap: {max_gap}; expected at least 0 seconds")
     times = np.unique(truth.time)
     targets, codes = np.unique(truth.target.astype(str), return_inverse=True)
     true = _grouped(
         np.searchsorted(times, truth.time), codes.reshape(-1), truth.position, times.size
     )
-    tracked = _interpolated(points, times, bridged)
+    tracked = _interpolated(points, times, _longest_gaps(points, max_gap))
     return Moments(times, true, tracked, tuple(targets.tolist()), points.names)
 
 
@@ -185,14 +189,47 @@ def usual_gap(time: FloatArray, identity: IntArray) -> float:
     return PERIODS_OF_GAP * float(usual)
 
 
-def _interpolated(points: _Points, times: FloatArray, max_gap: float) -> Presence:
+def _longest_gaps(points: _Points, max_gap: float | None) -> FloatArray:
+    """Return for each row how long a gap before it is bridged [s]."""
+    if max_gap is not None:
+        return np.full(points.time.size, max_gap)
+    longest = np.full(points.time.size, usual_gap(points.time, points.identity))
+    moments = np.unique(points.time)
+    if len(points.names) < 2 or moments.size < 2:
+        return longest
+    # Where only one track lives, its dropouts look like pauses of the file.
+    bounds = np.searchsorted(points.identity, np.arange(len(points.names) + 1))
+    born, gone = np.sort(points.time[bounds[:-1]]), np.sort(points.time[bounds[1:] - 1])
+    begin = moments[:-1]
+    lives = np.searchsorted(born, begin, "right") - np.searchsorted(gone, begin, "right")
+    intervals = np.diff(moments)
+    pause = PERIODS_OF_GAP * _usual_pause(np.sort(intervals[lives >= 2]))
+    place = np.searchsorted(moments, points.time)
+    follows = np.zeros(points.time.size, dtype=np.bool_)
+    follows[1:] = (np.diff(points.identity) == 0) & (np.diff(place) == 1)
+    silent = follows & (lives[np.maximum(place - 1, 0)] >= 2)
+    longest[silent] = np.maximum(longest[silent], pause)
+    return longest
+
+
+def _usual_pause(intervals: FloatArray) -> float:
+    """Return the longest usual one of a file's intervals [s], which come in ascending order."""
+    if intervals.size == 0:
+        return 0.0
+    covered = np.cumsum(intervals)
+    of_time = int(np.searchsorted(covered, covered[-1] * SHARE_OF_TIME))
+    of_intervals = int((intervals.size - 1) * SHARE_OF_INTERVALS)
+    return float(intervals[min(of_time, of_intervals)])
+
+
+def _interpolated(points: _Points, times: FloatArray, longest: FloatArray) -> Presence:
     dim = points.position.shape[1]
     when, who = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     where = [np.empty((0, dim))]
     bounds = np.searchsorted(points.identity, np.arange(len(points.names) + 1))
     for number in range(len(points.names)):
         rows = slice(bounds[number], bounds[number + 1])
-        own, position = points.time[rows], points.position[rows]
+        own, position, bridged = points.time[rows], points.position[rows], longest[rows]
         begin = np.searchsorted(times, own[0] - SAME_TIME_S, side="left")
         end = np.searchsorted(times, own[-1] + SAME_TIME_S, side="right")
         inside = np.arange(begin, end)
@@ -204,7 +241,7 @@ def _interpolated(points: _Points, times: FloatArray, max_gap: float) -> Presenc
         at_row = np.minimum(
             np.abs(times[inside] - own[before]), np.abs(times[inside] - own[after])
         )
-        known = (gap <= max_gap + SAME_TIME_S) | (at_row <= SAME_TIME_S)
+        known = (gap <= bridged[after] + SAME_TIME_S) | (at_row <= SAME_TIME_S)
         step = share[known, None] * (position[after[known]] - position[before[known]])
         when.append(inside[known])
         who.append(np.full(int(known.sum()), number))
