@@ -26,6 +26,7 @@ SCRIPTS = {
     "estimates": ["estimates.py"],
     "optimality": ["optimality.py"],
     "opensky": ["opensky.py"],
+    "manoeuvres": ["manoeuvres.py"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],
     # Whoever finds a better answer enters it in best_known.json, for those after it.
