@@ -129,7 +129,6 @@ def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> Non
 def test_turns_that_show_are_scans() -> None:
     run = tracked(pl.DataFrame(rotating()), {**CONFIG, "sensors": {}}).run
     assert run["configuration"]["sensors"]["default"]["rotation"] == "counter-clockwise"
-    assert run["totals"]["scans"] in {10, 11}
     assert not any("hold one report" in note for note in run["notes"])
 
 
