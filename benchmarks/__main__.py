@@ -27,6 +27,7 @@ SCRIPTS = {
     "optimality": ["optimality.py"],
     "opensky": ["opensky.py"],
     "manoeuvres": ["manoeuvres.py"],
+    "recordings": ["recordings.py"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],
     # Whoever finds a better answer enters it in best_known.json, for those after it.
@@ -38,6 +39,7 @@ SCRIPTS = {
     "association-truth": ["solvers_truth.py"],
 }
 GROUP = "association"
+OWN_PAGES = {"recordings": "recordings.md"}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -69,8 +71,8 @@ def main() -> int:
         if done.returncode:
             failed.append(name)
         elif not done.stdout.startswith("Skipped"):
-            page = arguments.pages / ("association.md" if is_grouped else "measurements.md")
-            enter(page, name, done.stdout.strip())
+            page = "association.md" if is_grouped else OWN_PAGES.get(name, "measurements.md")
+            enter(arguments.pages / page, name, done.stdout.strip())
     if failed:
         print(f"Failed: {', '.join(failed)}", file=sys.stderr)
     return bool(failed)

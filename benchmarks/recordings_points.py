@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from recordings_data import Followed, Run, by_hand, example, follow, root_mean_square, run
+from scipy.optimize import linear_sum_assignment
 from text_tables import table
 
 from trackweave.domain.truth import TruthTable
@@ -70,19 +71,35 @@ def _followed(tracks: Any, truth: TruthTable, near: float) -> dict[str, Followed
 
 
 def _seen(reports: pl.DataFrame, truth: pl.DataFrame) -> str:
-    """Return for each vessel the share of time at which a recent position was near it."""
-    positions = reports.drop_nulls("x")
-    time, where = positions["time"].to_numpy(), positions.select("x", "y").to_numpy()
+    """Return for each vessel the share of time at which a recent position was its own.
+
+    One report is of one vessel, so that two boats in one plot are seen only once.
+    """
+    names = ("havfruen", "other")
+    seen: dict[str, list[float]] = {name: [] for name in names}
+    for (moment, _), scan in reports.drop_nulls("x").group_by("time", "sensor"):
+        place = {name: _place(truth, name, float(moment)) for name in names}
+        there = [name for name in names if place[name] is not None]
+        where = np.array([place[name] for name in there]).reshape(-1, 2)
+        apart = np.linalg.norm(where[:, None] - scan.select("x", "y").to_numpy()[None], axis=2)
+        for row, column in zip(*linear_sum_assignment(np.minimum(apart, 1e3)), strict=True):
+            if apart[row, column] < NEAR_M:
+                seen[there[row]].append(float(moment))
     shares = []
-    for name in ("havfruen", "other"):
-        own = truth.filter(pl.col("target") == name)
-        near = []
-        for now, x, y in own.select("time", "x", "y").iter_rows():
-            recent = (time <= now) & (time > now - SEEN_WITHIN_S)
-            apart = np.linalg.norm(where[recent] - (x, y), axis=1)
-            near.append(bool((apart < NEAR_M).any()))
-        shares.append(f"{100 * np.mean(near):.0f}")
+    for name in names:
+        times = truth.filter(pl.col("target") == name)["time"].to_numpy()
+        moments = np.array(sorted(seen[name]))
+        before = np.searchsorted(moments, times, side="right") - 1
+        recent = (before >= 0) & (times - moments[before.clip(0)] < SEEN_WITHIN_S)
+        shares.append(f"{100 * recent.mean():.0f}")
     return " ".join(shares)
+
+
+def _place(truth: pl.DataFrame, name: str, moment: float) -> Any:
+    own = truth.filter(pl.col("target") == name)
+    if not own["time"][0] <= moment <= own["time"][-1]:
+        return None
+    return [np.interp(moment, own["time"], own[axis]) for axis in ("x", "y")]
 
 
 def cells(data: Path) -> str:
