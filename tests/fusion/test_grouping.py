@@ -83,7 +83,7 @@ def test_each_group_has_one_track_of_a_sensor_at_most_and_passes_its_test() -> N
 def test_little_room_is_told_and_still_gives_an_answer() -> None:
     now = scene(10, 6, 6, 1)
     roomy = Grouping(Statistic(), breadth=10_000)(now, None, np.random.default_rng(0))
-    narrow = Grouping(Statistic(), breadth=1)(now, None, np.random.default_rng(0))
+    narrow = Grouping(Statistic(), breadth=1, room=1)(now, None, np.random.default_rng(0))
     assert roomy.n_pruned == 0
     assert narrow.n_pruned > 0
     assert narrow.n_tuples < roomy.n_tuples

@@ -110,7 +110,8 @@ class TrackAssociator:
     patience
         A sensor's tracks count until it is silent for so many of its periods, at least 1.
     breadth
-        How many tuples of each size are kept per first track where many compete, at least 1.
+        How many tuples of each size are kept per first track where very many compete, at least
+        1; the fewer compete, the more are kept.
     complete
         The document's own problem [1]_: all sensors see all objects, and every track is in exactly
         one tuple with one of each sensor. A tuple beyond the threshold is then no object.

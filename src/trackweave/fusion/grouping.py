@@ -75,7 +75,9 @@ class Grouping:
     margin
         A pair is left out where both tracks have a partner better by this much [twice nats].
     breadth
-        How many tuples of each size are kept per first track.
+        How many tuples of each size are kept per first track at least.
+    room
+        More are kept where that makes about so many tuples of a component, at least 1.
 
     Notes
     -----
@@ -87,6 +89,7 @@ class Grouping:
     hysteresis: float = 0.1
     margin: float = 40.0
     breadth: int = 16
+    room: int = 30_000
 
     def __call__(self, scene: Scene, search: Solver | None, rng: np.random.Generator) -> Groups:
         """Return the groups of least cost that are found.
@@ -205,6 +208,8 @@ class Grouping:
         inside = local[pairs.first] >= 0
         first, second = local[pairs.first[inside]], local[pairs.second[inside]]
         near[first, second] = near[second, first] = True
+        n_kinds = places.shape[0] * (int(scene.live.sensor.max()) + 1)
+        terms = terms._replace(breadth=max(self.breadth, self.room // n_kinds))
         return grow(scene.rings, form, terms, scene.live, places, near)
 
 
