@@ -56,6 +56,13 @@ def fuse(
         float | None,
         typer.Option(help="Probability of rejecting tracks of one object; 0.01 by default."),
     ] = None,
+    correlation: Annotated[
+        str | None,
+        typer.Option(
+            help="What to do about errors that sensors share: none (the default), both, effective, "
+            "cross-covariance or inflated."
+        ),
+    ] = None,
     process_noise: Annotated[
         float | None,
         typer.Option(help="How fast estimates age, in m²/s³; left out, told from covariances."),
@@ -78,7 +85,7 @@ def fuse(
         "confirm": confirm,
         "process_noise": process_noise,
         "register": register or None,
-        "statistic": {"false_rejection": false_rejection},
+        "statistic": {"false_rejection": false_rejection, "correlation": correlation},
         "search": {"method": search},
     }
     request = FuseRequest(tracks or [], out, name or [], config, preset, seed or 0)

@@ -1,0 +1,65 @@
+"""Tables and claims of a study's report, as Markdown and as files."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import polars as pl
+
+from trackweave.io.encoding import encode_table
+from trackweave.studies import Claim
+
+__all__ = ["claims_text", "csv_table", "text_table"]
+
+HOLDS = {True: "**holds**", False: "**does not hold**", None: "cannot be told"}
+
+
+def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """Return a table as Markdown; numbers with three digits that count, None as a dash.
+
+    Parameters
+    ----------
+    header
+        Names of the columns.
+    rows
+        The cells.
+
+    Returns
+    -------
+    The lines.
+    """
+    lines = [header, ["---"] * len(header), *([_shown(cell) for cell in row] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def csv_table(header: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> dict[str, bytes]:
+    """Return a table as a file.
+
+    Parameters
+    ----------
+    header
+        Names of the columns.
+    rows
+        The cells.
+    name
+        The file's name.
+
+    Returns
+    -------
+    The file's name and content.
+    """
+    columns = {column: [row[place] for row in rows] for place, column in enumerate(header)}
+    return {name: encode_table(pl.DataFrame(columns, strict=False), name)}
+
+
+def claims_text(claims: Sequence[Claim]) -> str:
+    """Return claims with what came out of each, as Markdown."""
+    return "\n".join(
+        f"{number}. {claim.text} – {HOLDS[claim.holds]}. {claim.found}"
+        for number, claim in enumerate(claims, start=1)
+    )
+
+
+def _shown(cell: Any) -> str:
+    if cell is None:
+        return "–"
+    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
