@@ -11,6 +11,7 @@ ln((1 − e)N + e), one of another costs −ln e, where e is the chance of a wro
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -107,8 +108,6 @@ def scan_input(
     -------
     The scan with its reports in order, slots from 0; the order.
     """
-    from scipy.stats import chi2
-
     kind, dim, count = sensor.measurement, context.dim, len(scan)
     size = scan.measurement.shape[1] if count else kind.n_components(dim)
     usual = sensor.sigmas(dim)[:size]
@@ -144,7 +143,7 @@ def scan_input(
         has_moments=scan.moments is not None,
         is_located=is_located,
         separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,
-        gate=float(chi2.ppf(GATE_PROBABILITY, size)),
+        gate=_gate(size),
         reach=_reach(sensor),
         measurement=np.ascontiguousarray(measurement[order]),
         moment=np.ascontiguousarray(moment[order]),
@@ -164,6 +163,14 @@ def scan_input(
         survival_cost=float(survival_cost),
         coverage=coverage,
     ), order
+
+
+@cache
+def _gate(size: int) -> float:
+    """Return the squared distance that hardly any own report of so many numbers exceeds."""
+    from scipy.stats import chi2
+
+    return float(chi2.ppf(GATE_PROBABILITY, size))
 
 
 def without_reports(scan: ScanInput) -> ScanInput:

@@ -103,12 +103,12 @@ class OpenScans:
         """Put a late scan into its place in time, behind those of its instant; renumber."""
         place = sum(other.data.time <= scan.data.time for other in self.scans)
         self.scans.insert(place, scan)
-        self._renumber()
+        self._renumber(place)
 
     def remove(self, place: int) -> OpenScan:
         """Take a scan out and return it; renumber."""
         scan = self.scans.pop(place)
-        self._renumber()
+        self._renumber(place)
         return scan
 
     def n_closing(self, sensor: str, time: float) -> int:
@@ -169,16 +169,21 @@ class OpenScans:
         if closing:
             self.fixed_until = float(closing[-1].data.time)
         n_slots: int = sum(scan.report.shape[0] for scan in closing)
-        self._renumber()
+        # In place: a window of many sectors is too long to be written anew for each of them.
+        for scan in self.scans:
+            scan.data.slot[:] -= n_slots
+        if self.scans and self.scans[0].data.time == self.fixed_until:
+            self._renumber(0)
         return n_slots
 
-    def _renumber(self) -> None:
-        first = 0
-        instant = self.fixed_until
-        for place, scan in enumerate(self.scans):
+    def _renumber(self, place: int) -> None:
+        """Give slots to the scans from a place on, and say which of them begin an instant."""
+        first = sum(scan.report.shape[0] for scan in self.scans[:place])
+        instant = self.scans[place - 1].data.time if place else self.fixed_until
+        for scan in self.scans[place:]:
             count = scan.report.shape[0]
             data = scan.data._replace(
                 slot=np.arange(first, first + count), new_instant=scan.data.time != instant
             )
             self.scans[place] = replace(scan, data=data)
-            first, instant = first + count, scan.data.time
+            first, instant, place = first + count, scan.data.time, place + 1
