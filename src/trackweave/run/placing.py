@@ -11,8 +11,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import to_position
 from trackweave.models.rotation import Rotation
-from trackweave.run.scans import scan_ends
-from trackweave.run.turns import with_turns
+from trackweave.run.turns import turn_ends, with_turns
 
 __all__ = ["in_turns", "placed", "platforms_of"]
 
@@ -95,7 +94,11 @@ def in_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> ReportT
     """
     if not rotations:
         return reports
-    ends = scan_ends(reports, rotations)
+    ends = reports.time.copy()
+    for index, name in enumerate(reports.sensors):
+        if name in rotations:
+            rows = reports.sensor == index
+            _, ends[rows] = turn_ends(reports.time[rows], rotations[name])
     numbered = replace(reports, scan=with_turns(reports, rotations), time=ends)
     order: IntArray = np.lexsort((reports.sensor, ends))
     return _chosen(numbered, order)

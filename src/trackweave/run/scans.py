@@ -116,12 +116,20 @@ def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[
             seen.setdefault(sector, []).append(row)
         found = sorted(seen)
         for before, sector in zip([None, *found[:-1]], found, strict=True):
-            if before is not None and sector - before <= MOST_MISSING * N_SECTORS:
-                for empty in range(before + 1, sector):
-                    yield _empty_sector(reports, index, (empty + 1) * step)
+            for empty in _between(before, sector):
+                yield _empty_sector(reports, index, (empty + 1) * step)
             own = np.array(seen[sector], dtype=np.int64)
             end = max((sector + 1) * step, float(reports.time[own].max()))
             yield reports.scan_of(own, end, own_times=True)
+
+
+def _between(before: int | None, after: int) -> list[int]:
+    """Return the sectors between two, of a long silence only those near its two ends."""
+    if before is None:
+        return []
+    near = MOST_MISSING * N_SECTORS
+    early = range(before + 1, min(before + 1 + near, after))
+    return [*early, *range(max(early.stop, after - near), after)]
 
 
 def _empty_sector(reports: ReportTable, sensor: int, time: float) -> Scan:
