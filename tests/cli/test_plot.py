@@ -50,6 +50,53 @@ def test_draws_the_reports_that_stand_in_the_directory(
     assert json.loads(run("plot", directory, "--json").stdout)["reports_drawn"] is True
 
 
+def of_file(directory: Path, name: object) -> Path:
+    """Let a run's record name the file of its reports."""
+    record = json.loads((directory / "run.json").read_text())
+    record["input"]["file"] = name
+    (directory / "run.json").write_text(json.dumps(record))
+    return directory
+
+
+@pytest.mark.parametrize("place", ["reports.csv", "data/reports.csv"])
+def test_finds_the_reports_that_the_run_names_from_where_it_was_run(
+    run: Run, directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "reports.csv").rename(tmp_path / place)
+    monkeypatch.chdir(tmp_path)
+    done = run("plot", of_file(directory, place), "--json")
+    assert json.loads(done.stdout)["reports_drawn"] is True
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("named", ["reports.csv", "data/reports.csv"])
+def test_finds_the_reports_beside_the_run_from_elsewhere(
+    run: Run, directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    done = run("plot", of_file(directory, named), "--json")
+    assert json.loads(done.stdout)["reports_drawn"] is True
+
+
+@pytest.mark.parametrize("named", ["gone.csv", "", None, 7, ["reports.csv"]])
+def test_goes_without_reports_that_are_nowhere(run: Run, directory: Path, named: object) -> None:
+    done = run("plot", of_file(directory, named))
+    assert done.exit_code == 0, done.stderr
+    assert "see --reports" in done.stderr
+
+
+def test_leaves_out_reports_that_have_changed_since(
+    run: Run, directory: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "reports.csv").write_text("report,time,x,y\nelse,2,1,1\n")
+    done = run("plot", of_file(directory, "reports.csv"))
+    assert done.exit_code == 0, done.stderr
+    assert "1 of 1 reports are not in" in done.stderr
+    assert "so they are left out" in done.stderr
+
+
 @pytest.mark.parametrize(("ending", "start"), [("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_draws_other_formats_with_the_same_bytes_each_time(
     run: Run, directory: Path, tmp_path: Path, ending: str, start: bytes

@@ -91,6 +91,17 @@ def test_quiet_says_nothing(run: Run, reports: Path, tmp_path: Path) -> None:
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
 
 
+def test_records_the_file_as_it_was_given(
+    run: Run, reports: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(reports.parent)
+    assert run("track", reports.name, "--out", tmp_path / "out", "-q").exit_code == 0
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["input"]["file"] == reports.name
+    done = run("plot", tmp_path / "out", "--json")
+    assert json.loads(done.stdout)["reports_drawn"] is True
+
+
 def test_the_seed_of_the_command_comes_before_the_files(
     run: Run, reports: Path, config: Path, tmp_path: Path
 ) -> None:

@@ -37,7 +37,8 @@ class PlotRequest:
     out
         File for the picture; None for plot.png in the directory.
     reports
-        The reports that were tracked; None for reports.csv in the directory, if it is there.
+        The reports that were tracked; None for reports.csv in the directory, if it is there, or
+        else the file that the run names, if it is still where it was.
     truth
         Where targets really were.
     history
@@ -61,14 +62,11 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
     if ending not in FORMATS:
         raise InvalidInputError(f"--out: {out}; expected a name that ends in .png, .svg or .pdf")
     run = read_run(request.directory)
-    reports_file = _reports_file(request)
+    reports_file = _reports_file(request, run)
     inputs = [*request.directory.glob("*.*"), reports_file, request.truth]
     spared = [path for path in inputs if path is not None and path.name != PICTURE]
     OutputFile(out).check(spared)
-    reports, assignment = None, None
-    if reports_file is not None:
-        reports = _read_reports(reports_file, run)
-        assignment = _assignment(reports_file, reports, run)
+    reports, assignment = _reports(request, reports_file, run, voice)
     scene = Scene(
         reports=reports,
         tracks=run.history if request.history else run.tracks,
@@ -88,11 +86,35 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
     return found
 
 
-def _reports_file(request: PlotRequest) -> Path | None:
+def _reports_file(request: PlotRequest, run: RunFiles) -> Path | None:
     if request.reports is not None:
         return request.reports
     own = request.directory / "reports.csv"  # a demo's run holds its reports
-    return own if own.exists() else None
+    if own.is_file():
+        return own
+    named = run.record["input"].get("file")
+    if not isinstance(named, str) or not named:
+        return None
+    # As it was given, which a move of the run's directory together with its reports survives.
+    beside = request.directory.absolute().parent
+    places = (Path(named), beside / named, beside / Path(named).name)
+    return next((place for place in places if place.is_file()), None)
+
+
+def _reports(
+    request: PlotRequest, path: Path | None, run: RunFiles, voice: Voice
+) -> tuple[ReportTable | None, dict[int, int] | None]:
+    """Return the reports and the track of each row; those that nobody asked for may be others."""
+    if path is None:
+        return None, None
+    try:
+        reports = _read_reports(path, run)
+        return reports, _assignment(path, reports, run)
+    except InvalidInputError as err:
+        if request.reports is not None:
+            raise
+        voice.say(f"{err}; so they are left out")
+        return None, None
 
 
 def _read_reports(path: Path, run: RunFiles) -> ReportTable:

@@ -14,6 +14,7 @@ from trackweave.io.output import OutputDirectory
 from trackweave.io.reports import read_reports
 from trackweave.run import TrackingResult
 from trackweave.run import track as run
+from trackweave.run.record import with_file
 
 __all__ = ["Request", "run_track", "summary", "tables", "what_was_assumed", "with_seed"]
 
@@ -80,7 +81,8 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
             deadline=None if request.deadline_ms is None else request.deadline_ms / 1e3,
             progress=progress,
         )
-    record = with_seed(result.run, seed, on_command_line=request.seed is not None)
+    told = with_file(result.run, request.reports)
+    record = with_seed(told, seed, on_command_line=request.seed is not None)
     place.write(tables(result), record)
     for line in [*what_was_assumed(record), *record["notes"]]:
         voice.say(line)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
 
-__all__ = ["record_of"]
+__all__ = ["record_of", "with_file"]
 
 
 def record_of(
@@ -78,9 +79,27 @@ def record_of(
     }
 
 
+def with_file(record: dict[str, Any], path: str | Path) -> dict[str, Any]:
+    """Return a run's record with the file of the reports.
+
+    Parameters
+    ----------
+    record
+        The record of a run.
+    path
+        The file, written down as it was given: where it lies on this machine is nobody's concern.
+
+    Returns
+    -------
+    Another record.
+    """
+    return {**record, "input": {**record["input"], "file": str(path)}}
+
+
 def _input(reports: ReportTable) -> dict[str, Any]:
     frame = reports.frame
     return {
+        "file": None,
         "sensors": list(reports.sensors),
         "dimensions": reports.dim,
         "first_time": float(reports.time[0]),

@@ -25,7 +25,7 @@ from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.observing import settle
-from trackweave.run.record import record_of
+from trackweave.run.record import record_of, with_file
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
@@ -181,11 +181,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     values = RunValues(table, tracks, history, assignment, settings)
+    record = record_of(table, settings, log, assignment)
+    if isinstance(reports, str | Path):
+        record = with_file(record, reports)
     return TrackingResult(
         tracks=_native(tracks_frame(tracks, table.frame, iso_time=table.iso_time), table),
         assignments=_native(assignments_frame(table, assigned.track, assigned.probability), table),
         history=_native(tracks_frame(history, table.frame, iso_time=table.iso_time), table),
-        run=record_of(table, settings, log, assignment),
+        run=record,
         values=values,
     )
 
