@@ -8,6 +8,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.io.frames_out import assignments_frame, reports_frame, tracks_frame, truth_frame
+from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
 from trackweave.io.truth import read_truth
 
@@ -32,6 +33,21 @@ def test_tracks_have_the_columns_of_the_interface():
         "x", "y", "z", "lat", "lon", "alt_m", "vx", "vy", "vz"
     ]  # fmt: skip
     assert geodetic["time"].dtype == geodetic["last_update"].dtype == pl.Datetime("us", "UTC")
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_accelerations_stand_behind_the_covariances_where_they_are_known(dim: int):
+    mean, pull = np.arange(1.0, 2 * dim + 1)[np.newaxis], np.arange(7.0, 7.0 + dim)[np.newaxis]
+    one, time = np.ones(1, dtype=np.int64), np.zeros(1)
+    table = TrackTable(
+        time, one, one, mean, np.eye(2 * dim)[np.newaxis], time, one, time, acceleration=pull
+    )
+    frame = tracks_frame(table)
+    names = ["ax", "ay", "az"][:dim]
+    assert frame.columns[-3 - dim :] == [*names, "score", "hits", "last_update"]
+    assert frame.select(names).row(0) == tuple(pull[0])
+    # As tracks known beforehand they set out with positions and velocities alone.
+    assert np.array_equal(read_priors(frame).mean, mean)
 
 
 def test_an_assignment_names_report_and_track_and_carries_the_rest():

@@ -34,7 +34,8 @@ def tracks_frame(
 
     Returns
     -------
-    ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…,score,hits,last_update``.
+    ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…[,ax,ay[,az]],score,hits,
+    last_update``, with accelerations where the motion knows them.
     """
     dim, n = tracks.dim, 2 * tracks.dim
     names = state_names(dim)
@@ -50,6 +51,9 @@ def tracks_frame(
             *geodetic_columns(tracks.mean[:, :dim], frame),
             *number_columns(names[dim:], tracks.mean[:, dim:]),
             *number_columns(covariance_names(dim), covariance),
+            *number_columns(
+                ("ax", "ay", "az")[: tracks.acceleration.shape[1]], tracks.acceleration
+            ),
             pl.Series("score", tracks.score, dtype=pl.Float64),
             pl.Series("hits", tracks.hits, dtype=pl.Int64),
             time_column("last_update", tracks.last_update, iso_time=iso_time),
