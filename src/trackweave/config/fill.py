@@ -185,7 +185,9 @@ def fill(
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
         depth=ledger.choose(("window", "depth"), default=Window().depth),
-        max_scans=ledger.choose(("window", "max_scans"), default=Window().max_scans),
+        max_scans=ledger.choose(
+            ("window", "max_scans"), estimates and estimates.max_scans, Window().max_scans
+        ),
     )
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)

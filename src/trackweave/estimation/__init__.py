@@ -1,6 +1,18 @@
-"""Learns from reports what nobody has said: noise, clutter, detection, speed."""
+"""Learns from reports what nobody has said: noise, clutter, detection, speed, turns."""
 
-from trackweave.estimation.estimate import Estimates, SensorEstimate, estimate
-from trackweave.estimation.refine import Followed, refined, stretch_of
+from trackweave.estimation.directions import bearing_sensor, with_components
+from trackweave.estimation.estimate import Estimates, SensorEstimate, digits, estimate
+from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
 
-__all__ = ["Estimates", "Followed", "SensorEstimate", "estimate", "refined", "stretch_of"]
+__all__ = [
+    "Estimates",
+    "Followed",
+    "SensorEstimate",
+    "bearing_sensor",
+    "digits",
+    "estimate",
+    "refined",
+    "stretch_of",
+    "sure_tracks",
+    "with_components",
+]

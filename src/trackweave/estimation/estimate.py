@@ -35,7 +35,8 @@ class SensorEstimate:
     scan_period
         Time from scan to scan [s]; None where it does not scan.
     sigma
-        Standard deviation of a report along an axis [m].
+        Standard deviation of a report along an axis [m]; or of each number of a report, as a
+        tuple [m, rad, m/s].
     detection_probability
         Chance that a scan reports an object.
     clutter_density
@@ -52,13 +53,18 @@ class SensorEstimate:
     """
 
     scan_period: float | None
-    sigma: float
+    sigma: float | tuple[float, ...]
     detection_probability: float
     clutter_density: float
     covered: float
     n_objects: float
     density: float = 0.0
     disagreement: float = 0.0
+
+    @property
+    def plane_sigma(self) -> float:
+        """Standard deviation along an axis [m]: sigma, or the first of its numbers."""
+        return self.sigma[0] if isinstance(self.sigma, tuple) else self.sigma
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +85,8 @@ class Estimates:
         Objects present per m² (m³) at a time.
     delete_after_misses
         Misses in succession after which hardly any object comes back; None for unknown.
+    max_scans
+        Scans of all sensors that a window should hold; None for the usual number.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
@@ -91,6 +99,7 @@ class Estimates:
     new_target_density: float
     initial_target_density: float
     delete_after_misses: int | None = None
+    max_scans: int | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
 
@@ -138,12 +147,12 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
     # Of those present, each began at some time of the recording, or of the last fifty scans.
     times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
-    max_speed = max(speeds) if speeds else 10 * fallback.sigma / period
+    max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     sensors = {name: found.sensor for name, found in findings.items()}
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
-            np.median(noises) if noises else 1e-2 * fallback.sigma**2 / period**3
+            np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3
         ),
         max_speed=bounded(max_speed),
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
@@ -164,13 +173,13 @@ def _reconciled(
     extra: dict[str, list[float]] = {}
     for pair, square in disagreements(reports, speed).items():
         first, second = (reports.sensors[index] for index in pair)
-        unexplained = square - sensors[first].sigma ** 2 - sensors[second].sigma ** 2
+        unexplained = square - sensors[first].plane_sigma ** 2 - sensors[second].plane_sigma ** 2
         for name in (first, second):
             extra.setdefault(name, []).append(max(unexplained, 0.0) / 2)
     for name, variances in extra.items():
         if name not in known:
             more = float(np.sqrt(np.mean(variances)))
-            sigma = bounded(float(np.hypot(sensors[name].sigma, more)), 1e-6)
+            sigma = bounded(float(np.hypot(sensors[name].plane_sigma, more)), 1e-6)
             sensors[name] = replace(sensors[name], sigma=sigma, disagreement=more)
     return sensors
 

@@ -12,8 +12,10 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import noise_of_chains
 
-__all__ = ["Followed", "looks_per_turn", "refined", "stretch_of"]
+__all__ = ["DETECTION_RANGE", "Followed", "Track", "refined", "stretch_of", "sure_tracks"]
 
+REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_density")
+REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
 # A track of so many reports is beyond doubt.
@@ -56,8 +58,16 @@ class Followed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Track:
-    """The rows of a track that is beyond doubt, by time."""
+class Track:
+    """A track that is beyond doubt.
+
+    Parameters
+    ----------
+    rows
+        Rows of its reports, by time.
+    begin, end
+        Times of the first and the last [s].
+    """
 
     rows: IntArray
     begin: float
@@ -119,7 +129,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     -------
     Estimates; where there is no sure track, as they were.
     """
-    tracks = _sure_tracks(estimates, reports, followed)
+    tracks = sure_tracks(estimates, reports, followed)
     if not tracks:
         return estimates
     sensors = dict(estimates.sensors)
@@ -142,8 +152,11 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     if speed is not None:
         estimates = replace(estimates, max_speed=bounded(speed))
     new, present = _coming(estimates, tracks, reports, followed)
+    keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
+    said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
     return replace(
         estimates,
+        remarks={**estimates.remarks, **dict.fromkeys([*REFINED, *keys], said)},
         sensors=sensors,
         delete_after_misses=_patience(tracks, reports, followed),
         new_target_density=new,
@@ -151,23 +164,35 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     )
 
 
-def _sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[_Track]:
-    """Return the tracks that are long and were seen about as often as objects are."""
+def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[Track]:
+    """Return the tracks that are long and were seen about as often as objects are.
+
+    Parameters
+    ----------
+    estimates
+        What is known so far.
+    reports
+        The stretch that was tracked.
+    followed
+        Its tracks.
+
+    Returns
+    -------
+    The tracks.
+    """
     rows = np.flatnonzero(followed.track >= 0)
     number = followed.track[rows]
     rows = rows[np.lexsort((reports.time[rows], number))]
     groups = np.split(rows, np.flatnonzero(np.diff(followed.track[rows])) + 1)
     tracks = [
-        _Track(group, float(reports.time[group[0]]), float(reports.time[group[-1]]))
+        Track(group, float(reports.time[group[0]]), float(reports.time[group[-1]]))
         for group in groups
         if group.size >= SURE_HITS
     ]
     return [track for track in tracks if _is_seen(track, estimates, reports, followed)]
 
 
-def _is_seen(
-    track: _Track, estimates: Estimates, reports: ReportTable, followed: Followed
-) -> bool:
+def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed: Followed) -> bool:
     """Tell whether one of a track's sensors saw it about as often as it sees objects."""
     for index in np.unique(reports.sensor[track.rows]):
         name = reports.sensors[index]
@@ -181,7 +206,7 @@ def _is_seen(
 
 def _detection(
     sensor: SensorEstimate,
-    tracks: list[_Track],
+    tracks: list[Track],
     reports: ReportTable,
     followed: Followed,
     name: str,
@@ -193,9 +218,10 @@ def _detection(
     pauses: list[int] = []
     for track in tracks:
         # The first and the last report are why the track is there, and say nothing.
-        inside = looks[(looks > track.begin) & (looks < track.end)]
+        first, last = np.searchsorted(looks, [track.begin, track.end])
         own = reports.time[track.rows[reports.sensor[track.rows] == index]]
-        seen = np.isin(inside, own)
+        # A turn's scan counts as of its end, its reports as of their own times.
+        seen = np.isin(np.arange(first + 1, last), np.searchsorted(looks, own))
         hits += int(np.count_nonzero(seen))
         chances += seen.size
         runs = np.diff(np.flatnonzero(np.r_[True, seen, True])) - 1
@@ -225,7 +251,7 @@ def _bearable(pauses: IntArray, chances: int) -> float:
 
 
 def _clutter(
-    sensor: SensorEstimate, tracks: list[_Track], reports: ReportTable, index: int
+    sensor: SensorEstimate, tracks: list[Track], reports: ReportTable, index: int
 ) -> SensorEstimate:
     """Return a sensor with the false alarms that are left beside the sure tracks."""
     if sensor.density <= 0:
@@ -248,7 +274,7 @@ def _clutter(
     )
 
 
-def _patience(tracks: list[_Track], reports: ReportTable, followed: Followed) -> int | None:
+def _patience(tracks: list[Track], reports: ReportTable, followed: Followed) -> int | None:
     """Return after how many misses hardly any object came back, None where none was lost."""
     looks = np.unique(np.concatenate(list(followed.looks.values())))
     pauses = []
@@ -258,10 +284,10 @@ def _patience(tracks: list[_Track], reports: ReportTable, followed: Followed) ->
     if len(pauses) < FEWEST_PAUSES:
         return None
     usual = math.ceil(float(np.quantile(pauses, RETURNED))) + 2
-    return int(np.clip(usual, LEAST_PATIENCE, MOST_PATIENCE * looks_per_turn(followed)))
+    return int(np.clip(usual, LEAST_PATIENCE, MOST_PATIENCE * _looks_per_turn(followed)))
 
 
-def looks_per_turn(followed: Followed) -> float:
+def _looks_per_turn(followed: Followed) -> float:
     """Return how many scans of all sensors there are to one of the slowest."""
     counts = [times.size for times in followed.looks.values() if times.size > 1]
     return sum(counts) / min(counts) if counts else 1.0
@@ -269,7 +295,7 @@ def looks_per_turn(followed: Followed) -> float:
 
 def _coming(
     estimates: Estimates,
-    tracks: list[_Track],
+    tracks: list[Track],
     reports: ReportTable,
     followed: Followed,
 ) -> tuple[float, float]:
@@ -294,7 +320,7 @@ def _coming(
 
 
 def _noise(
-    sensor: SensorEstimate, tracks: list[_Track], reports: ReportTable, index: int
+    sensor: SensorEstimate, tracks: list[Track], reports: ReportTable, index: int
 ) -> tuple[float, float] | None:
     """Return sigma and process noise along the tracks, None where they are too few."""
     chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
@@ -310,11 +336,11 @@ def _noise(
         rows = rows[np.r_[True, np.diff(reports.time[rows]) > 1e-6]]
         time[row, : rows.size] = reports.time[rows]
         place[row, : rows.size] = reports.measurement[rows]
-    sigma, process = noise_of_chains(time, place, sensor.sigma, sensor.clutter_density)
+    sigma, process = noise_of_chains(time, place, sensor.plane_sigma, sensor.clutter_density)
     return sigma, max(process, 1e-9)
 
 
-def _speed(tracks: list[_Track], reports: ReportTable) -> float | None:
+def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
     """Return a speed that hardly any object exceeds."""
     speeds = []
     for track in tracks:

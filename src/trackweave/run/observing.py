@@ -17,7 +17,7 @@ from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of
 from trackweave.models.rotation import Rotation
 from trackweave.run.placing import in_turns, placed, platforms_of
-from trackweave.run.refining import estimates_for
+from trackweave.run.refining import Directions, estimates_for
 
 __all__ = ["observe", "positions_in", "settle"]
 
@@ -69,7 +69,11 @@ def settle(
     table = in_turns(placed(reports, places), rotations)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
-        estimates = estimates_for(table, _of_positions(configuration, observed))
+        directions = None
+        if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
+            platform = platforms_of(reports, places)
+            directions = Directions(reports, platform, places, observed)
+        estimates = estimates_for(table, _of_positions(configuration, observed), directions)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     return replace(filled, notes=(*filled.notes, *notes)), estimates

@@ -1,33 +1,74 @@
 """What a configuration leaves out, from the reports and from tracks made of them."""
 
+import math
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates, Followed, estimate, refined, stretch_of
+from trackweave.estimation import (
+    Estimates,
+    Followed,
+    SensorEstimate,
+    bearing_sensor,
+    digits,
+    estimate,
+    refined,
+    stretch_of,
+    sure_tracks,
+    with_components,
+)
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
+from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.window import Window
 
-__all__ = ["estimates_for"]
+__all__ = ["Directions", "estimates_for"]
 
 N_ROUNDS = 2
 # Tracks are followed patiently, or pauses would never be seen to end.
 PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
+USUAL_RATE_SIGMA = 1.0
+MOST_MISSES = 1000
+TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
+# What the silence of a bearing sensor may say over a scan of the slowest sensor [nats].
+WORTH_OF_SILENCE = 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Directions:
+    """What is measured otherwise than as positions.
+
+    Parameters
+    ----------
+    reports
+        All reports, as they came.
+    platform
+        Where each one's sensor was, x, y first [m], shape (reports, ≥ 2).
+    places
+        Where sensors stand whose rows do not say, by name [m].
+    observed
+        What the sensors' reports show, by name.
+    """
+
+    reports: ReportTable
+    platform: FloatArray
+    places: Mapping[str, Sequence[float]]
+    observed: Mapping[str, ObservedSensor]
 
 
 def estimates_for(
-    reports: ReportTable,
-    configuration: Configuration,
-    observed: Mapping[str, ObservedSensor] | None = None,
+    reports: ReportTable, configuration: Configuration, directions: Directions | None = None
 ) -> Estimates | None:
     """Return estimates of what a configuration leaves out.
 
@@ -37,27 +78,112 @@ def estimates_for(
     Parameters
     ----------
     reports
-        At least one report.
+        At least one report, all positions.
     configuration
-        As read.
-    observed
-        What the sensors' reports show, by name; a sensor left out reports positions.
+        As read, as far as it applies to positions.
+    directions
+        What ranges and bearings the positions came from or stand beside; None for none.
 
     Returns
     -------
     The estimates; None where nothing that can be estimated is left out.
     """
-    names = tuple(
-        name for index, name in enumerate(reports.sensors) if np.any(reports.sensor == index)
-    )
-    if not needs_estimates(configuration, names):
+    names = reports.sensors
+    if directions is None and not needs_estimates(configuration, names):
         return None
     estimates = estimate(reports, known_sigma(configuration, names))
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
-        followed = _follow(stretch, fill(configuration, estimates, names, observed=observed))
+        followed = _follow(stretch, fill(configuration, estimates, names))
         estimates = refined(estimates, stretch, followed)
-    return estimates
+    if directions is None:
+        return estimates
+    return _directed(estimates, stretch, followed, directions)
+
+
+def _directed(
+    estimates: Estimates, stretch: ReportTable, followed: Followed, directions: Directions
+) -> Estimates:
+    """Return estimates with those of sensors that measure directions."""
+    observed = directions.observed
+    ranging = {
+        name: directions.places.get(name, ())
+        for name, seen in observed.items()
+        if seen.measurement.has_range
+    }
+    estimates = with_components(estimates, stretch, followed, ranging)
+    sensors = dict(estimates.sensors)
+    for name in ranging:
+        if name in sensors and isinstance(sensors[name].sigma, tuple):
+            sensors[name] = _in_own_units(sensors[name], observed[name])
+    tracks = [
+        (stretch.time[track.rows], stretch.measurement[track.rows])
+        for track in sure_tracks(estimates, stretch, followed)
+    ]
+    bearing = [
+        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
+    ]
+    for name in bearing:
+        rows = directions.reports.sensor == directions.reports.sensors.index(name)
+        found = bearing_sensor(
+            directions.reports.time[rows],
+            directions.reports.measurement[rows, 0],
+            directions.platform[rows],
+            tracks,
+            observed[name].extent,
+        )
+        if found is not None:
+            sensors[name] = found
+    sensors = {
+        name: _harmless(sensor, sensors) if name in bearing else sensor
+        for name, sensor in sensors.items()
+    }
+    return _paced(replace(estimates, sensors=sensors), bearing, directions)
+
+
+def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions) -> Estimates:
+    """Return estimates in which scans are counted over all sensors, fast cameras included."""
+    reports = directions.reports
+    looks = {
+        name: np.unique(reports.time[reports.sensor == index]).size
+        for index, name in enumerate(reports.sensors)
+    }
+    placing = [count for name, count in looks.items() if name not in bearing and count > 1]
+    if not bearing or not placing:
+        return estimates
+    usual = estimates.delete_after_misses or Lifecycle().delete_after_misses
+    misses = min(round(usual * sum(looks.values()) / sum(placing)), MOST_MISSES)
+    # Of the slowest sensor's scans the window must hold more than one.
+    needed = math.ceil(sum(looks.values()) / min(placing) * TURNS_IN_WINDOW)
+    scans = min(needed, MOST_SCANS) if needed > Window().max_scans else None
+    return replace(estimates, delete_after_misses=misses, max_scans=scans)
+
+
+def _harmless(sensor: SensorEstimate, sensors: Mapping[str, SensorEstimate]) -> SensorEstimate:
+    """Return a bearing sensor whose misses end no track that others see.
+
+    A camera that sees an object tens of times a second, or never, says little by each miss.
+
+    Returns
+    -------
+    The sensor, with a chance of detection that the silence of a whole scan of the slowest bears.
+    """
+    periods = [other.scan_period for other in sensors.values() if other.scan_period is not None]
+    if sensor.scan_period is None:
+        return sensor
+    looks = max(max(periods) / sensor.scan_period, 1.0)
+    most = 1 - math.exp(-WORTH_OF_SILENCE / looks)
+    return replace(sensor, detection_probability=min(sensor.detection_probability, digits(most)))
+
+
+def _in_own_units(sensor: SensorEstimate, seen: ObservedSensor) -> SensorEstimate:
+    """Return a ranging sensor with noise for each column, and clutter per unit of all of them."""
+    assert isinstance(sensor.sigma, tuple)
+    sigma = sensor.sigma
+    if seen.measurement.has_rate:
+        sigma = (*sigma, USUAL_RATE_SIGMA)
+    density = sensor.clutter_density * sensor.covered / seen.extent
+    return replace(sensor, sigma=sigma, clutter_density=density)
 
 
 def _follow(reports: ReportTable, settings: Settings) -> Followed:

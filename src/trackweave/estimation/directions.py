@@ -1,0 +1,202 @@
+"""Noise of ranges and directions, from tracks that position reports made."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.frames import scan_period
+from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, sure_tracks
+
+__all__ = ["bearing_sensor", "with_components"]
+
+HALF = 3
+FEWEST_RESIDUALS = 30
+# Bearings within this of a track may be of its object [rad].
+NEAR = 0.25
+N_ROUNDS = 30
+LEAST_ANGLE, MOST_ANGLE = 1e-5, 0.2
+USUAL_DETECTION, USUAL_CHANCES = 0.7, 10.0
+
+
+def with_components(
+    estimates: Estimates,
+    reports: ReportTable,
+    followed: Followed,
+    ranging: Mapping[str, Sequence[float]],
+) -> Estimates:
+    """Return estimates in which ranging sensors have the noise of range and angles apart.
+
+    Parameters
+    ----------
+    estimates
+        What is known so far.
+    reports
+        Positions that were tracked.
+    followed
+        Their tracks.
+    ranging
+        Where each sensor stands that measures ranges, by name [m]; rows that say where it was
+        come first.
+
+    Returns
+    -------
+    Estimates; sigma is one number for each of range [m], azimuth and elevation [rad] where
+    tracks tell it, and as it was elsewhere.
+    """
+    sensors = dict(estimates.sensors)
+    tracks = sure_tracks(estimates, reports, followed)
+    for name, place in ranging.items():
+        if name in sensors:
+            sigma = _component_noise(reports, tracks, reports.sensors.index(name), place)
+            if sigma is not None:
+                sensors[name] = replace(sensors[name], sigma=sigma)
+    return replace(estimates, sensors=sensors)
+
+
+def _component_noise(
+    reports: ReportTable, tracks: list[Track], index: int, place: Sequence[float]
+) -> tuple[float, ...] | None:
+    """Return what is left of each component beside straight pieces of the tracks."""
+    parts = []
+    for track in tracks:
+        rows = track.rows[reports.sensor[track.rows] == index]
+        if rows.size < 2 * HALF + 1:
+            continue
+        fitted, known = _fitted(reports.time[rows], reports.measurement[rows])
+        seen_from = _platform(reports, rows, place)
+        parts.append(
+            _wrapped(
+                _components(reports.measurement[rows] - seen_from)
+                - _components(fitted - seen_from)
+            )
+            / np.sqrt(known)[:, None]
+        )
+    residual = np.concatenate(parts) if parts else np.empty((0, 2))
+    if residual.shape[0] < FEWEST_RESIDUALS:
+        return None
+    spread = 1.4826 * np.median(np.abs(residual), axis=0)
+    return tuple(bounded(float(value), 1e-6) for value in spread)
+
+
+def _fitted(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places on lines through each report and its neighbours, and what they leave free."""
+    fitted, known = np.empty_like(place), np.empty(time.size)
+    for middle in range(time.size):
+        first = int(np.clip(middle - HALF, 0, time.size - 2 * HALF - 1))
+        piece = slice(first, first + 2 * HALF + 1)
+        centred = time[piece] - time[piece].mean()
+        total = max(float(np.dot(centred, centred)), 1e-12)
+        lever = time[middle] - time[piece].mean()
+        fitted[middle] = place[piece].mean(axis=0) + lever * (centred @ place[piece]) / total
+        known[middle] = max(1 - 1 / (2 * HALF + 1) - lever**2 / total, 0.1)
+    return fitted, known
+
+
+def _platform(reports: ReportTable, rows: np.ndarray, place: Sequence[float]) -> FloatArray:
+    """Return where the sensor was, shape (rows, dim)."""
+    dim = reports.measurement.shape[1]
+    stands = np.zeros(dim)
+    stands[: min(dim, len(place))] = list(place)[:dim]
+    if reports.platform is None:
+        return np.broadcast_to(stands, (rows.size, dim))
+    said = reports.platform[rows, :dim]
+    return np.where(np.isnan(said), stands, said)
+
+
+def _components(relative: FloatArray) -> FloatArray:
+    """Return range, azimuth and, in space, elevation."""
+    distance = np.linalg.norm(relative, axis=1)
+    columns = [distance, np.arctan2(relative[:, 0], relative[:, 1])]
+    if relative.shape[1] == 3:
+        columns.append(np.arctan2(relative[:, 2], np.hypot(relative[:, 0], relative[:, 1])))
+    return np.stack(columns, axis=1)
+
+
+def _wrapped(difference: FloatArray) -> FloatArray:
+    wrapped = difference.copy()
+    wrapped[:, 1:] = (wrapped[:, 1:] + np.pi) % (2 * np.pi) - np.pi
+    return wrapped
+
+
+def bearing_sensor(
+    time: FloatArray,
+    bearing: FloatArray,
+    seen_from: FloatArray,
+    tracks: list[tuple[FloatArray, FloatArray]],
+    width: float,
+) -> SensorEstimate | None:
+    """Return what the bearings of one sensor tell beside tracks of other sensors.
+
+    Bearings near the direction of a track are a bell about it over an even ground of others.
+
+    Parameters
+    ----------
+    time
+        Time of each bearing [s], ascending.
+    bearing
+        Clockwise from north [rad].
+    seen_from
+        Where the sensor was, x and y first [m], shape (bearings, ≥ 2).
+    tracks
+        Times, ascending, and places of each track.
+    width
+        Width of the sector from which bearings come [rad].
+
+    Returns
+    -------
+    Noise as one number in a tuple [rad], false alarms per radian and scan; None where too few
+    bearings are near a track.
+    """
+    moments = np.unique(time)
+    off, chances = _beside(time, bearing, seen_from, tracks)
+    if off.size < FEWEST_RESIDUALS:
+        return None
+    sigma, share = _bell(off)
+    hits = share * off.size
+    usual = USUAL_DETECTION * USUAL_CHANCES
+    detection = (hits + usual) / (chances + USUAL_CHANCES)
+    per_scan = bearing.size / moments.size
+    seen = hits / moments.size
+    return SensorEstimate(
+        scan_period=scan_period(moments),
+        sigma=(digits(sigma),),
+        detection_probability=digits(float(np.clip(detection, *DETECTION_RANGE))),
+        clutter_density=digits(max(per_scan - seen, 0.05 * per_scan) / width),
+        covered=width,
+        n_objects=max(seen / max(detection, 0.1), 0.1),
+    )
+
+
+def _beside(
+    time: FloatArray,
+    bearing: FloatArray,
+    seen_from: FloatArray,
+    tracks: list[tuple[FloatArray, FloatArray]],
+) -> tuple[FloatArray, int]:
+    """Return how far bearings are beside tracks [rad], and how often a track could be seen."""
+    off, chances = [], 0
+    moments = np.unique(time)
+    for known, place in tracks:
+        alive = (time >= known[0]) & (time <= known[-1])
+        chances += int(np.count_nonzero((moments >= known[0]) & (moments <= known[-1])))
+        where = np.stack([np.interp(time[alive], known, axis) for axis in place.T[:2]], axis=1)
+        east, north = (where - seen_from[alive, :2]).T
+        beside = (bearing[alive] - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi
+        off.append(beside[np.abs(beside) < NEAR])
+    return np.concatenate(off) if off else np.empty(0), chances
+
+
+def _bell(off: FloatArray) -> tuple[float, float]:
+    """Return the width of a bell over an even ground [rad], and the share that is in it."""
+    sigma, share = NEAR / 5, 0.5
+    for _ in range(N_ROUNDS):
+        bell = share * np.exp(-0.5 * (off / sigma) ** 2) / (np.sqrt(2 * np.pi) * sigma)
+        own = bell / (bell + (1 - share) / (2 * NEAR))
+        share = float(np.clip(own.mean(), 0.01, 0.99))
+        spread = float(np.sqrt(np.sum(own * off**2) / max(float(own.sum()), 1e-9)))
+        sigma = float(np.clip(spread, LEAST_ANGLE, MOST_ANGLE))
+    return sigma, share
