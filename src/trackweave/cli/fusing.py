@@ -36,6 +36,13 @@ def fuse(
             "--register", help="Find each sensor's shift, turn and clock beside the first."
         ),
     ] = False,
+    bias: Annotated[
+        str | None,
+        typer.Option(
+            help="What --register looks for: some of translation, rotation, range, azimuth and "
+            "clock, with commas; translation,rotation,clock by default."
+        ),
+    ] = None,
     method: Annotated[
         str | None,
         typer.Option(
@@ -59,7 +66,7 @@ def fuse(
     correlation: Annotated[
         str | None,
         typer.Option(
-            help="What to do about errors that sensors share: none (the default), both, effective, "
+            help="What to do about correlated errors: none (the default), both, effective, "
             "cross-covariance or inflated."
         ),
     ] = None,
@@ -85,6 +92,7 @@ def fuse(
         "confirm": confirm,
         "process_noise": process_noise,
         "register": register or None,
+        "bias": None if bias is None else [word.strip() for word in bias.split(",")],
         "statistic": {"false_rejection": false_rejection, "correlation": correlation},
         "search": {"method": search},
     }

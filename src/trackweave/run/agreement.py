@@ -194,14 +194,13 @@ def _laid(table: LocalTracks, frame: LocalFrame) -> LocalTracks:
     there = frame.to_plane(table.latitude, table.longitude, np.zeros(len(table)))[:, :2]
     old, new = mean[:, :2] - mean[:, :2].mean(axis=0), there - there.mean(axis=0)
     turn = complex(np.vdot(old[:, 0] + 1j * old[:, 1], new[:, 0] + 1j * new[:, 1]))
-    size = float(np.sum(old**2))
     # On less than ten metres rounding alone would turn the plane.
     angle = 0.0
-    if size > 100.0 * len(table):
-        scale = float(np.sqrt(np.sum(new**2) / size))
+    if np.sum(new**2) > 100.0 * len(table):
+        scale = float(np.sqrt(np.sum(old**2) / np.sum(new**2)))
         if abs(scale - 1.0) > SAME_SCALE:
             raise DataFormatError(
-                f"{table.name}, columns x and y: distances are {1.0 / scale:.3g} times those of "
+                f"{table.name}, columns x and y: distances are {scale:.3g} times those of "
                 "lat and lon; expected metres"
             )
         angle = float(np.angle(turn))
