@@ -108,7 +108,7 @@ class MotionSection(_Moving):
     filter: (
         Annotated[Literal["extended", "unscented"], Expected('"extended" or "unscented"')] | None
     ) = None
-    """How turns and measurements that are not linear are taken: by slopes or by sigma points."""
+    """How measurements that are not linear are taken: by slopes or by sigma points."""
 
     imm: ImmSection | None = None
     """The ways to move between which objects change, where the model is imm."""
