@@ -14,11 +14,13 @@ from text_tables import table
 
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.metrics import Moment, clear_mot, identity
+from trackweave.models.strength import StrengthModel
 
 Array = np.ndarray[Any, Any]
 FARTHEST = 0.5  # 1 - intersection over union
 SIZE_GAIN = 0.3  # what a new report changes in a track's size
 LOWEST = 25.0  # pixels; lower boxes are judged neither for nor against
+PLAIN = "nearest neighbour, motion and noise of the same"
 BOX = ["left", "top", "right", "bottom"]
 
 
@@ -242,19 +244,25 @@ def kitti(data: Path) -> str:
                     continue
                 boxes = tracked_boxes(one, reports, rule="seen", shift=False)
                 rows.append([one.name, *judge(*_spared(truth, boxes, ignored)), one.cpu])
-            for words, habits in _habits(name).items():
-                boxes = _plain_boxes(reports, habits)
+            sure = reports.filter(pl.Series(_evidence(name, reports) >= 0.0))
+            for words, shown in ((PLAIN, reports), (f"{PLAIN}, sure detections only", sure)):
+                boxes = _plain_boxes(shown, _habits(name))
                 rows.append([words, *judge(*_spared(truth, boxes, ignored)), "–"])
             parts.append(f"Sequence {sequence}, {kind.lower()}s:\n\n{table(HEAD, rows)}")
     return "\n\n".join(parts)
 
 
-def _habits(name: str) -> dict[str, Habits]:
+def _habits(name: str) -> Habits:
     """Return the plain tracker's parameters: those of the configuration by hand."""
     values = by_hand(name)
     motion, sigma = values["motion"], values["sensors"]["default"]["sigma"]
-    plain = Habits(motion["process_noise"], sigma, motion["max_speed"], most_misses=3)
-    return {"nearest neighbour, motion and noise of the same": plain}
+    return Habits(motion["process_noise"], sigma, motion["max_speed"], most_misses=3)
+
+
+def _evidence(name: str, reports: pl.DataFrame) -> Array:
+    """Return what each score says for an object by the configuration made by hand [nats]."""
+    model = StrengthModel(**by_hand(name)["sensors"]["default"]["strength"])
+    return model.evidence(reports["strength"].to_numpy())
 
 
 def _judged(truth: pl.DataFrame) -> Boxes:
