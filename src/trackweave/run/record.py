@@ -10,6 +10,7 @@ import numpy as np
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
+from trackweave.run.merging import MergedReports
 
 __all__ = ["record_of", "with_file"]
 
@@ -19,6 +20,7 @@ def record_of(
     settings: Settings,
     log: ScanLog,
     assignment: Mapping[int, int],
+    merged: MergedReports,
 ) -> dict[str, Any]:
     """Return the record of a run.
 
@@ -32,6 +34,8 @@ def record_of(
         What each scan left behind.
     assignment
         From a report's row to its track.
+    merged
+        Reports that may be of two objects at once.
 
     Returns
     -------
@@ -52,6 +56,8 @@ def record_of(
             "assigned_reports": len(assignment),
             "late_reports": len(log.late),
             "skipped_rows": len(reports.skipped),
+            "merged_reports": len(merged),
+            "merged_by_chance": merged.by_chance,
             "scans": len(log.scans),
             "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
             "tracks": len(set(assignment.values())),
@@ -59,6 +65,7 @@ def record_of(
             "evaluations": sum(scan["evaluations"] for scan in log.scans),
             **_certainty(log),
         },
+        "merged_reports": merged.listed(reports, assignment),
         "late_reports": [str(reports.report[row]) for row in log.late],
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}

@@ -24,6 +24,7 @@ from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
+from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
 from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
@@ -181,7 +182,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     values = RunValues(table, tracks, history, assignment, settings)
-    record = record_of(table, settings, log, assignment)
+    merged = merged_reports(table, assignment, history, settings.sensors)
+    record = record_of(table, settings, log, assignment, merged)
     if isinstance(reports, str | Path):
         record = with_file(record, reports)
     return TrackingResult(

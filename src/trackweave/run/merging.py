@@ -1,0 +1,247 @@
+"""Reports that may be of two objects at once, because their sensor could not tell them apart."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.models._kernels import is_covered
+from trackweave.models.measurements import to_position
+from trackweave.models.sensors import Sensor
+from trackweave.run.beginnings import Evidence
+from trackweave.run.scans import scan_ends
+
+__all__ = ["MergedReports", "merged_reports"]
+
+# Two objects nearer than so many standard deviations of a report are taken for one.
+RESOLUTION_SIGMAS = 2.0
+# As many are listed; all are counted.
+MOST_LISTED = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MergedReports:
+    """Reports of one track that may be of another's object too.
+
+    Parameters
+    ----------
+    report
+        Row of each such report, ascending.
+    missed
+        For each of them the tracks that were as near and had no report of their own.
+    by_chance
+        How many there would be, as many pairs as there are near enough, if the sensors told all
+        objects apart and missed each by itself.
+    """
+
+    report: IntArray
+    missed: tuple[tuple[int, ...], ...]
+    by_chance: float
+
+    def __len__(self) -> int:
+        return int(self.report.size)
+
+    def listed(self, reports: ReportTable, assignment: Mapping[int, int]) -> list[dict[str, Any]]:
+        """Return the first of them as objects for a run's record.
+
+        Parameters
+        ----------
+        reports
+            All reports.
+        assignment
+            From row number to track.
+
+        Returns
+        -------
+        Time, sensor, report, its track and the tracks that were missed.
+        """
+        return [
+            {
+                "time": float(reports.time[row]),
+                "sensor": reports.sensors[reports.sensor[row]],
+                "report": str(reports.report[row]),
+                "track": assignment[row],
+                "missed": list(missed),
+            }
+            for row, missed in zip(self.report[:MOST_LISTED].tolist(), self.missed, strict=False)
+        ]
+
+
+class _Pairs(NamedTuple):
+    """Reports and other tracks near them: rows of the reports, and of the history."""
+
+    report: IntArray
+    other: IntArray
+
+    def kept(self, which: Any) -> "_Pairs":
+        return _Pairs(self.report[which], self.other[which])
+
+
+def merged_reports(
+    reports: ReportTable,
+    assignment: Mapping[int, int],
+    history: TrackTable,
+    sensors: Sequence[Sensor],
+) -> MergedReports:
+    """Return the reports that may be of two tracks' objects at once.
+
+    Such a report is one of a sensor that scans and tells positions; it belongs to a confirmed
+    track, and at its scan another confirmed track is as near to that one as the sensor's noise
+    lets two objects be confused, within the field of view, and has no report of that scan.
+
+    Parameters
+    ----------
+    reports
+        All reports.
+    assignment
+        From row number to track, after all amendments.
+    history
+        The tracks, amended and smoothed: where they were at the end of each scan.
+    sensors
+        What the sensors are like, in any order.
+
+    Returns
+    -------
+    The reports, and how many there would be by chance.
+    """
+    nothing = MergedReports(np.empty(0, dtype=np.int64), (), 0.0)
+    evidence = Evidence.of(reports, sensors)
+    by_name = {sensor.name: sensor for sensor in sensors}
+    own = [by_name[name] for name in reports.sensors]
+    ends = scan_ends(reports, {s.name: s.rotation for s in own if s.rotation is not None})
+    known = _confirmed(history)
+    rows = _rows_that_may_merge(reports, assignment, evidence, own)
+    if rows.size == 0 or len(known) == 0:
+        return nothing
+    track = np.array([assignment[row] for row in rows.tolist()])
+    rows, at = _shown(known, rows, track, ends)
+    pairs = _near(known, rows, at, _noise(reports, evidence, rows))
+    pairs = pairs.kept(_in_view(pairs, known, reports, own))
+    if pairs.report.size == 0:
+        return nothing
+    seen = _has_report(pairs, known, reports, (assignment, ends, own))
+    detection = np.array([sensor.detection_probability for sensor in own])
+    chance = detection[reports.sensor[pairs.report]]
+    # Of two objects at least one of which is seen; a pair that is seen twice stands here twice.
+    lone = 2 * (1 - chance) / (2 - chance)
+    missed: dict[int, list[int]] = {}
+    for row, other in zip(*pairs.kept(~seen), strict=True):
+        missed.setdefault(int(row), []).append(int(known.track[other]))
+    return MergedReports(
+        np.array(sorted(missed), dtype=np.int64),
+        tuple(tuple(sorted(missed[row])) for row in sorted(missed)),
+        float(np.sum(lone * np.where(seen, 0.5, 1.0))),
+    )
+
+
+def _confirmed(history: TrackTable) -> TrackTable:
+    """Return the rows of tracks that were ever confirmed, by time, then track."""
+    rows = np.flatnonzero(history.status >= CONFIRMED)
+    rows = rows[np.lexsort((history.track[rows], history.time[rows]))]
+    return TrackTable(*(getattr(history, name)[rows] for name in TrackTable.__dataclass_fields__))
+
+
+def _rows_that_may_merge(
+    reports: ReportTable, assignment: Mapping[int, int], evidence: Evidence, own: list[Sensor]
+) -> IntArray:
+    """Return the assigned reports of sensors that scan and tell where objects are."""
+    scanning = np.zeros(len(own), dtype=np.bool_)
+    for number, sensor in enumerate(own):
+        some = np.flatnonzero(reports.sensor == number)[:1]
+        scans = sensor.scan_period is not None or sensor.rotation is not None
+        if scans and some.size:
+            scanning[number] = evidence.is_located(int(some[0]))
+    rows = np.array(sorted(assignment), dtype=np.int64)
+    return rows[scanning[reports.sensor[rows]]]
+
+
+def _shown(
+    known: TrackTable, rows: IntArray, track: IntArray, ends: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Return the reports whose track is shown at their scan's end, and its row there."""
+    times = np.unique(known.time)
+    names = np.unique(known.track)
+    key = np.searchsorted(times, known.time) * names.size + np.searchsorted(names, known.track)
+    moment = np.searchsorted(times, ends[rows]).clip(max=times.size - 1)
+    name = np.searchsorted(names, track).clip(max=names.size - 1)
+    place = np.searchsorted(key, moment * names.size + name).clip(max=key.size - 1)
+    found = (known.time[place] == ends[rows]) & (known.track[place] == track)
+    return rows[found], place[found]
+
+
+def _noise(reports: ReportTable, evidence: Evidence, rows: IntArray) -> FloatArray:
+    """Return the covariance of each report's position [m²]."""
+    noise = np.empty((rows.size, evidence.dim, evidence.dim))
+    for number in range(len(reports.sensors)):
+        mine = np.flatnonzero(reports.sensor[rows] == number)
+        chosen, width = rows[mine], reports.kind_of(number).n_components(evidence.dim)
+        if mine.size:
+            _, noise[mine] = to_position(
+                reports.kind_of(number),
+                evidence.measurement[chosen, :width],
+                evidence.sigma[chosen, :width],
+                evidence.platform[chosen],
+                evidence.dim,
+            )
+    return noise
+
+
+def _near(known: TrackTable, rows: IntArray, at: IntArray, noise: FloatArray) -> _Pairs:
+    """Return the other tracks within the resolution of each report's track, at its time."""
+    from scipy.spatial import KDTree
+
+    reach = RESOLUTION_SIGMAS * np.sqrt(np.linalg.eigvalsh(noise)[:, -1])
+    position = known.mean[:, : known.dim]
+    # Times lie as far apart as to be out of reach, so that one search serves all.
+    moment = np.unique(known.time, return_inverse=True)[1].reshape(-1, 1)
+    spread = np.hstack([position, 2.0 * reach.max(initial=1.0) * moment])
+    found = KDTree(spread).query_ball_point(spread[at], reach)
+    count = np.array([len(near) for near in found])
+    report = np.repeat(np.arange(rows.size), count)
+    other = np.concatenate([np.empty(0), *found]).astype(np.int64)
+    apart = position[other] - position[at[report]]
+    squared = np.einsum("ri,rij,rj->r", apart, np.linalg.inv(noise)[report], apart)
+    is_near = (other != at[report]) & (squared <= RESOLUTION_SIGMAS**2)
+    return _Pairs(rows[report[is_near]], other[is_near])
+
+
+def _in_view(pairs: _Pairs, known: TrackTable, reports: ReportTable, own: list[Sensor]) -> Any:
+    """Return which other tracks the sensor could see."""
+    inside = np.ones(pairs.report.size, dtype=np.bool_)
+    for place, (row, other) in enumerate(zip(*pairs, strict=True)):
+        view = own[reports.sensor[row]].field_of_view
+        if view is None:
+            continue
+        coverage = view.coverage()
+        if reports.platform is not None and not np.isnan(reports.platform[row, 0]):
+            coverage = coverage._replace(position=reports.platform[row, :2].copy())
+        inside[place] = is_covered(known.mean[other, 0], known.mean[other, 1], coverage)
+    return inside
+
+
+def _has_report(
+    pairs: _Pairs,
+    known: TrackTable,
+    reports: ReportTable,
+    run: tuple[Mapping[int, int], FloatArray, list[Sensor]],
+) -> Any:
+    """Return which other tracks have a report of the same scan, or turn, of the same sensor."""
+    assignment, ends, own = run
+    wait = np.array([0.0 if s.rotation is None else s.rotation.period / 2 for s in own])
+    # Half a turn before and after: sectors of a turn come one by one.
+    when = np.where(wait[reports.sensor] > 0, reports.time, ends)
+    times: dict[tuple[int, int], list[float]] = {}
+    for row, track in assignment.items():
+        times.setdefault((track, int(reports.sensor[row])), []).append(float(when[row]))
+    arrays = {of: np.array(found) for of, found in times.items()}
+    never = np.empty(0)
+    seen = np.zeros(pairs.report.size, dtype=np.bool_)
+    for place, (row, other) in enumerate(zip(*pairs, strict=True)):
+        sensor = int(reports.sensor[row])
+        found = arrays.get((int(known.track[other]), sensor), never)
+        seen[place] = bool(np.any(np.abs(found - when[row]) <= wait[sensor]))
+    return seen
