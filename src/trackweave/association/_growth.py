@@ -172,7 +172,7 @@ def propose(
             missed.tail[node] -= math.log(1.0 - seen)
             chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
             missed.counted[node] += chance
-            missed.misses[node] += chance
+            missed.misses[node] += chance * scan.pace
         if missed.misses[node] >= rule.max_misses or (
             scan.time - nodes.time[node] > rule.max_unseen
         ):
@@ -239,6 +239,7 @@ def append_children(
             cross_line(
                 nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
             )
+            _take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
             _spread_over_modes(nodes, child, motion.share)
         elif plain:
             predict(

@@ -57,6 +57,8 @@ class ScanInput(NamedTuple):
     ``is_silence_telling`` says whether the scan tells anything of objects that it does not report.
     ``reference`` is when the scan looks, ``time`` when it ends; with ``has_moments`` each report
     has its own time. Two reports of one object lie at least ``separation`` apart [s].
+    A miss counts for ``pace``, less than 1 for a sensor that scans faster than the one that the
+    window goes by.
     ``setting`` is which ``noise`` (covariance) and ``platform`` (place and velocity of the sensor)
     a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
     the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
@@ -73,6 +75,7 @@ class ScanInput(NamedTuple):
     has_moments: bool
     is_located: bool
     separation: float
+    pace: float
     gate: float
     reach: float
     measurement: FloatArray

@@ -40,7 +40,7 @@ class Context(NamedTuple):
 
     ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker,
     ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
-    began [s].
+    began [s], ``period`` the scan period in which misses are counted [s].
     """
 
     motion: Motion
@@ -48,6 +48,7 @@ class Context(NamedTuple):
     sensor: int = 0
     n_identities: int = 1
     start: float | None = None
+    period: float | None = None
 
 
 def window_rule(
@@ -113,7 +114,8 @@ def scan_input(
     usual = sensor.sigmas(dim)[:size]
     sigma = np.where(np.isnan(scan.sigma), usual, scan.sigma).reshape(count, size)
     measurement = scan.measurement.reshape(count, size)
-    platform = sensor.platform if scan.platform is None else scan.platform
+    is_placed = scan.platform is not None and scan.platform.size > 0
+    platform = scan.platform if is_placed else sensor.platform
     platforms = np.broadcast_to(platform, (max(count, 1), 6))
     is_located = kind.gives_position(dim) and (kind.has_range or size == dim)
     place, spread = np.zeros((count, dim)), np.zeros((count, dim, dim))
@@ -125,7 +127,7 @@ def scan_input(
     moment = np.full(count, scan.time) if scan.moments is None else scan.moments
     setting, noise, used = _settings(sigma[order], platforms[:count][order])
     start = _start(scan, context.start)
-    coverage = _coverage(sensor, platforms[0], start, scan.time)
+    coverage = _coverage(sensor, scan, start)
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
@@ -143,6 +145,7 @@ def scan_input(
         has_moments=scan.moments is not None,
         is_located=is_located,
         separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,
+        pace=_pace(sensor, context.period),
         gate=_gate(size),
         reach=_reach(sensor),
         measurement=np.ascontiguousarray(measurement[order]),
@@ -152,7 +155,7 @@ def scan_input(
         platform=used,
         position=np.ascontiguousarray(place[order]),
         position_covariance=np.ascontiguousarray(spread[order]),
-        log_begin=_log_begin(sensor, measurement, sigma, context)[order],
+        log_begin=_log_begin(sensor, measurement, sigma, platforms[:count], context)[order],
         slot=np.arange(count),
         identity=np.ascontiguousarray(own[order]),
         evidence=np.ascontiguousarray(evidence[order]),
@@ -163,6 +166,13 @@ def scan_input(
         survival_cost=float(survival_cost),
         coverage=coverage,
     ), order
+
+
+def _pace(sensor: Sensor, period: float | None) -> float:
+    """Return what a miss of a sensor counts for, in scans of the given period."""
+    if period is None or sensor.scan_period is None:
+        return 1.0
+    return min(1.0, sensor.scan_period / period)
 
 
 @cache
@@ -203,11 +213,13 @@ def _start(scan: Scan, given: float | None) -> float | None:
     return float(scan.moments.min(initial=scan.time))
 
 
-def _coverage(sensor: Sensor, platform: FloatArray, start: float | None, end: float) -> Coverage:
+def _coverage(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
     """Return where a scan looked: the field of view about the sensor, as far as its beam went."""
     view = sensor.field_of_view
     coverage = everywhere() if view is None else view.coverage()
-    if view is not None and sensor.position is None and np.any(platform[:2]):
+    platform, end = sensor.platform, scan.time
+    if scan.platform is not None and scan.platform.size:
+        platform = np.atleast_2d(scan.platform)[0]
         coverage = coverage._replace(position=platform[:2].copy())
     if sensor.rotation is None or start is None or end - start >= sensor.rotation.period:
         return coverage
@@ -257,7 +269,11 @@ def _reach(sensor: Sensor) -> float:
 
 
 def _log_begin(
-    sensor: Sensor, measurement: FloatArray, sigma: FloatArray, context: Context
+    sensor: Sensor,
+    measurement: FloatArray,
+    sigma: FloatArray,
+    platform: FloatArray,
+    context: Context,
 ) -> FloatArray:
     """Return what each report adds to a new object's log evidence beyond the density [nats]."""
     kind, dim = sensor.measurement, context.dim
@@ -272,5 +288,18 @@ def _log_begin(
     if kind.has_rate:
         # Against the velocities of which nothing is known.
         variance = context.motion.velocity_variance(dim) + sigma[:, -1] ** 2
-        volume -= 0.5 * (measurement[:, -1] ** 2 / variance + np.log(2.0 * np.pi * variance))
+        closing = measurement[:, -1] + _own_rate(measurement, platform, dim)
+        volume -= 0.5 * (closing**2 / variance + np.log(2.0 * np.pi * variance))
     return np.asarray(volume)
+
+
+def _own_rate(measurement: FloatArray, platform: FloatArray, dim: int) -> FloatArray:
+    """Return how fast the sensor itself moves towards where each report points [m/s]."""
+    upward = measurement[:, 2] if dim == 3 else np.zeros(measurement.shape[0])
+    level = np.cos(upward)
+    rate: FloatArray = (
+        level * np.sin(measurement[:, 1]) * platform[:, 3]
+        + level * np.cos(measurement[:, 1]) * platform[:, 4]
+        + np.sin(upward) * platform[:, 5]
+    )
+    return rate

@@ -59,8 +59,9 @@ def to_position(
         elevation, elevation_sigma = measurement[:, 2], sigma[:, 2]
     east, north = np.sin(azimuth), np.cos(azimuth)
     level, up = np.cos(elevation), np.sin(elevation)
-    # The mean of a direction that wanders by s is shorter by exp(-s²/2).
-    length = distance * np.exp((sigma[:, 1] ** 2 + elevation_sigma**2) / 2)
+    # The mean of a direction that wanders by s is shorter by exp(-s²/2); height knows no azimuth.
+    bent, tilted = np.exp(sigma[:, 1] ** 2 / 2), np.exp(elevation_sigma**2 / 2)
+    length = (distance * tilted)[:, None] * np.stack([bent, bent, np.ones(count)], axis=-1)
     along = np.stack([level * east, level * north, up], axis=-1)
     across = np.stack([level * north, -level * east, np.zeros(count)], axis=-1)
     over = np.stack([-up * east, -up * north, level], axis=-1)
@@ -69,7 +70,7 @@ def to_position(
         + (distance * sigma[:, 1])[:, None, None] ** 2 * _outer(across)
         + (distance * elevation_sigma)[:, None, None] ** 2 * _outer(over)
     )
-    position = platform[:, :3] + length[:, None] * along
+    position = platform[:, :3] + length * along
     return position[:, :dim].copy(), np.ascontiguousarray(spread[:, :dim, :dim])
 
 

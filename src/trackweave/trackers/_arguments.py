@@ -35,6 +35,13 @@ def checked_sensors(sensors: object) -> dict[str, Sensor]:
     return known
 
 
+def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
+    """Return the slowest periodic sensor, of those that tell positions where there are some."""
+    periodic = [sensor for sensor in sensors if sensor.scan_period is not None]
+    telling = [sensor for sensor in periodic if sensor.measurement is not MeasurementKind.BEARING]
+    return max(telling or periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
+
+
 def checked_window(window: object) -> Window:
     """Return the window, which may be given as its depth or not at all."""
     if window is None:

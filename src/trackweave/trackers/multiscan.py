@@ -28,6 +28,7 @@ from trackweave.trackers._arguments import (
     merged,
     require_parts,
     require_step,
+    slowest_of,
     with_dimensions,
 )
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
@@ -110,9 +111,9 @@ class MultiScanTracker:
         self._limits = limits or GrowthLimits()
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
-        periodic = [each for each in self._sensors.values() if each.scan_period is not None]
-        slowest = max(periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
+        slowest = slowest_of(self._sensors.values())
         self._period = slowest.scan_period or 1.0 if slowest else 1.0
+        self._opener = Opener(motion, self._sensors, self._period)
         self._open = OpenScans(checked_window(window), *_reference(slowest))
         initial = self._lifecycle.initial_target_density
         new = self._lifecycle.new_target_density
@@ -124,7 +125,6 @@ class MultiScanTracker:
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
-        self._opener = Opener(motion, self._sensors)
         self._tree: AssociationTree | None = None
         self._beginning: Beginning | None = None
         self._prices: FloatArray = np.empty(0)

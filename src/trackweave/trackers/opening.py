@@ -27,10 +27,13 @@ class Opener:
         How objects move.
     sensors
         The sensors by name.
+    period
+        The scan period in which misses are counted [s].
     """
 
-    def __init__(self, motion: Motion, sensors: Mapping[str, Sensor]) -> None:
+    def __init__(self, motion: Motion, sensors: Mapping[str, Sensor], period: float) -> None:
         self._motion = motion
+        self._period = period
         self._sensors = sensors
         self._number = {name: number for number, name in enumerate(sensors)}
         self._identities: set[int] = set()
@@ -58,6 +61,7 @@ class Opener:
             sensor=self._number[scan.sensor],
             n_identities=max(1, len(self._identities)),
             start=self._start(scan),
+            period=self._period,
         )
         data, order = scan_input(scan, self._sensors[scan.sensor], 0.0, context)
         share = 1.0
