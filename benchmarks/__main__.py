@@ -3,6 +3,7 @@
     python -m benchmarks                      # all of them, about half an hour without the peers
     python -m benchmarks --only tracking latency
     python -m benchmarks --only association   # the solvers on assignment problems
+    python -m benchmarks --only fusion        # tracks of many sensors, some twenty minutes
     python -m benchmarks --peers-python peers/bin/python
 
 Text between ``<!-- begin NAME -->`` and ``<!-- end NAME -->`` is replaced; the rest is written by
@@ -37,8 +38,15 @@ SCRIPTS = {
     "association-alone": ["solvers_alone.py"],
     "association-bearings": ["solvers_bearings.py"],
     "association-truth": ["solvers_truth.py"],
+    "fusion-baselines": ["fusion_baselines.py"],
+    "fusion-rates": ["fusion_rates.py"],
+    "fusion-consistency": ["fusion_consistency.py"],
+    "fusion-registration": ["fusion_registration.py"],
+    "fusion-autoferry": ["fusion_autoferry.py"],
+    "fusion-capacity": ["fusion_capacity.py"],
 }
-GROUP = "association"
+# Names that begin so are run together, and stand on a page of their own.
+GROUPS = {"association": "association.md", "fusion": "fusion.md"}
 OWN_PAGES = {"recordings": "recordings.md"}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -50,7 +58,7 @@ ONE_THREAD = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
-    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, GROUP], default=list(SCRIPTS))
+    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *GROUPS], default=list(SCRIPTS))
     parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the pages")
     parser.add_argument(
         "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
@@ -58,8 +66,8 @@ def main() -> int:
     arguments = parser.parse_args()
     failed = []
     for name, (script, *options) in SCRIPTS.items():
-        is_grouped = name.startswith(f"{GROUP}-")
-        if name not in arguments.only and not (is_grouped and GROUP in arguments.only):
+        group = name.partition("-")[0]
+        if name not in arguments.only and not (group in GROUPS and group in arguments.only):
             continue
         print(f"==> {name}", flush=True)
         python = arguments.peers_python if name == "peers" else sys.executable
@@ -71,7 +79,7 @@ def main() -> int:
         if done.returncode:
             failed.append(name)
         elif not done.stdout.startswith("Skipped"):
-            page = "association.md" if is_grouped else OWN_PAGES.get(name, "measurements.md")
+            page = GROUPS.get(group) or OWN_PAGES.get(name, "measurements.md")
             enter(arguments.pages / page, name, done.stdout.strip())
     if failed:
         print(f"Failed: {', '.join(failed)}", file=sys.stderr)

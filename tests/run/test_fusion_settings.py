@@ -22,7 +22,7 @@ def test_defaults_are_those_of_the_library() -> None:
     assert associator.process_noise == 0.3
     assert settings.sources["process_noise"] == "estimated"
     assert settings.sources["statistic.kind"] == "default"
-    assert settings.values["method"] == "covariance-intersection"
+    assert settings.values["method"] == "fast-covariance-intersection"
 
 
 def test_without_covariances_to_tell_it_the_process_noise_is_the_default() -> None:

@@ -46,8 +46,8 @@ def fuse(
     method: Annotated[
         str | None,
         typer.Option(
-            help="How estimates are combined: covariance-intersection (the default), convex, "
-            "fast-covariance-intersection or information-matrix."
+            help="How estimates are combined: fast-covariance-intersection (the default), convex, "
+            "covariance-intersection or information-matrix."
         ),
     ] = None,
     preset: Annotated[

@@ -80,9 +80,9 @@ class TrackFuser:
     associator
         What decides which tracks are of one object; it must not have been used.
     combination
-        How local estimates become one. Covariance intersection by default, which is consistent
-        whatever the sensors' errors share, and trackers that follow the same object share the
-        object's own turns.
+        How local estimates become one. By default covariance intersection in closed form, which is
+        consistent whatever the sensors' errors share, as trackers of one object share its turns,
+        and takes something from each of them, where the best weights often take one alone.
     registrations
         What is wrong with sensors, by name; their pictures are put right before anything else.
 
@@ -98,7 +98,7 @@ class TrackFuser:
     """
 
     associator: TrackAssociator = field(default_factory=TrackAssociator)
-    combination: Combination | str = "covariance-intersection"
+    combination: Combination | str = "fast-covariance-intersection"
     registrations: Mapping[str, Registration] = field(default_factory=dict)
     _how: Combination = field(init=False, repr=False)
     _pictures: dict[str, LocalPicture] = field(init=False, repr=False, default_factory=dict)

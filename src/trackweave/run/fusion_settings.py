@@ -20,7 +20,7 @@ __all__ = ["FusionSettings", "settle_fusion"]
 
 DEFAULTS: dict[str, Any] = {
     # Trackers that follow one object share its turns: their errors are not independent.
-    "method": "covariance-intersection",
+    "method": "fast-covariance-intersection",
     "process_noise": None,
     "confirm": None,
     "complete": False,
