@@ -158,12 +158,14 @@ def track(
 ) -> None:
     """Turn a file of reports into tracks.
 
-    Needs the columns time and x,y[,z] (metres) or lat,lon[,alt_m]; optional are sensor,
-    sigma_x,sigma_y[,sigma_z], report, scan and others, which pass through. Writes tracks.csv
-    (what was known after each scan), assignments.csv (which report belongs to which track),
-    history.csv (smoothed after the fact) and run.json (configuration as used, cost, lower bound
-    and gap of each scan). Without a configuration everything is estimated from the reports, and
-    what was assumed is said. Seed 0 unless given here or in the configuration.
+    Needs the columns time and x,y[,z] (metres), lat,lon[,alt_m], bearing_deg or
+    range_m,azimuth_deg[,elevation_deg][,range_rate_mps]; optional are sensor, its place
+    (sensor_x,sensor_y), noise (sigma_x, ...), identity, strength, report, scan and others, which
+    pass through. Writes tracks.csv (what was known after each scan), assignments.csv (which
+    report belongs to which track), history.csv (smoothed after the fact) and run.json
+    (configuration as used, cost, lower bound and gap of each scan). Without a configuration
+    everything is estimated from the reports, and what was assumed is said. Seed 0 unless given
+    here or in the configuration.
     """
     from trackweave.cli.track import Request, run_track
 
