@@ -18,7 +18,9 @@ def test_is_the_documents_problem_search_and_rule() -> None:
     search = associator.search
     assert isinstance(search, ListGenetic)
     assert search.mutate == "swap"
-    assert not (search.seeded or search.improvement or search.decompose)
+    assert not (search.seeded)
+    assert not (search.improvement)
+    assert not (search.decompose)
     assert {key for key, value in settings.sources.items() if value == "preset"} >= {
         "complete", "confirm", "method", "search.population", "statistic.kind"
     }  # fmt: skip

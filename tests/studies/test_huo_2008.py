@@ -31,12 +31,14 @@ def study() -> Study:
     return found
 
 
+@pytest.mark.slow
 def test_the_report_says_that_the_document_prints_no_results(study: Study) -> None:
     assert "prints no result figures" in study.report
     assert study.claims[0].holds is None
     assert all(claim.text in study.report for claim in study.claims)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["spacing", "sizes", "convergence", "confirmation"])
 def test_each_figure_is_a_picture_with_its_numbers(study: Study, name: str) -> None:
     picture = matplotlib.image.imread(io.BytesIO(study.files[f"{name}.png"]))
@@ -46,6 +48,7 @@ def test_each_figure_is_a_picture_with_its_numbers(study: Study, name: str) -> N
     assert f"![]({name}.png)" in study.report
 
 
+@pytest.mark.slow
 def test_shares_are_percentages(study: Study) -> None:
     numbers = pl.read_csv(study.files["spacing.csv"])
     assert numbers.columns == ["spacing [σ]", *(f"{name} [%]" for name in METHODS)]
