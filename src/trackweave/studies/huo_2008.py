@@ -193,7 +193,7 @@ def _claims(tables: dict[str, Table]) -> tuple[Claim, ...]:
         Claim(
             "M-dimensional assignment beats the methods for two nodes, applied one by one",
             bool(np.mean(exact - pairwise) > 0.0),
-            f"Right associations beside pairwise assignment's, over the spacings: the exact answer "
+            "Right associations beside pairwise assignment's, over the spacings: the exact answer "
             f"{_points(exact - pairwise)}, the genetic one {_points(document - pairwise)}.",
         ),
         Claim(
