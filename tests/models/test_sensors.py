@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
 from trackweave.models.sensors import Sensor
 
@@ -29,6 +30,13 @@ GOOD = {
         ("scan_period", 0.0),
         ("scan_period", -4.0),
         ("scan_period", np.nan),
+        ("identity_error", 0.0),
+        ("identity_error", 1.0),
+        ("identity_error", np.nan),
+        ("measurement", Kind.RANGE_RATE),
+        ("position", (1.0,)),
+        ("position", (1.0, 2.0, 3.0, 4.0)),
+        ("position", (1.0, np.nan)),
     ],
 )
 def test_refuses_what_no_sensor_can_have(name, value):
@@ -49,3 +57,23 @@ def test_sigmas_may_differ_by_axis():
 
 def test_a_sensor_need_not_scan():
     assert Sensor(**(GOOD | {"scan_period": None})).scan_period is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "dim", "count"),
+    [(Kind.RANGE_AZIMUTH, 2, 2), (Kind.RANGE_AZIMUTH_ELEVATION_RATE, 3, 4), (Kind.BEARING, 3, 1)],
+)
+def test_sigmas_are_of_what_the_sensor_measures(kind, dim, count):
+    own = tuple(float(number) for number in range(1, count + 1))
+    sensor = Sensor(**(GOOD | {"sigma": own, "measurement": kind}))
+    np.testing.assert_array_equal(sensor.sigmas(dim), own)
+    wrong = Sensor(**(GOOD | {"sigma": (*own, 1.0), "measurement": kind}))
+    with pytest.raises(InvalidInputError, match=f"sigma for {count + 1} axes; expected 1 or"):
+        wrong.sigmas(dim)
+
+
+@pytest.mark.parametrize("position", [None, (7.0, 8.0), (7.0, 8.0, 9.0)])
+def test_a_sensor_that_stands_is_a_platform_that_does_not_move(position):
+    platform = Sensor(**(GOOD | {"position": position})).platform
+    known = position or ()
+    assert platform.tolist() == [*known, *[0.0] * (6 - len(known))]

@@ -14,7 +14,10 @@ from trackweave.jit import jit
 
 BEARING = int(MeasurementKind.BEARING)
 SHALLOWEST = 4.0
-"""Bearings that cross within so many standard deviations of parallel do not say where."""
+"""Bearings that cross within so many standard deviations of parallel do not say where.
+
+An object's motion from one bearing to the other is part of them: a sensor that is not much faster
+than its objects cannot tell where they are by its own bearings alone."""
 
 
 @jit
@@ -64,23 +67,29 @@ def cross_line(
     first_sigma = line[3]
     second_sigma = math.sqrt(scan.noise[scan.setting[index], 0, 0])
     turn = math.sin(first - second)
-    if abs(turn) < math.sin(min(1.0, SHALLOWEST * math.sqrt(first_sigma**2 + second_sigma**2))):
+    if turn == 0.0:
         return -math.inf
     east, north = platform[0] - line[0], platform[1] - line[1]
     near = (east * math.cos(second) - north * math.sin(second)) / turn
     far = (east * math.cos(first) - north * math.sin(first)) / turn
     if not (0.0 < near <= scan.reach and 0.0 < far <= scan.reach):
         return -math.inf
+    # How far either line is off across itself; the first is of where the object was.
+    drift = rule.motion.prior[2] * interval * interval
+    first_off = (near * first_sigma) ** 2 + drift
+    second_off = (far * second_sigma) ** 2
+    blur = math.sqrt(first_off / near**2 + second_off / far**2)
+    if abs(turn) < math.sin(min(0.5 * math.pi, SHALLOWEST * blur)):
+        return -math.inf
     # Information across each line, turned over.
-    a, b = 1.0 / (near * first_sigma) ** 2, 1.0 / (far * second_sigma) ** 2
+    a, b = 1.0 / first_off, 1.0 / second_off
     c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
     xx, yy = a * c1 * c1 + b * c2 * c2, a * s1 * s1 + b * s2 * s2
     xy = -a * c1 * s1 - b * c2 * s2
     determinant = xx * yy - xy * xy
     _write_still(line[0] + near * s1, line[1] + near * c1, rule, mean_out, covariance_out)
-    drift = rule.motion.prior[2] * interval * interval
-    covariance_out[0, 0] = yy / determinant + drift
-    covariance_out[1, 1] = xx / determinant + drift
+    covariance_out[0, 0] = yy / determinant
+    covariance_out[1, 1] = xx / determinant
     covariance_out[0, 1] = covariance_out[1, 0] = -xy / determinant
     return math.log(near * far / abs(turn))
 
@@ -112,8 +121,8 @@ def _locate(
     gain_y = (covariance[0, 1] * north - covariance[1, 1] * east) / max(square, 1e-12) / variance
     mean_out[0] += gain_x * off
     mean_out[1] += gain_y * off
-    covariance_out[0, 0] = covariance[0, 0] - gain_x * gain_x * variance + drift
-    covariance_out[1, 1] = covariance[1, 1] - gain_y * gain_y * variance + drift
+    covariance_out[0, 0] = covariance[0, 0] - gain_x * gain_x * variance
+    covariance_out[1, 1] = covariance[1, 1] - gain_y * gain_y * variance
     covariance_out[0, 1] = covariance[0, 1] - gain_x * gain_y * variance
     covariance_out[1, 0] = covariance_out[0, 1]
     log_density = -0.5 * (off * off / variance + math.log(2.0 * math.pi * variance))

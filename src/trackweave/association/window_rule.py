@@ -114,8 +114,9 @@ def scan_input(
     usual = sensor.sigmas(dim)[:size]
     sigma = np.where(np.isnan(scan.sigma), usual, scan.sigma).reshape(count, size)
     measurement = scan.measurement.reshape(count, size)
-    is_placed = scan.platform is not None and scan.platform.size > 0
-    platform = scan.platform if is_placed else sensor.platform
+    platform = sensor.platform
+    if scan.platform is not None and scan.platform.size:
+        platform = scan.platform
     platforms = np.broadcast_to(platform, (max(count, 1), 6))
     is_located = kind.gives_position(dim) and (kind.has_range or size == dim)
     place, spread = np.zeros((count, dim)), np.zeros((count, dim, dim))

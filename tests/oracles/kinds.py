@@ -1,0 +1,325 @@
+"""What sequences of any reports cost under any motion, one at a time and from the beginning."""
+
+import math
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from oracles import motion, sensing
+from oracles.sequences import share
+from trackweave.domain.measurements import MeasurementKind as Kind
+from trackweave.domain.scans import Scan
+from trackweave.filters import _states
+from trackweave.models.motion import COORDINATED_TURN, MotionRule
+from trackweave.models.sensors import Sensor
+
+GATE = 0.9997
+MOST_EVIDENCE = 8.0
+
+
+@dataclass
+class View:
+    """A scan as the oracle sees it, with where its sensor looked and when on the whole."""
+
+    scan: Scan
+    sensor: Sensor
+    log_density: float
+    survival_cost: float = 0.0
+    reference: float | None = None
+    separation: float = 0.0
+
+    @property
+    def sees_everything(self):
+        return self.sensor.field_of_view is None
+
+    def moment(self, index):
+        return self.scan.time if self.scan.moments is None else self.scan.moments[index]
+
+    def platform(self, index):
+        if self.scan.platform is None:
+            return self.sensor.platform
+        return np.broadcast_to(self.scan.platform, (len(self.scan), 6))[index]
+
+    def sigma(self, index, dim):
+        width = self.scan.measurement.shape[1]
+        own = self.scan.sigma[index]
+        return np.where(np.isnan(own), self.sensor.sigmas(dim)[:width], own)
+
+
+@dataclass
+class Setting:
+    """What sequences may do, and how many identities are known."""
+
+    rule: MotionRule
+    survival: float
+    max_misses: float = math.inf
+    max_unseen: float = math.inf
+    n_identities: int = 1
+
+
+@dataclass
+class Mixture:
+    """A state by modes of motion."""
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    weight: np.ndarray
+
+    def moments(self):
+        return motion.combine(self.mean, self.covariance, self.weight)
+
+
+@dataclass
+class Price:
+    """A sequence's cost up to its last report, in all, and its state then."""
+
+    cost: float
+    total: float
+    state: Mixture = field(repr=False)
+
+
+_KNOWN = {}
+
+
+def _linear(rule, mode, interval):
+    """Return F and Q of a mode, kept because they are wanted again for every sequence."""
+    key = rule.dim, rule.kind.tobytes(), rule.noise.tobytes(), rule.prior.tobytes(), mode, interval
+    if key not in _KNOWN:
+        # On the way back noise is minus the integral of the way there.
+        signed = rule if interval > 0 else rule._replace(noise=-rule.noise)
+        _KNOWN[key] = motion.linear(signed, mode, interval)
+    return _KNOWN[key]
+
+
+def ahead(state, interval, rule):
+    """Return a state after an interval, before it where that is negative."""
+    if interval == 0.0:
+        return state
+    mean, covariance, weight = state.mean, state.covariance, state.weight
+    if weight.size > 1:
+        index = np.arange(weight.size)
+        root = rule.basis[0], rule.basis[1]
+        change = root[0] @ np.diag(np.exp(-rule.decay * abs(interval))) @ root[1]
+        assert np.allclose(change.sum(axis=1), 1.0)
+        assert change[index, index].min() > 0.0
+        mean, covariance, weight = motion.mix(mean, covariance, weight, change)
+    moved, spread = np.empty_like(mean), np.empty_like(covariance)
+    for mode in range(weight.size):
+        if rule.kind[mode] == COORDINATED_TURN:
+            # Held to its own oracle where filters are tested.
+            _states.move(
+                mode, mean[mode], covariance[mode], interval, rule, moved[mode], spread[mode]
+            )
+            continue
+        moving, noise = _linear(rule, mode, interval)
+        moved[mode] = moving @ mean[mode]
+        spread[mode] = moving @ covariance[mode] @ moving.T + noise
+    return Mixture(moved, spread, weight)
+
+
+def foreseen(kind, mean, covariance, platform, rule, width):
+    """Return a measurement's moments without its own noise, and the covariance with the state."""
+    if kind is Kind.POSITION:
+        return mean[:width], covariance[:width, :width], covariance[:, :width]
+    how = sensing.by_points if rule.unscented else sensing.by_slopes
+    return how(kind, mean, covariance, platform, rule.dim)
+
+
+def compare(view, index, state, rule):
+    """Return the least squared distance, the log likelihood, and the state after the report."""
+    kind, measurement = view.sensor.measurement, view.scan.measurement[index]
+    noise = np.diag(view.sigma(index, rule.dim) ** 2)
+    distances, logs, means, covariances = [], [], [], []
+    for mean, covariance in zip(state.mean, state.covariance, strict=True):
+        expected, spread, cross = foreseen(
+            kind, mean, covariance, view.platform(index), rule, measurement.size
+        )
+        spread = spread + noise
+        off = sensing.difference(kind, measurement, expected)
+        gain = cross @ np.linalg.inv(spread)
+        distances.append(off @ np.linalg.solve(spread, off))
+        logs.append(-0.5 * (distances[-1] + np.linalg.slogdet(2 * np.pi * spread)[1]))
+        means.append(mean + gain @ off)
+        covariances.append(covariance - gain @ spread @ gain.T)
+    joint = state.weight * np.exp(logs)
+    after = Mixture(np.array(means), np.array(covariances), joint / joint.sum())
+    return min(distances), math.log(joint.sum()), after
+
+
+def place(view, index, dim):
+    """Return where a report puts its object, how uncertain that is, and the ln |∂x/∂z|."""
+    measurement, sigma = view.scan.measurement[index], view.sigma(index, dim)
+    if view.sensor.measurement is Kind.POSITION:
+        return measurement, np.diag(sigma**2), 0.0
+    distance, azimuth = measurement[:2]
+    upward = measurement[2] if dim == 3 else 0.0
+    over = sigma[2] if dim == 3 else 0.0
+    east, north, level, up = np.sin(azimuth), np.cos(azimuth), np.cos(upward), np.sin(upward)
+    axes = np.array(
+        [
+            [level * east, level * north, up],
+            [north, -east, 0.0],
+            [-up * east, -up * north, level],
+        ]
+    )
+    spread = np.diag([sigma[0], distance * sigma[1] * level, distance * over]) ** 2
+    bent = math.exp(over**2 / 2) * np.exp(np.array([sigma[1], sigma[1], 0.0]) ** 2 / 2)
+    position = view.platform(index)[:3] + distance * bent * axes[0]
+    covariance = axes.T @ spread @ axes
+    volume = distance if dim == 2 else distance**2 * level
+    return position[:dim], covariance[:dim, :dim], math.log(volume)
+
+
+def begin(view, index, rule):
+    """Return what a new object costs and its state."""
+    sensor, dim = view.sensor, rule.dim
+    position, covariance, log_volume = place(view, index, dim)
+    mean, spread = np.zeros(rule.prior.size), np.diag(rule.prior)
+    mean[:dim], spread[:dim, :dim] = position, covariance
+    cost = math.log(sensor.clutter_density / sensor.detection_probability)
+    cost -= view.log_density + log_volume
+    if sensor.measurement.has_rate:
+        rate, sigma = view.scan.measurement[index, -1], view.sigma(index, dim)[-1]
+        carried = view.platform(index)
+        azimuth, upward = view.scan.measurement[index, 1], 0.0
+        if dim == 3:
+            upward = view.scan.measurement[index, 2]
+        level = np.cos(upward)
+        toward = np.array([level * np.sin(azimuth), level * np.cos(azimuth), np.sin(upward)])[:dim]
+        # How fast it would come if it stood still.
+        drift = -toward @ carried[3 : 3 + dim]
+        deviation = math.sqrt(rule.prior[dim] + sigma**2)
+        cost -= norm.logpdf(rate, drift, deviation)
+        expected, own, cross = sensing.by_slopes(Kind.RANGE_RATE, mean, spread, carried, dim)
+        own = own + sigma**2
+        gain = cross @ np.linalg.inv(own)
+        mean, spread = mean + gain @ (rate - expected), spread - gain @ own @ gain.T
+    modes = rule.kind.size
+    return cost, Mixture(np.array([mean] * modes), np.array([spread] * modes), rule.share)
+
+
+def evidence(view, index):
+    """Return what a report's strength says [nats]."""
+    model, strength = view.sensor.strength, view.scan.strength
+    if model is None or strength is None or np.isnan(strength[index]):
+        return 0.0
+    ratio = norm.logpdf(strength[index], model.target_mean, model.target_sigma)
+    ratio -= norm.logpdf(strength[index], model.clutter_mean, model.clutter_sigma)
+    return float(np.clip(ratio, -MOST_EVIDENCE, MOST_EVIDENCE))
+
+
+def naming(view, index, said, n_identities):
+    """Return what it costs that a report names somebody, after what was said before [nats]."""
+    own = -1 if view.scan.identity is None else int(view.scan.identity[index])
+    if own < 0 or not said:
+        return 0.0
+    error = view.sensor.identity_error
+    # The last one named, and whoever was named last before that.
+    others = [name for name in said if name != said[-1]]
+    if own in (said[-1], *others[-1:]):
+        return -math.log((1 - error) * n_identities + error)
+    return -math.log(error)
+
+
+def covered(view, state, rule, since):
+    """Return how probable it is that a scan covers where the object is."""
+    if view.sees_everything:
+        return 1.0
+    reference = view.scan.time if view.reference is None else view.reference
+    there = ahead(state, reference - since, rule)
+    parts = [share(view, m, p) for m, p in zip(there.mean, there.covariance, strict=True)]
+    return float(there.weight @ parts)
+
+
+def price(views, choice, setting, known=None):
+    """Return what a sequence costs, None if it breaks a rule; as ``sequences.score`` does."""
+    rule, dim = setting.rule, setting.rule.dim
+    cost = tail = misses = 0.0
+    state = time = counted = None
+    said, seen_by = [], {}
+    given_up = False
+    if known is not None:
+        state, time = known
+    for view, index in zip(views, choice, strict=True):
+        sensor, now = view.sensor, view.scan.time
+        if state is None:
+            if index is None:
+                continue
+            cost, state = begin(view, index, rule)
+            cost -= evidence(view, index)
+        else:
+            seen = sensor.detection_probability * covered(view, state, rule, time)
+            if index is None:
+                tail += view.survival_cost - math.log(1 - seen)
+                before = counted[1] if counted and counted[0] == now else 0.0
+                chance = max(0.0, seen / sensor.detection_probability - before)
+                counted = (now, before + chance)
+                misses += chance
+                given_up |= misses >= setting.max_misses or now - time > setting.max_unseen
+                continue
+            moment = view.moment(index)
+            if given_up or seen == 0.0 or not _reaches(view, index, state, time, rule):
+                return None
+            if abs(moment - seen_by.get(sensor.name, -math.inf)) < view.separation:
+                return None
+            width = view.scan.measurement.shape[1]
+            there = ahead(state, moment - time, rule)
+            distance, log_likelihood, after = compare(view, index, there, rule)
+            if distance > chi2.ppf(GATE, width):
+                return None
+            cost += tail + view.survival_cost + math.log(sensor.clutter_density / seen)
+            cost -= log_likelihood + evidence(view, index)
+            cost += naming(view, index, said, setting.n_identities)
+            state = after
+        tail = misses = 0.0
+        time, counted = view.moment(index), (now, 1.0)
+        seen_by[sensor.name] = time
+        if view.scan.identity is not None and view.scan.identity[index] >= 0:
+            said.append(int(view.scan.identity[index]))
+    assert state.mean.shape[1] >= 2 * dim
+    end = -math.log(1 - setting.survival)
+    return Price(cost, cost + (end if given_up else min(tail, end)), state)
+
+
+def _reaches(view, index, state, time, rule):
+    """Tell whether the object can have come to where a report puts it."""
+    kind, width = view.sensor.measurement, view.scan.measurement.shape[1]
+    dim = rule.dim
+    if not kind.gives_position(dim) or (kind is Kind.POSITION and width < dim):
+        return True
+    position, covariance, _ = place(view, index, dim)
+    centre = state.weight @ state.mean
+    spread = np.einsum("k,kij->ij", state.weight, state.covariance)
+    variance = np.trace(spread[:dim, :dim]) + np.trace(covariance)
+    reach = rule.max_speed * abs(view.moment(index) - time) + 3 * math.sqrt(variance)
+    return np.linalg.norm(position - centre[:dim]) <= reach
+
+
+def every(views, setting, known=()):
+    """Return all sequences that keep the rules, by beginning and choice.
+
+    The key is the number of the known track, or None, and the choice as for ``price``. Objects
+    begin with reports that say where they are.
+    """
+    priced = {}
+    for choice in product(*([None, *range(len(view.scan))] for view in views)):
+        beginnings = list(enumerate(known))
+        first = next(
+            (v for v, index in zip(views, choice, strict=True) if index is not None), None
+        )
+        if first is not None and locates(first, setting.rule.dim):
+            beginnings.append((None, None))
+        for number, track in beginnings:
+            result = price(views, choice, setting, track)
+            if result is not None:
+                priced[number, choice] = result
+    return priced
+
+
+def locates(view, dim):
+    """Tell whether a view's reports say where their objects are."""
+    kind = view.sensor.measurement
+    whole = kind is not Kind.POSITION or view.scan.measurement.shape[1] == dim
+    return kind.gives_position(dim) and whole
