@@ -14,10 +14,10 @@ def settled(given: dict[str, Any] | None = None, preset: str | None = None) -> F
     return settle_fusion(given or {}, preset=preset, process_noise=0.3)
 
 
-def test_defaults_are_those_of_the_library() -> None:
+def test_defaults_are_those_of_the_library_but_for_errors_that_filters_make() -> None:
     settings = settled()
     associator = settings.associator(["A", "B"])
-    assert associator.statistic == Statistic()
+    assert associator.statistic == Statistic(correlation="effective")
     assert isinstance(associator.search, Auto)
     assert associator.process_noise == 0.3
     assert settings.sources["process_noise"] == "estimated"

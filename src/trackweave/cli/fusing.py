@@ -66,7 +66,7 @@ def fuse(
     correlation: Annotated[
         str | None,
         typer.Option(
-            help="What to do about correlated errors: none (the default), both, effective, "
+            help="What to do about correlated errors: effective (the default), both, none, "
             "cross-covariance or inflated."
         ),
     ] = None,

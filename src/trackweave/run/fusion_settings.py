@@ -32,7 +32,10 @@ DEFAULTS: dict[str, Any] = {
         field.name: field.default
         for field in dataclasses.fields(Statistic)
         if field.default is not dataclasses.MISSING
-    },
+    }
+    # What filters keep errs alike from time to time: without this, young tracks of one object are
+    # rejected more often than asked for.
+    | {"correlation": "effective"},
     "search": {"method": "auto"},
 }
 OPEN = frozenset({"search"})
