@@ -1,5 +1,7 @@
 """Scans without reports are put where a sensor with a period left them out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -62,3 +64,11 @@ def test_scans_of_all_sensors_come_in_order_of_time() -> None:
         (2.0, "A", 0),
         (3.0, "A", 1),
     ]
+
+
+def test_reports_of_a_numbered_scan_keep_their_own_times() -> None:
+    """A turn of a radar whose beam nobody knows; scans of one time are left as they are."""
+    numbered = replace(table([0.0, 1.5, 3.0, 4.0, 4.0], [0] * 5), scan=np.array([1, 1, 1, 2, 2]))
+    first, second = complete_scans(numbered, {"A": None, "B": None})
+    assert (first.time, first.moments.tolist()) == (3.0, [0.0, 1.5, 3.0])
+    assert (second.time, second.moments) == (4.0, None)
