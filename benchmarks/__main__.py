@@ -28,6 +28,7 @@ SCRIPTS = {
     "optimality": ["optimality.py"],
     "opensky": ["opensky.py"],
     "manoeuvres": ["manoeuvres.py"],
+    "simulated": ["simulated.py"],
     "recordings": ["recordings.py"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],

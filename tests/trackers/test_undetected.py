@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from trackweave.association.window_rule import swept
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.trackers.undetected import Undetected
 
@@ -89,3 +90,35 @@ def test_years_of_waiting_are_no_flood():
     undetected = Undetected(1e-4, 1e-6, 30.0, 1.0)
     undetected.wait(1e9, 1e9)
     assert density(undetected) < 1e-2
+
+
+def sector(turns):
+    """Return the quarter of a turn that begins after so many turns from north."""
+    return swept(everywhere(), np.zeros(2), (2 * np.pi * turns, np.pi / 2))
+
+
+def test_a_beam_thins_what_it_passes():
+    undetected = Undetected(1e-4, 1e-6, 30.0, 1.0)
+    undetected.scanned(0.9, sector(0.0))
+    assert density(undetected, (50.0, 50.0)) == pytest.approx(1e-5)
+    assert density(undetected, (50.0, -50.0)) == pytest.approx(1e-4)
+    for quarter in (0.25, 0.5, 0.75):
+        undetected.scanned(0.9, sector(quarter))
+    for place in [(50.0, 50.0), (50.0, -50.0), (-50.0, -50.0), (-50.0, 50.0)]:
+        assert density(undetected, place) == pytest.approx(1e-5)
+
+
+def test_sectors_that_are_forgotten_come_to_the_same_as_whole_turns():
+    """Behind the last looks a sector thins everywhere by its share of a turn."""
+    whole, parts = (Undetected(1e-4, 1e-6, 30.0, 4.0) for _ in range(2))
+    for time in range(1, 801):
+        parts.wait(float(time), 1.0)
+        parts.scanned(0.8, sector(0.25 * (time % 4)))
+        if time % 4 == 0:
+            whole.wait(float(time), 4.0)
+            whole.scanned(0.8, everywhere())
+    assert len(parts._looks) <= Undetected.MAX_LOOKS
+    places = [(50.0, 50.0), (50.0, -50.0), (-50.0, -50.0), (-50.0, 50.0)]
+    mean = np.mean([density(parts, place) for place in places])
+    # Just swept to a whole turn ago: half a period's new objects on the average.
+    assert mean == pytest.approx(density(whole) + 0.375 * 1e-6, rel=0.05)

@@ -135,7 +135,7 @@ def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
     return replace(scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)))
 
 
-def merged(first: Scan, second: Scan) -> Scan:
+def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
     """Return a scan with the reports of two of the same sensor and time, the first one's first."""
 
     def both(name: str, missing: float) -> FloatArray | None:
@@ -151,13 +151,18 @@ def merged(first: Scan, second: Scan) -> Scan:
         )
 
     platform = None
-    if first.platform is not None and second.platform is not None:
-        rows = [
-            np.broadcast_to(scan.platform, (len(scan), 6))
-            for scan in (first, second)
-            if scan.platform is not None
+    if first.platform is not None or second.platform is not None:
+        places = [
+            sensor.platform if scan.platform is None else scan.platform for scan in (first, second)
         ]
-        platform = np.concatenate(rows)
+        platform = np.concatenate(
+            [
+                np.broadcast_to(place, (len(scan), 6))
+                for place, scan in zip(places, (first, second), strict=True)
+            ]
+        )
+        if not platform.size:
+            platform = places[1]
     identity = both("identity", -1)
     return Scan(
         time=first.time,

@@ -272,7 +272,7 @@ class MultiScanTracker:
             self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
             return tree
         if same is not None:
-            scan = merged(self._open.remove(same).scan, scan)
+            scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
         self._open.insert(self._opener.open(scan, dim))
         return self._grown_anew()
 

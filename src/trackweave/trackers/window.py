@@ -11,6 +11,9 @@ from trackweave.errors import InvalidInputError
 
 __all__ = ["OpenScan", "OpenScans", "Window"]
 
+WHOLE = 0.9
+"""From so much of a period on sectors make a turn, since none takes exactly as long as another."""
+
 
 @dataclass(frozen=True, slots=True)
 class Window:
@@ -150,7 +153,7 @@ class OpenScans:
         """Return the last moments of whole scans: sectors of one turn are one scan."""
         ends: list[float] = []
         for mark in reversed(marks):
-            if not ends or ends[-1] - mark > 0.75 * self._period:
+            if not ends or ends[-1] - mark > WHOLE * self._period:
                 ends.append(mark)
         return ends[::-1]
 
