@@ -16,7 +16,10 @@ from trackweave.cli import edge
 from trackweave.errors import InvalidInputError, NumericalError, OutputError
 
 COMMANDS = ("demo", "track", "simulate", "evaluate", "solve", "schema")
-LIGHT = {"trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.edge"}
+LIGHT = {
+    "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.edge",
+    "trackweave.cli.fusing", "trackweave.cli.options",
+}  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",
     "pydantic", "pymap3d", "scipy",

@@ -160,9 +160,9 @@ def track(
 
     Needs the columns time and x,y[,z] (metres), lat,lon[,alt_m], bearing_deg or
     range_m,azimuth_deg[,elevation_deg][,range_rate_mps]; optional are sensor, its place
-    (sensor_x,sensor_y), noise (sigma_x, ...), identity, strength, report, scan and others, which
-    pass through. Writes tracks.csv (what was known after each scan), assignments.csv (which
-    report belongs to which track), history.csv (smoothed after the fact) and run.json
+    (sensor_x,sensor_y), noise (sigma_x and so on), identity, strength, report, scan and others,
+    which pass through. Writes tracks.csv (what was known after each scan), assignments.csv
+    (which report belongs to which track), history.csv (smoothed after the fact) and run.json
     (configuration as used, cost, lower bound and gap of each scan). Without a configuration
     everything is estimated from the reports, and what was assumed is said. Seed 0 unless given
     here or in the configuration.
