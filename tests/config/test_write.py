@@ -9,6 +9,7 @@ from config.test_fill import ESTIMATES, filled
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings, fill
 from trackweave.config.write import WIDTH, commented_toml
+from trackweave.models.strength import StrengthModel
 from trackweave.solvers import Auto
 
 
@@ -25,6 +26,16 @@ def test_reads_back_as_the_same_settings() -> None:
     assert again.lifecycle == settings.lifecycle
     assert again.growth == settings.growth
     assert again.estimate == settings.estimate
+
+
+def test_an_estimated_strength_is_written_and_reads_back() -> None:
+    model = StrengthModel(9.0, 3.5, 1.0, 2.5)
+    sensors = {name: replace(found, strength=model) for name, found in ESTIMATES.sensors.items()}
+    settings = fill(load_configuration(None), replace(ESTIMATES, sensors=sensors), ("A", "B"))
+    assert settings.sources["sensors.A.strength"] == "estimated"
+    text = commented_toml(settings)
+    assert "target_mean = 9.0" in text
+    assert read_back(text, ("A", "B")).sensors == settings.sensors
 
 
 @pytest.mark.parametrize(

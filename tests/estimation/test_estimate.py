@@ -48,7 +48,7 @@ def numbers(estimates: Estimates) -> list[float]:
     found = [estimates.process_noise, estimates.max_speed, estimates.new_target_density]
     found.append(estimates.initial_target_density)
     for sensor in estimates.sensors.values():
-        found += [value for value in astuple(sensor)[:-1] if value is not None]
+        found += [value for value in astuple(sensor)[:-2] if value is not None]
         assert sensor.disagreement >= 0
     return found
 

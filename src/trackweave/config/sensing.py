@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
@@ -91,7 +92,8 @@ def sensor_of(
     view = choose("field_of_view")
     clutter = _clutter(ledger, section, (name, found, seen))
     rotation, period = _rotation(ledger, (name, found, seen))
-    strength = choose("strength")
+    likely = None if found is None or found.strength is None else asdict(found.strength)
+    strength = choose("strength", likely)
     return Sensor(
         name=name,
         sigma=sigma,

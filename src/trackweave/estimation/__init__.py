@@ -2,7 +2,13 @@
 
 from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.estimate import Estimates, SensorEstimate, digits, estimate
-from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
+from trackweave.estimation.refine import (
+    Followed,
+    refined,
+    stretch_of,
+    sure_tracks,
+)
+from trackweave.estimation.strengths import with_strengths
 
 __all__ = [
     "Estimates",
@@ -15,4 +21,5 @@ __all__ = [
     "stretch_of",
     "sure_tracks",
     "with_components",
+    "with_strengths",
 ]

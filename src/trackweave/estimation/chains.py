@@ -3,14 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaln
+from scipy.spatial import cKDTree
+from scipy.special import digamma, gammaln
 from scipy.stats import chi2
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
 
-__all__ = ["Chains", "ball_volume", "chains_of", "detection_share"]
+__all__ = ["Chains", "ball_volume", "chains_of", "detection_share", "local_density"]
 
 SEGMENT = 6
 STRIDE = 3
@@ -23,6 +24,8 @@ GATE = 3.5
 MAX_MISSES = 2
 # However far off, a report counts where chance would put another with this probability only.
 CHANCE_OF_ANOTHER = 0.02
+# So many neighbours tell how dense points are.
+NEIGHBOURS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +64,26 @@ def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
     """Return the volume of a ball [m² or m³]."""
     unit = np.exp(dim / 2 * np.log(np.pi) - gammaln(dim / 2 + 1))
     return np.asarray(unit * np.asarray(radius) ** dim)
+
+
+def local_density(position: FloatArray) -> float:
+    """Return how dense points are where they are, as a geometric mean over them.
+
+    Parameters
+    ----------
+    position
+        Points [m], shape (points, dim).
+
+    Returns
+    -------
+    Points per m² (m³); 0 where they are too few to tell.
+    """
+    if position.shape[0] <= NEIGHBOURS:
+        return 0.0
+    distance = cKDTree(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
+    volume = ball_volume(np.maximum(distance, 1e-9), position.shape[1])
+    # The logarithm of so few neighbours is less on average than that of their number.
+    return float(np.exp(np.mean(digamma(NEIGHBOURS) - np.log(volume))))
 
 
 def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:

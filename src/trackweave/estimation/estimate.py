@@ -13,6 +13,7 @@ from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.models.strength import StrengthModel
 
 __all__ = ["Estimates", "SensorEstimate", "bounded", "digits", "estimate"]
 
@@ -50,6 +51,8 @@ class SensorEstimate:
     disagreement
         By how much else it puts objects elsewhere than other sensors do, as a standard
         deviation along an axis that is part of ``sigma`` [m].
+    strength
+        What the strength of its reports tells of their origin; None for nothing.
     """
 
     scan_period: float | None
@@ -60,6 +63,7 @@ class SensorEstimate:
     n_objects: float
     density: float = 0.0
     disagreement: float = 0.0
+    strength: StrengthModel | None = None
 
     @property
     def plane_sigma(self) -> float:

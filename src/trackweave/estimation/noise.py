@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from trackweave.arrays import FloatArray
 
-__all__ = ["noise_of_chains"]
+__all__ = ["calm_noise", "noise_of_chains"]
 
 # Share of a chain's reports that may come from elsewhere.
 WRONG = 0.05
@@ -17,6 +17,10 @@ FURTHEST = 12.0
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
 MOST_DOUBLINGS = 10
+# Every so many-th report of a chain is looked at, where it has so many then.
+STRIDES, FEWEST_IN_CHAIN, FEWEST_IN_ALL = (4, 8), 6, 60
+# What objects do by themselves does not come to so much less over longer steps.
+CALMER = 4.0
 
 
 def noise_of_chains(
@@ -42,19 +46,94 @@ def noise_of_chains(
     Standard deviation of a report along an axis [m] and power spectral density of the
     acceleration along an axis [m²/s³].
     """
+    step, places = _gathered(time, position)
+    if step.size == 0:
+        return sigma, 0.0
+    sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
+    # Sharp turns are rare, and yet no track should be lost in one.
+    for _ in range(MOST_DOUBLINGS):
+        if _far_share(step, places, (sigma**2, process, density)) <= FAR_SHARE:
+            break
+        process *= 2
+    return sigma, process
+
+
+def calm_noise(
+    time: FloatArray, position: FloatArray, sigma: float, density: float
+) -> tuple[float, float] | None:
+    """Return the noise of chains whose errors wander, as seen over several scans.
+
+    Errors that are alike from scan to scan, as of boxes around people whose legs swing, look like
+    accelerations from one scan to the next. Over longer steps they are noise, and the process
+    noise is less; that of real accelerations is not.
+
+    Parameters
+    ----------
+    time
+        Times [s], shape (chains, scans); NaN where a chain has none.
+    position
+        Reports [m], shape (chains, scans, dim); NaN where there was none.
+    sigma
+        Standard deviation of a report along an axis [m], to start from. Must be positive.
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
+
+    Returns
+    -------
+    Standard deviation [m] and process noise [m²/s³]; None where longer steps tell nothing else.
+    """
+    step, places = _gathered(time, position)
+    if step.size == 0:
+        return None
+    first_sigma, first = _fitted((step, places), sigma, density)
+    best = None
+    for stride in STRIDES:
+        thinned = _thinned(time, position, stride)
+        if thinned is None:
+            break
+        found = _fitted(_gathered(*thinned), first_sigma, density)
+        is_calmer = found[1] * CALMER < (best[1] if best else first)
+        if is_calmer and found[0] > first_sigma:
+            best = found
+    return best
+
+
+def _thinned(
+    time: FloatArray, position: FloatArray, stride: int
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return every so many-th report of chains, from each start; None where these are few."""
+    times = [time[:, start::stride] for start in range(stride)]
+    places = [position[:, start::stride] for start in range(stride)]
+    width = min(part.shape[1] for part in times)
+    thin_time = np.concatenate([part[:, :width] for part in times])
+    thin_place = np.concatenate([part[:, :width] for part in places])
+    count = np.isfinite(thin_time).sum(axis=1)
+    kept = count >= FEWEST_IN_CHAIN
+    if count[kept].sum() < FEWEST_IN_ALL:
+        return None
+    return thin_time[kept], thin_place[kept]
+
+
+def _gathered(time: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return steps and places of chains that are long enough, without their gaps."""
     chains = [
         (t[rows], p[rows])
         for t, p in zip(time, position, strict=True)
         if (rows := np.flatnonzero(np.isfinite(p[:, 0]))).size >= 4
     ]
-    length = max((t.size for t, _ in chains), default=0)
-    if length == 0:
-        return sigma, 0.0
+    length = max((t.size for t, _ in chains), default=1)
     times = np.full((len(chains), length), np.nan)
     places = np.full((len(chains), length, position.shape[2]), np.nan)
     for row, (t, p) in enumerate(chains):
         times[row, : t.size], places[row, : t.size] = t, p
-    step = np.diff(times, axis=1)
+    return np.diff(times, axis=1), places
+
+
+def _fitted(
+    chains: tuple[FloatArray, FloatArray], sigma: float, density: float, *, fixed: bool = False
+) -> tuple[float, float]:
+    """Return the likeliest sigma and process noise of steps and places."""
+    step, places = chains
     unit = sigma**2 / float(np.nanmedian(step)) ** 3
 
     def surprise(logs: FloatArray) -> float:
@@ -67,13 +146,7 @@ def noise_of_chains(
     best = min(starts, key=surprise)
     found = minimize(surprise, best, method="Nelder-Mead", options={"maxiter": 80, "fatol": 1e-3})
     scale = 1.0 if fixed else float(np.exp(found.x[-1] / 2))
-    sigma, process = sigma * scale, float(np.exp(found.x[0])) * unit
-    # Sharp turns are rare, and yet no track should be lost in one.
-    for _ in range(MOST_DOUBLINGS):
-        if _far_share(step, places, (sigma**2, process, density)) <= FAR_SHARE:
-            break
-        process *= 2
-    return sigma, process
+    return sigma * scale, float(np.exp(found.x[0])) * unit
 
 
 def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:

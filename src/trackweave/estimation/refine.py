@@ -9,10 +9,18 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.chains import local_density
 from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
-from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.noise import calm_noise, noise_of_chains
 
-__all__ = ["DETECTION_RANGE", "Followed", "Track", "refined", "stretch_of", "sure_tracks"]
+__all__ = [
+    "DETECTION_RANGE",
+    "Followed",
+    "Track",
+    "refined",
+    "stretch_of",
+    "sure_tracks",
+]
 
 REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_density")
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density")
@@ -38,6 +46,8 @@ BURSTS = 1.5
 LEAST_BEARABLE = 0.75
 RETURNED = 0.95
 WHOLE_PLANE = 0.7
+# How much denser than on average false alarms may be where they gather.
+MOST_GATHERED = 30.0
 FEWEST_LOOKS, EARLY_LOOKS = 10, 4
 
 
@@ -189,7 +199,24 @@ def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) 
         for group in groups
         if group.size >= SURE_HITS
     ]
-    return [track for track in tracks if _is_seen(track, estimates, reports, followed)]
+    return [
+        track
+        for track in tracks
+        if _is_seen(track, estimates, reports, followed) and _is_strong(track, estimates, reports)
+    ]
+
+
+def _is_strong(track: Track, estimates: Estimates, reports: ReportTable) -> bool:
+    """Tell whether a track's reports are more like those of objects than like false alarms."""
+    if reports.strength is None:
+        return True
+    evidence = []
+    for index in np.unique(reports.sensor[track.rows]):
+        model = estimates.sensors[reports.sensors[index]].strength
+        if model is not None:
+            rows = track.rows[reports.sensor[track.rows] == index]
+            evidence.append(model.evidence(reports.strength[rows]))
+    return not evidence or float(np.concatenate(evidence).mean()) >= 0
 
 
 def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed: Followed) -> bool:
@@ -266,10 +293,18 @@ def _clutter(
         if track.rows.size >= lasting
     )
     share = (total - taken + 0.5) / (total + 0.5)
+    clutter = share * sensor.density
+    if sensor.strength is not None:
+        is_false = reports.sensor == index
+        for track in tracks:
+            is_false[track.rows] = False
+        # Weak ones come again where they came before, and must not add up to a track there.
+        local = local_density(reports.measurement[is_false]) / n_looks
+        clutter = float(np.clip(local, clutter, MOST_GATHERED * clutter))
     present = (1 - share) * sensor.density * sensor.covered / sensor.detection_probability
     return replace(
         sensor,
-        clutter_density=digits(float(np.clip(share * sensor.density, 1e-30, 1e10))),
+        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
         n_objects=max(present, 0.1),
     )
 
@@ -336,7 +371,10 @@ def _noise(
         rows = rows[np.r_[True, np.diff(reports.time[rows]) > 1e-6]]
         time[row, : rows.size] = reports.time[rows]
         place[row, : rows.size] = reports.measurement[rows]
-    sigma, process = noise_of_chains(time, place, sensor.plane_sigma, sensor.clutter_density)
+    calm = calm_noise(time, place, sensor.plane_sigma, sensor.clutter_density)
+    sigma, process = calm or noise_of_chains(
+        time, place, sensor.plane_sigma, sensor.clutter_density
+    )
     return sigma, max(process, 1e-9)
 
 

@@ -24,6 +24,7 @@ from trackweave.estimation import (
     stretch_of,
     sure_tracks,
     with_components,
+    with_strengths,
 )
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
@@ -95,7 +96,7 @@ def estimates_for(
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
         followed = _follow(stretch, fill(configuration, estimates, names))
-        estimates = refined(estimates, stretch, followed)
+        estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
     if directions is None:
         return estimates
     return _directed(estimates, stretch, followed, directions)

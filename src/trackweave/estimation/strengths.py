@@ -1,0 +1,116 @@
+"""What the strengths of reports tell of their origin, from tracks and from reports in none."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import Estimates, digits
+from trackweave.estimation.refine import Followed, sure_tracks
+from trackweave.models.strength import StrengthModel
+
+__all__ = ["strength_model", "with_strengths"]
+
+# Reports that make no track but by chance.
+LONE_HITS = 2
+
+FEWEST = 30
+# A report of an object is stronger than a false alarm so often, or strength tells too little.
+CLEARLY = 0.8
+N_ROUNDS = 10
+# Quantile of a tail, and how many standard deviations off it lies where tails are normal.
+TAIL, TAIL_SIGMAS = 0.05, 1.645
+
+
+def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followed) -> Estimates:
+    """Return estimates in which sensors whose reports carry strengths say what these tell.
+
+    Parameters
+    ----------
+    estimates
+        What is known so far.
+    reports
+        The stretch that was tracked.
+    followed
+        Its tracks.
+
+    Returns
+    -------
+    Estimates; where strengths tell nothing, as they were.
+    """
+    if reports.strength is None:
+        return estimates
+    blind = {name: replace(sensor, strength=None) for name, sensor in estimates.sensors.items()}
+    tracks = sure_tracks(replace(estimates, sensors=blind), reports, followed)
+    sizes = np.bincount(followed.track + 1, minlength=1)
+    sizes[0] = 0
+    is_lone = sizes[followed.track + 1] <= LONE_HITS
+    sensors = dict(blind)
+    for index, name in enumerate(reports.sensors):
+        if name in sensors:
+            own = reports.sensor == index
+            groups = [reports.strength[track.rows[own[track.rows]]] for track in tracks]
+            found = strength_model(groups, reports.strength[own & is_lone])
+            sensors[name] = replace(sensors[name], strength=found)
+    return replace(estimates, sensors=sensors)
+
+
+def strength_model(tracks: Sequence[FloatArray], lone: FloatArray) -> StrengthModel | None:
+    """Return how strong reports of objects and false alarms are.
+
+    Tracks whose reports are more like false alarms than like those of other tracks are taken to
+    be false alarms that stay in one place.
+
+    Parameters
+    ----------
+    tracks
+        Strengths of the reports of each sure track.
+    lone
+        Strengths of the reports in no track.
+
+    Returns
+    -------
+    The two distributions; None where reports are too few or the two do not differ clearly.
+    """
+    tracks = [own[np.isfinite(own)] for own in tracks]
+    tracks = [own for own in tracks if own.size]
+    lone = lone[np.isfinite(lone)]
+    is_object = np.ones(len(tracks), dtype=bool)
+    found = None
+    for _ in range(N_ROUNDS):
+        own = [track for track, kept in zip(tracks, is_object, strict=True) if kept]
+        others = [track for track, kept in zip(tracks, is_object, strict=True) if not kept]
+        found = _fitted(np.concatenate([*own, np.empty(0)]), np.concatenate([*others, lone]))
+        if found is None:
+            return None
+        told = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool)
+        if np.array_equal(told, is_object):
+            break
+        is_object = told
+    return found
+
+
+def _fitted(target: FloatArray, clutter: FloatArray) -> StrengthModel | None:
+    """Return both distributions, None where they are not clearly apart."""
+    if min(target.size, clutter.size) < FEWEST:
+        return None
+    ordered = np.sort(clutter)
+    if np.searchsorted(ordered, target).mean() < CLEARLY * clutter.size:
+        return None
+    return StrengthModel(
+        digits(float(np.median(target))),
+        _spread(target),
+        digits(float(np.median(clutter))),
+        _spread(clutter),
+    )
+
+
+def _spread(strength: FloatArray) -> float:
+    """Return the standard deviation that covers the longer tail; scores are often skew."""
+    middle = float(np.median(strength))
+    low, high = np.quantile(strength, [TAIL, 1 - TAIL])
+    inner = 1.4826 * float(np.median(np.abs(strength - middle)))
+    tail = max(middle - float(low), float(high) - middle) / TAIL_SIGMAS
+    return max(digits(max(inner, tail)), 1e-3 * abs(middle), 1e-6)

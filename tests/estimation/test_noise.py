@@ -1,0 +1,45 @@
+"""Errors that are alike from scan to scan are noise, and turns are not."""
+
+import numpy as np
+import pytest
+
+from trackweave.arrays import FloatArray
+from trackweave.estimation.noise import calm_noise
+
+N_CHAINS, N_SCANS = 12, 60
+PERIOD = 0.04
+
+
+def chains(swing: float, turning: float) -> tuple[FloatArray, FloatArray]:
+    """Return times and places of objects whose reports' errors wander, and that turn."""
+    rng = np.random.default_rng(1)
+    time = np.broadcast_to(PERIOD * np.arange(N_SCANS), (N_CHAINS, N_SCANS))
+    acceleration = rng.normal(0.0, turning / np.sqrt(PERIOD), (N_CHAINS, N_SCANS, 2))
+    velocity = 80.0 + np.cumsum(acceleration * PERIOD, axis=1)
+    place = np.cumsum(velocity * PERIOD, axis=1) + rng.normal(0.0, 2.0, (N_CHAINS, N_SCANS, 2))
+    wander = np.zeros((N_CHAINS, 2))
+    for scan in range(N_SCANS):
+        # An error is half forgotten after two scans.
+        wander = 0.7 * wander + rng.normal(0.0, 0.7 * swing, wander.shape)
+        place[:, scan] += wander
+    return time, place
+
+
+def test_errors_that_wander_are_noise_of_calm_objects() -> None:
+    found = calm_noise(*chains(swing=8.0, turning=0.0), 3.0, 1e-5)
+    assert found is not None
+    sigma, process = found
+    assert sigma > 3.0
+    assert process < 2000.0
+
+
+@pytest.mark.parametrize("turning", [0.0, 30.0, 150.0])
+def test_independent_errors_are_left_alone(turning: float) -> None:
+    found = calm_noise(*chains(swing=0.0, turning=turning), 2.0, 1e-5)
+    assert found is None or found[1] > 0.1 * turning**2
+
+
+def test_short_chains_tell_nothing() -> None:
+    time, place = chains(swing=8.0, turning=0.0)
+    assert calm_noise(time[:, :20], place[:, :20], 3.0, 1e-5) is None
+    assert calm_noise(time[:, :2], place[:, :2], 3.0, 1e-5) is None
