@@ -18,9 +18,11 @@ FURTHEST = 12.0
 FAR_SHARE = 0.014
 MOST_DOUBLINGS = 10
 # Every so many-th report of a chain is looked at, where it has so many then.
-STRIDES, FEWEST_IN_CHAIN, FEWEST_IN_ALL = (4, 8), 6, 60
+STRIDE, FEWEST_IN_CHAIN, FEWEST_IN_ALL = 4, 6, 60
 # What objects do by themselves does not come to so much less over longer steps.
 CALMER = 4.0
+# Noise grows no more than this to such steps, and no more than that to steps twice as long.
+WIDER, LONGER = 1.7, 1.5
 
 
 def noise_of_chains(
@@ -65,7 +67,8 @@ def calm_noise(
 
     Errors that are alike from scan to scan, as of boxes around people whose legs swing, look like
     accelerations from one scan to the next. Over longer steps they are noise, and the process
-    noise is less; that of real accelerations is not.
+    noise is less; that of real accelerations is not. Manoeuvres to and fro average out as well,
+    but then the noise grows with each longer step, whereas that of wandering errors soon stays.
 
     Parameters
     ----------
@@ -85,17 +88,18 @@ def calm_noise(
     step, places = _gathered(time, position)
     if step.size == 0:
         return None
-    first_sigma, first = _fitted((step, places), sigma, density)
-    best = None
-    for stride in STRIDES:
-        thinned = _thinned(time, position, stride)
-        if thinned is None:
-            break
-        found = _fitted(_gathered(*thinned), first_sigma, density)
-        is_calmer = found[1] * CALMER < (best[1] if best else first)
-        if is_calmer and found[0] > first_sigma:
-            best = found
-    return best
+    first = _fitted((step, places), sigma, density)
+    thinned = _thinned(time, position, STRIDE)
+    if thinned is None:
+        return None
+    found = _fitted(_gathered(*thinned), first[0], density)
+    is_calmer = found[1] * CALMER < first[1] and first[0] < found[0] < WIDER * first[0]
+    longer = _thinned(time, position, 2 * STRIDE)
+    if not is_calmer or longer is None:
+        return found if is_calmer else None
+    # Noise of errors soon forgotten stays what it is; turns to and fro go on growing.
+    last = _fitted(_gathered(*longer), found[0], density)
+    return found if last[0] < LONGER * found[0] else None
 
 
 def _thinned(
