@@ -34,6 +34,7 @@ def test_an_estimated_strength_is_written_and_reads_back() -> None:
     settings = fill(load_configuration(None), replace(ESTIMATES, sensors=sensors), ("A", "B"))
     assert settings.sources["sensors.A.strength"] == "estimated"
     text = commented_toml(settings)
+    assert "# estimated\n[sensors.default.strength]" in text
     assert "target_mean = 9.0" in text
     assert read_back(text, ("A", "B")).sensors == settings.sensors
 

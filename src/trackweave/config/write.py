@@ -127,11 +127,14 @@ def _table(  # noqa: PLR0913 what a table is made of
         if key in INSTEAD and values.get(INSTEAD[key]) is not None:
             continue
         place = (*path, key)
+        origin = _origin((like or {}).get(place, place), settings, remarks)
         if isinstance(value, Mapping) and place != ("sensors", path[-1], "sigma"):
             if _given(value):
-                inside += _table(place, value, _inner(model, key), settings, remarks)
+                # Chosen as a whole, so that it is said once where it came from.
+                said = [origin] if origin.startswith("estimated") else []
+                inner = _inner(model, key)
+                inside += _table(place, value, inner, settings, remarks, above=said)
             continue
-        origin = _origin((like or {}).get(place, place), settings, remarks)
         lines += _entry(place, value, known.get(key, ""), origin)
     return lines + inside
 

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_density")
-REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density")
+REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
 # A track of so many reports is beyond doubt.
