@@ -1,8 +1,12 @@
 import numpy as np
 import pytest
 
-from trackweave.association.window_rule import swept
+from trackweave.association.window_rule import Context, scan_input, swept
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.scans import Scan
 from trackweave.models.coverage import FieldOfView, everywhere
+from trackweave.models.motion import ConstantVelocity
+from trackweave.models.sensors import Sensor
 from trackweave.trackers.undetected import Undetected
 
 ORIGIN = np.zeros((1, 2))
@@ -122,3 +126,13 @@ def test_sectors_that_are_forgotten_come_to_the_same_as_whole_turns():
     mean = np.mean([density(parts, place) for place in places])
     # Just swept to a whole turn ago: half a period's new objects on the average.
     assert mean == pytest.approx(density(whole) + 0.375 * 1e-6, rel=0.05)
+
+
+def test_beside_sensors_that_tell_places_bearings_leave_the_undetected_alone():
+    sensor = Sensor("camera", 0.01, 0.9, 1e-3, 1.0, measurement=MeasurementKind.BEARING)
+    context = Context(ConstantVelocity(0.1, 30.0), 2)
+    data, _ = scan_input(Scan(0.0, "camera", np.empty((0, 1))), sensor, 0.0, context)
+    for by_bearings, left in ((True, 0.1), (False, 1.0)):
+        undetected = Undetected(1e-4, 1e-6, 30.0, 1.0, by_bearings=by_bearings)
+        undetected.look(data, 0.0)
+        assert density(undetected) == pytest.approx(1e-4 * left)

@@ -255,6 +255,8 @@ class AssociationTree:
         base = np.zeros(self.n_families)
         base[nodes.family[roots]] = nodes.cost[roots]
         nodes.cost[:n] -= base[nodes.family[:n]]
+        lines = roots[nodes.is_line[roots] == 1]
+        nodes.covariance[lines, 0, 0, 0] -= base[nodes.family[lines]]
         self.fixed_slot = np.where(root >= 0, nodes.report[root], -1)
         nodes.parent[roots] = -1
         nodes.report[roots] = -1

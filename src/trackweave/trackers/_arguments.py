@@ -35,10 +35,15 @@ def checked_sensors(sensors: object) -> dict[str, Sensor]:
     return known
 
 
+def tells_place(sensor: Sensor) -> bool:
+    """Tell whether a sensor's reports say where their objects are, not just in which direction."""
+    return sensor.measurement is not MeasurementKind.BEARING
+
+
 def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
     """Return the slowest periodic sensor, of those that tell positions where there are some."""
     periodic = [sensor for sensor in sensors if sensor.scan_period is not None]
-    telling = [sensor for sensor in periodic if sensor.measurement is not MeasurementKind.BEARING]
+    telling = [sensor for sensor in periodic if tells_place(sensor)]
     return max(telling or periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
 
 

@@ -29,6 +29,7 @@ from trackweave.trackers._arguments import (
     require_parts,
     require_step,
     slowest_of,
+    tells_place,
     with_dimensions,
 )
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
@@ -119,7 +120,13 @@ class MultiScanTracker:
         new = self._lifecycle.new_target_density
         if initial is None or self._priors is not None:
             initial = new
-        self._undetected = Undetected(initial, new, motion.max_speed, self._period)
+        self._undetected = Undetected(
+            initial,
+            new,
+            motion.max_speed,
+            self._period,
+            by_bearings=not any(map(tells_place, self._sensors.values())),
+        )
         self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.

@@ -51,11 +51,21 @@ class Undetected:
     """How many scans are told apart by where they looked; what is older counts as everywhere, as
     much as its sector is of a turn."""
 
-    def __init__(self, initial: float, new: float, max_speed: float, period: float) -> None:
+    def __init__(
+        self,
+        initial: float,
+        new: float,
+        max_speed: float,
+        period: float,
+        *,
+        by_bearings: bool = True,
+    ) -> None:
         self._uniform = initial
         self._new = new
         self._max_speed = max_speed
         self._period = period
+        # Beside sensors that tell places a bearing begins no track: what it sees stays undetected.
+        self._by_bearings = by_bearings
         self._came = 0.0
         self._looks: list[_Look] = []
         self._lost: list[_Lost] = []
@@ -81,6 +91,8 @@ class Undetected:
         if interval > 0:
             self.wait(scan.time, interval)
         density = self.log_density(scan.position, scan.time)
+        if not scan.is_located and not self._by_bearings:
+            return density
         detected = scan.detection_probability
         if not scan.is_silence_telling:
             # Lone reports come to a look at everything over a period, not each by itself.
