@@ -1,5 +1,7 @@
 """Tracking a stretch tells more than reports alone, and odd reports do no harm."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -79,6 +81,31 @@ def test_sensors_that_mark_other_parts_of_an_object_still_agree() -> None:
     for sensor in found.sensors.values():
         assert sensor.sigma > 1.5
         assert sensor.detection_probability > 0.8
+
+
+def test_strengths_are_told_where_false_alarms_are_weaker() -> None:
+    rng = np.random.default_rng(1)
+    rows: list[tuple[float, float, float, float]] = []
+    for scan in range(40):
+        for target in range(8):
+            x, y = np.array([200.0 * target, 5.0 * scan]) + rng.normal(0, 2, 2)
+            rows.append((float(scan), x, y, rng.normal(12, 2)))
+        rows += [
+            (float(scan), *rng.uniform([0, 0], [1600, 400]), rng.normal(4, 2)) for _ in range(6)
+        ]
+    time, x, y, strength = np.array(rows).T
+    reports = table(time, np.stack([x, y], axis=1))
+    blind = estimates_for(reports, load_configuration(None))
+    found = estimates_for(replace(reports, strength=strength), load_configuration(None))
+    assert blind is not None
+    assert found is not None
+    assert blind.sensors["A"].strength is None
+    model = found.sensors["A"].strength
+    assert model is not None
+    assert model.target_mean == pytest.approx(12.0, abs=0.5)
+    assert model.clutter_mean == pytest.approx(4.0, abs=0.7)
+    # Even ground: where false alarms do not gather, their density is that of all.
+    assert found.sensors["A"].clutter_density * 1600 * 400 == pytest.approx(6.0, rel=0.4)
 
 
 @pytest.mark.parametrize("name", ODD)
