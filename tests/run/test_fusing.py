@@ -170,3 +170,10 @@ def test_pandas_comes_back_as_pandas() -> None:
     pandas = pytest.importorskip("pandas")
     tables = [pandas.DataFrame(table(k, PLACES).to_dict(as_series=False)) for k in (1, 2)]
     assert isinstance(fused(*tables).associations, pandas.DataFrame)
+
+
+def test_names_registration_where_sensors_have_nothing_in_common(both: FusionResult) -> None:
+    far = {track: (x + 9000.0, y) for track, (x, y) in PLACES.items()}
+    apart = fused(table(1, PLACES), table(2, far))
+    assert any("--register tells by how much" in note for note in apart.run["notes"])
+    assert not any("--register" in note for note in both.run["notes"])

@@ -87,7 +87,7 @@ def test_a_sensor_without_a_position_is_refused_where_one_is_needed() -> None:
     with pytest.raises(InvalidInputError, match=r"sensors\.camera\.position: left out"):
         settle(table(two), load_configuration(GIVEN))
     edited, _ = settle(table(two), load_configuration(None), to_be_edited=True)
-    assert edited.notes[-1] == "sensors.camera.position: give where it stands"
+    assert "sensors.camera.position: give where it stands" in edited.notes
     placed = {**GIVEN, "sensors": {"camera": {"position": [0.0, 5.0]}}}
     settings, _ = settle(table(two), load_configuration(placed))
     assert [sensor.position for sensor in settings.sensors] == [(0.0, 5.0), None]
@@ -109,3 +109,17 @@ def test_bearings_alone_take_usual_values() -> None:
     assert settings.sensors[0].sigma == (pytest.approx(np.radians(1.0)),)
     assert settings.sensors[0].scan_period == 1.0
     assert settings.sources["motion.max_speed"] == "default"
+    assert any("usual values stand in" in note for note in settings.notes)
+    assert any("one sensor's bearings do not tell where" in note for note in settings.notes)
+
+
+def test_says_nothing_of_bearings_whose_sensor_is_known() -> None:
+    bearings = pl.DataFrame(
+        {"time": np.repeat(np.arange(30.0), 2), "sensor": ["A", "B"] * 30, "bearing_deg": 10.0}
+    )
+    known = {
+        "sigma": {"bearing_deg": 0.5}, "detection_probability": 0.9, "clutter_density": 0.1,
+        "position": [0.0, 0.0],
+    }  # fmt: skip
+    settings, _ = settle(table(bearings), load_configuration({"sensors": {"default": known}}))
+    assert not any("bearings" in note for note in settings.notes)

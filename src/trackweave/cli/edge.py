@@ -124,7 +124,7 @@ class Voice:
         from trackweave.run.kernels import kernels_are_kept
 
         if not self.quiet and not kernels_are_kept():
-            self.say("compiling kernels, once; this takes up to a minute")
+            self.say("compiling kernels, once; this takes a minute or two")
 
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
         """Print a small table on a terminal, and its rows as lines elsewhere."""

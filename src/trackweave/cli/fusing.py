@@ -87,6 +87,10 @@ def fuse(
     """
     from trackweave.cli.fuse import FuseRequest, run_fuse
 
+    if bias is not None and not register:
+        from trackweave.errors import InvalidInputError
+
+        raise InvalidInputError(f"--bias {bias}: expected --register beside it")
     config = {
         "method": method,
         "confirm": confirm,

@@ -63,7 +63,7 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
         OutputFile(request.out).check([request.problem])
     table = read_problem(request.problem)
     if not voice.quiet and not _kernels_are_kept():
-        voice.say("compiling kernels, once; this takes up to a minute")
+        voice.say("compiling kernels, once; this takes a minute or two")
     warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
     problem = _problem(request.problem, table)

@@ -113,7 +113,9 @@ def places_of_reports(
         dim = 3 if kind.has_elevation else 2
         width = kind.n_components(dim)
         sigma = np.nan_to_num(reports.sigma[rows, :width])
-        platform = _platform(reports, rows, sensor_positions.get(name))
+        # Of a sensor that measures ranges from it is not said where, runs take the origin.
+        origin = (0.0, 0.0) if kind.has_range else None
+        platform = _platform(reports, rows, sensor_positions.get(name, origin))
         found, _ = to_position(kind, reports.measurement[rows, :width], sigma, platform, dim)
         places[rows] = found[:, :2]
     return places

@@ -140,7 +140,12 @@ def fuse(
     return FusionResult(
         to_native(tracks_frame(fused_tracks, frame, iso_time=iso), first.kind),
         to_native(associations_frame(values.pairings, iso_time=iso), first.kind),
-        fusion_record(tables, values, log, [*notes, *_notes(tables)]),
+        fusion_record(
+            tables,
+            values,
+            log,
+            [*notes, *_notes(tables), *_notes_on_pairings(tables, values, log)],
+        ),
         values,
     )
 
@@ -209,3 +214,16 @@ def _updates(
         for picture in own:
             by_time.setdefault(picture.time, {})[name] = picture
     return sorted(by_time.items(), key=lambda update: update[0])
+
+
+def _notes_on_pairings(
+    tables: Mapping[str, LocalTracks], values: FusionValues, log: FusionLog
+) -> list[str]:
+    """Return a sentence where sensors that both see objects have none in common."""
+    seeing = [name for name, table in tables.items() if len(table)]
+    if len(seeing) < 2 or log.pairings.common or values.registrations:
+        return []
+    return [
+        f"no object is common to two of {', '.join(seeing)}: where one of them is misplaced, "
+        "turned or late, --register tells by how much"
+    ]

@@ -76,7 +76,30 @@ def settle(
         estimates = estimates_for(table, _of_positions(configuration, observed), directions)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
+    notes += _notes_on_bearings(observed, filled)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
+    """Return sentences on sensors of bearings of which nothing could be estimated."""
+    bearing = [
+        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
+    ]
+    keys = ("sigma", "detection_probability", "clutter_density")
+    notes = []
+    for name in bearing:
+        usual = [key for key in keys if filled.sources.get(f"sensors.{name}.{key}") == "default"]
+        if usual:
+            notes.append(
+                f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "
+                "stand in, which may be far off: better give them"
+            )
+    if bearing and len(observed) == 1:
+        notes.append(
+            f"sensor {bearing[0]}: one sensor's bearings do not tell where objects are; no track "
+            "begins without another sensor or --priors"
+        )
+    return notes
 
 
 def positions_in(
