@@ -182,7 +182,7 @@ def test_many_improbable_sequences_keep_their_spread():
     existence, mean, covariance = np.empty(1), np.empty((1, 4)), np.empty((1, 4, 4))
     average_states(
         nodes, count, 1, np.full(count, 1.0 / count), 0.0, window.rule.motion,
-        existence, mean, covariance,
+        existence, mean, covariance, None,
     )  # fmt: skip
     np.testing.assert_allclose(covariance[0], np.diag([10.0, 1.0, 1.0, 1.0]), atol=1e-6)
 

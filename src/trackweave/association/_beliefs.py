@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._nodes import Nodes
-from trackweave.association._scoring import is_plain, room_for_state
+from trackweave.association._nodes import Nodes, State
 from trackweave.filters._kernels import predict
 from trackweave.filters._states import advance, combine
 from trackweave.jit import jit
@@ -182,6 +181,7 @@ def average_states(
     existence_out: FloatArray,
     mean_out: FloatArray,
     covariance_out: FloatArray,
+    general: State | None,
 ) -> None:
     """Write each family's probability to live and the mean and covariance of its state.
 
@@ -198,7 +198,6 @@ def average_states(
             family = nodes.family[node]
             existence_out[family] += weight[node]
             largest[family] = max(largest[family], weight[node])
-    plain, state = is_plain(motion), room_for_state(motion)
     moved, predicted = np.empty(size), np.empty((size, size))
     for node in range(n_nodes):
         family = nodes.family[node]
@@ -206,7 +205,7 @@ def average_states(
         share = weight[node] if weight[node] > 1e-4 * largest[family] else 0.0
         if share > 0.0 and nodes.is_line[node] == 0:
             interval = time - nodes.time[node]
-            if plain:
+            if general is None:
                 predict(
                     nodes.mean[node, 0], nodes.covariance[node, 0], interval,
                     motion.noise[0, 0], moved, predicted,
@@ -214,9 +213,9 @@ def average_states(
             else:
                 advance(
                     nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
-                    motion, state.mean, state.covariance, state.weight,
+                    motion, general.mean, general.covariance, general.weight,
                 )  # fmt: skip
-                combine(state.mean, state.covariance, state.weight, moved, predicted)
+                combine(general.mean, general.covariance, general.weight, moved, predicted)
             # Moments about the average so far, which moves: West, 1979.
             before = kept[family]
             kept[family] += share
@@ -245,17 +244,26 @@ def move_states(
     motion: MotionRule,
     mean_out: FloatArray,
     covariance_out: FloatArray,
+    general: State | None,
 ) -> None:
     """Write the state of each chosen node at its time, averaged over modes."""
-    state = room_for_state(motion)
     for row in range(chosen.shape[0]):
         node = chosen[row]
-        if nodes.is_line[node] == 1:
+        interval = time[row] - nodes.time[node]
+        if general is None:
+            predict(
+                nodes.mean[node, 0], nodes.covariance[node, 0], interval, motion.noise[0, 0],
+                mean_out[row], covariance_out[row],
+            )  # fmt: skip
+        elif nodes.is_line[node] == 1:
             mean_out[row] = math.nan
             covariance_out[row] = math.nan
-            continue
-        advance(
-            nodes.mean[node], nodes.covariance[node], nodes.weight[node],
-            time[row] - nodes.time[node], motion, state.mean, state.covariance, state.weight,
-        )  # fmt: skip
-        combine(state.mean, state.covariance, state.weight, mean_out[row], covariance_out[row])
+        else:
+            advance(
+                nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval, motion,
+                general.mean, general.covariance, general.weight,
+            )  # fmt: skip
+            combine(
+                general.mean, general.covariance, general.weight, mean_out[row],
+                covariance_out[row],
+            )  # fmt: skip

@@ -23,11 +23,9 @@ from trackweave.association._nodes import (
 )
 from trackweave.association._scoring import (
     LOG_TWO_PI,
-    POSITION,
     compare,
     expect,
     identity_cost,
-    is_plain,
     is_too_soon,
     room_for_expectation,
     room_for_state,
@@ -53,19 +51,21 @@ def propose(
     rule: WindowRule,
     candidates: Candidates,
     missed: Misses,
+    general: State | None,
 ) -> int:
     """Write every gated child to ``candidates`` and what a miss makes of each to ``missed``.
+
+    Without room for states in ``general`` all go the short way of ``_nodes.is_plain``, and what
+    the long one needs is not even compiled; so it is with the functions below.
 
     A node with an infinite tail does not grow. Returns how many candidates there are; more than
     fit are counted but not written, so that the caller can make room and call again.
     """
     motion = rule.motion
     n_reports, n_components = scan.measurement.shape
-    state, moved = room_for_state(motion), room_for_state(motion)
+    state = room_for_state(motion)
     expected = room_for_expectation(motion, n_components)
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
-    plain = is_plain(motion) and scan.kind == POSITION and n_components == motion.dim
-    plain = plain and not scan.has_moments
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     count = 0
     for node in range(n_nodes):
@@ -75,11 +75,14 @@ def propose(
         if nodes.tail[node] == math.inf:
             continue
         seen = scan.detection_probability
-        if nodes.is_line[node] == 1:
-            count = _propose_crossings(nodes, node, scan, rule, candidates, count, moved)
-        else:
+        is_line = False
+        if general is not None:
+            is_line = nodes.is_line[node] == 1
+            if is_line:
+                count = _propose_crossings(nodes, node, scan, rule, candidates, count, general)
+        if not is_line:
             interval = scan.reference - nodes.time[node]
-            if plain:
+            if general is None:
                 predict(
                     nodes.mean[node, 0], nodes.covariance[node, 0], interval,
                     motion.noise[0, 0], mean, covariance,
@@ -115,19 +118,22 @@ def propose(
                 ):
                     continue
                 setting = scan.setting[index]
-                if scan.has_moments:
-                    advance(
-                        nodes.mean[node], nodes.covariance[node], nodes.weight[node],
-                        scan.moment[index] - nodes.time[node], motion,
-                        moved.mean, moved.covariance, moved.weight,
-                    )  # fmt: skip
-                    expect(
-                        scan.kind, scan.noise[setting], scan.platform[setting], moved, motion,
-                        expected,
-                    )  # fmt: skip
-                elif setting != known:
+                has_moment = False
+                if general is not None:
+                    has_moment = scan.has_moments
+                    if has_moment:
+                        advance(
+                            nodes.mean[node], nodes.covariance[node], nodes.weight[node],
+                            scan.moment[index] - nodes.time[node], motion,
+                            general.mean, general.covariance, general.weight,
+                        )  # fmt: skip
+                        expect(
+                            scan.kind, scan.noise[setting], scan.platform[setting], general,
+                            motion, expected,
+                        )  # fmt: skip
+                if not has_moment and setting != known:
                     known = setting
-                    if plain:
+                    if general is None:
                         expected.log_determinant[0] = invert_sum(
                             covariance, scan.noise, setting, inverse
                         )
@@ -136,7 +142,7 @@ def propose(
                             scan.kind, scan.noise[setting], scan.platform[setting], state,
                             motion, expected,
                         )  # fmt: skip
-                if plain:
+                if general is None:
                     distance = distance_of(scan.measurement, index, mean, inverse)
                     log_likelihood = -0.5 * (
                         distance + expected.log_determinant[0] + n_components * LOG_TWO_PI
@@ -144,7 +150,7 @@ def propose(
                 else:
                     distance, log_likelihood = compare(
                         scan.kind, scan.measurement, index,
-                        moved.weight if scan.has_moments else state.weight,
+                        general.weight if has_moment else state.weight,
                         expected.mean, expected.inverse, expected.log_determinant,
                         expected.innovation,
                     )  # fmt: skip
@@ -223,25 +229,18 @@ def append_children(
     chosen: IntArray,
     scan: ScanInput,
     rule: WindowRule,
+    general: State | None,
 ) -> None:
     """Write the chosen candidates behind the existing nodes, with their updated states."""
     motion = rule.motion
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
-    plain = is_plain(motion) and scan.kind == POSITION and not scan.has_moments
-    plain = plain and scan.measurement.shape[1] == motion.dim
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     child = n_nodes
     for entry in chosen:
         above, index = candidates.node[entry], candidates.report[entry]
         interval = scan.moment[index] - nodes.time[above]
-        if nodes.is_line[above] == 1:
-            cross_line(
-                nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
-            )
-            _take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
-            _spread_over_modes(nodes, child, motion.share)
-        elif plain:
+        if general is None:
             predict(
                 nodes.mean[above, 0], nodes.covariance[above, 0], interval,
                 motion.noise[0, 0], mean, covariance,
@@ -252,6 +251,12 @@ def append_children(
                 nodes.mean[child, 0], nodes.covariance[child, 0],
             )  # fmt: skip
             nodes.weight[child, 0] = 1.0
+        elif nodes.is_line[above] == 1:
+            cross_line(
+                nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
+            )
+            _take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
+            _spread_over_modes(nodes, child, motion.share)
         else:
             advance(
                 nodes.mean[above], nodes.covariance[above], nodes.weight[above], interval,
@@ -307,6 +312,7 @@ def append_roots(
     rule: WindowRule,
     first_family: int,
     log_density: FloatArray,
+    general: State | None,
 ) -> None:
     """Write one new object per report; ``log_density`` is of undetected objects at its place."""
     motion = rule.motion
@@ -343,13 +349,15 @@ def append_roots(
                 mean[row] = scan.position[index, row]
                 for column in range(dim):
                     covariance[row, column] = scan.position_covariance[index, row, column]
-            _take_rate(scan, index, mean, covariance, dim)
+            if general is not None:
+                _take_rate(scan, index, mean, covariance, dim)
             _spread_over_modes(nodes, node, motion.share)
-        elif scan.kind == BEARING and dim == 2:
-            begin_line(nodes, node, scan, index, log_density[index])
         else:
             nodes.cost[node] = HOPELESS
             nodes.tail[node] = math.inf
+            if general is not None and scan.kind == BEARING and dim == 2:
+                nodes.tail[node] = 0.0
+                begin_line(nodes, node, scan, index, log_density[index])
 
 
 @jit

@@ -11,7 +11,7 @@ from trackweave.filters._measuring import correct, innovation, invert, measure
 from trackweave.jit import jit
 from trackweave.models._kernels import covered_share
 from trackweave.models.coverage import Coverage
-from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
+from trackweave.models.motion import MotionRule
 
 POSITION = int(MeasurementKind.POSITION)
 LOG_TWO_PI = math.log(2.0 * math.pi)
@@ -33,19 +33,6 @@ def room_for_expectation(motion: MotionRule, n_components: int) -> Expectation:
         np.empty((modes, m)), np.empty((modes, m, m)), np.empty(modes),
         np.empty((modes, size, m)), np.empty((m, m)), np.empty(m),
     )  # fmt: skip
-
-
-@jit
-def is_plain(motion: MotionRule) -> bool:
-    """Tell whether states are of one mode of constant velocity and hold nothing else.
-
-    Positions then go the short way, three to five times faster and to the same end.
-    """
-    return bool(
-        motion.kind.shape[0] == 1
-        and motion.kind[0] == CONSTANT_VELOCITY
-        and motion.prior.shape[0] == 2 * motion.dim
-    )
 
 
 @jit

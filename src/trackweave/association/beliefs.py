@@ -90,7 +90,7 @@ def believe(
     mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
     average_states(
         nodes, n, n_families, probability * alive, time, tree.rule.motion,
-        existence, mean, covariance,
+        existence, mean, covariance, tree.general,
     )  # fmt: skip
     # Sums of many shares of one can come out above it by rounding.
     for chance in (probability, edge_probability, existence):

@@ -32,5 +32,5 @@ def states_at(
     _, size = n_modes_and_size(tree.rule.motion)
     moments = tree.nodes.time[node] if time is None else np.full(node.shape[0], time)
     mean, covariance = np.empty((node.shape[0], size)), np.empty((node.shape[0], size, size))
-    move_states(tree.nodes, node, moments, tree.rule.motion, mean, covariance)
+    move_states(tree.nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
     return mean, covariance

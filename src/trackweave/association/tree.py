@@ -14,8 +14,11 @@ from trackweave.association._nodes import (
     Misses,
     Nodes,
     ScanInput,
+    State,
     WindowRule,
+    is_plain,
     n_modes_and_size,
+    workspace,
 )
 from trackweave.association._pruning import (
     accumulate_prices,
@@ -133,6 +136,8 @@ class AssociationTree:
         """What each family's first report cost if it began in the window, at least 0 [nats]."""
         self.fixed_slot = np.empty(0, dtype=np.int64)
         """For each family the slot of its last report among those fixed last; -1 for none."""
+        self.general: State | None = None
+        """Room for states that are not plain; None as long as all are."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
@@ -141,9 +146,17 @@ class AssociationTree:
         """Number of families."""
         return self.track.shape[0]
 
+    def general_for(self, scan: ScanInput) -> State | None:
+        """Return room for states of every kind from the first scan on that is not plain."""
+        if self.general is None and not is_plain(scan, self.rule.motion):
+            self.general = workspace(self.rule.motion)
+        return self.general
+
     def add_tracks(self, beginning: Beginning) -> None:
         """Begin a family with each given track."""
         count = beginning.track.shape[0]
+        if np.any(beginning.is_line == 1):
+            self.general = workspace(self.rule.motion)
         self._reserve(count)
         span = slice(self.n_nodes, self.n_nodes + count)
         nodes = self.nodes
@@ -192,7 +205,7 @@ class AssociationTree:
         nodes.misses[:n_old] = missed.misses
         nodes.counted[:n_old] = missed.counted
         self._reserve(chosen.shape[0] + n_new)
-        append_children(self.nodes, n_old, candidates, chosen, scan, self.rule)
+        append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
         self.n_nodes += chosen.shape[0]
         self._append_roots(scan, log_density)
         keep = np.ones(self.n_nodes, dtype=np.bool_)
@@ -293,12 +306,12 @@ class AssociationTree:
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         n = self.n_nodes
         missed = Misses(np.empty(n), np.empty(n), np.empty(n))
-        room = 2 * n + 64
+        room, general = 2 * n + 64, self.general_for(scan)
         while True:
             candidates = Candidates(
                 np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
             )
-            count = propose(self.nodes, n, scan, self.rule, candidates, missed)
+            count = propose(self.nodes, n, scan, self.rule, candidates, missed, general)
             if count <= room:
                 return Candidates(
                     candidates.node[:count], candidates.report[:count], candidates.cost[:count]
@@ -308,7 +321,9 @@ class AssociationTree:
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]
         first = self.n_nodes
-        append_roots(self.nodes, first, scan, self.rule, self.n_families, log_density)
+        append_roots(
+            self.nodes, first, scan, self.rule, self.n_families, log_density, self.general
+        )
         self.n_nodes += count
         self.track = np.concatenate([self.track, np.full(count, -1, dtype=np.int64)])
         start = np.maximum(self.nodes.cost[first : self.n_nodes], 0.0)

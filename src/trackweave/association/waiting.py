@@ -44,7 +44,8 @@ def waited(
     nobody = Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
     for place, scan in enumerate(scans):
         missed = Misses(np.empty(count), np.empty(count), np.empty(count))
-        propose(nodes, count, without_reports(scan), patient, nobody, missed)
+        unseen = without_reports(scan)
+        propose(nodes, count, unseen, patient, nobody, missed, tree.general_for(unseen))
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]

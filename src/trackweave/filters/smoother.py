@@ -3,8 +3,10 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.filters._smoothing import Course, Readings, go_back, go_forward, merge
-from trackweave.models.motion import MotionRule
+from trackweave.filters._straight import smooth_straight
+from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
 
 __all__ = ["Course", "Readings", "filtered", "merged", "smoothed"]
 
@@ -74,9 +76,41 @@ def smoothed(
     .. [3] D. Barber, *Expectation correction for smoothed inference in switching linear dynamical
        systems*, 2006, sec. 3.1.
     """
+    if _is_straight(readings, motion):
+        return _straight(readings, start, motion)
     course = filtered(readings, start, motion)
     go_back(readings.time, motion, course)
     return course
+
+
+def _is_straight(readings: Readings, motion: MotionRule) -> bool:
+    """Tell whether one mode of constant velocity and whole positions are all there is."""
+    is_report = readings.kind >= 0
+    return bool(
+        motion.kind.tolist() == [CONSTANT_VELOCITY]
+        and motion.prior.shape[0] == 2 * motion.dim
+        and np.all(readings.kind[is_report] == MeasurementKind.POSITION)
+        and np.all(readings.width[is_report] == motion.dim)
+        and np.all(np.diff(readings.time) >= 0.0)
+    )
+
+
+def _straight(
+    readings: Readings, start: tuple[FloatArray, FloatArray], motion: MotionRule
+) -> Course:
+    length, size = readings.time.shape[0], motion.prior.shape[0]
+    mean, covariance = np.empty((length, size)), np.empty((length, size, size))
+    mean[0], covariance[0] = start
+    smooth_straight(
+        readings.time,
+        (readings.kind >= 0).astype(np.int64),
+        np.ascontiguousarray(readings.measurement[:, : motion.dim]),
+        np.ascontiguousarray(readings.sigma[:, : motion.dim]),
+        float(motion.noise[0, 0]),
+        mean,
+        covariance,
+    )
+    return Course(mean[:, None], covariance[:, None], np.ones((length, 1)))
 
 
 def merged(course: Course) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +125,9 @@ def merged(course: Course) -> tuple[FloatArray, FloatArray]:
     -------
     Shapes (moments, n) and (moments, n, n).
     """
-    length, _, size = course.mean.shape
+    length, modes, size = course.mean.shape
+    if modes == 1:
+        return course.mean[:, 0].copy(), course.covariance[:, 0].copy()
     mean, covariance = np.empty((length, size)), np.empty((length, size, size))
     merge(course, mean, covariance)
     return mean, covariance
