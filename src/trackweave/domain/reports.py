@@ -1,7 +1,7 @@
 """Reports as columns, and their grouping into scans."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,12 @@ class BadRow:
         """Return the sentence that tells of the row, ``source`` being the file's name."""
         place = f"row {self.row}" + ("" if self.column is None else f", column {self.column}")
         return f"{source}, {place}: {self.found}; expected {self.expected}"
+
+
+_PER_REPORT = (
+    "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
+    "strength", "height",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,6 +134,25 @@ class ReportTable:
     def kind_of(self, sensor: int) -> MeasurementKind:
         """Return what a sensor measures, by its index."""
         return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
+
+    def part(self, rows: IntArray) -> "ReportTable":
+        """Return some rows, in the order asked for, without the columns that pass through.
+
+        Parameters
+        ----------
+        rows
+            Row numbers.
+
+        Returns
+        -------
+        A table of the same sensors.
+        """
+        columns: dict[str, Any] = {
+            name: np.ascontiguousarray(getattr(self, name)[rows])
+            for name in _PER_REPORT
+            if getattr(self, name) is not None
+        }
+        return replace(self, carried={}, **columns)
 
     def scans(self) -> Iterator[Scan]:
         """Yield the scans in order of time, then sensor.

@@ -26,7 +26,7 @@ class Scan:
     Parameters
     ----------
     time
-        End of the scan [s], for a rotating sensor of the turn.
+        End of the scan [s], for a turning sensor of the turn or of the sector handed over.
     sensor
         Name of the sensor, a text or a whole number; kept as text, so that 0 is "0".
     measurement

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -110,17 +109,7 @@ def stretch_of(reports: ReportTable) -> ReportTable:
     skip = max(0, (rows.size - MOST_REPORTS) // 2)
     rows = rows[skip : skip + MOST_REPORTS]
     inside = (reports.time >= reports.time[rows[0]]) & (reports.time <= reports.time[rows[-1]])
-    return _part(reports, np.flatnonzero(keep & inside))
-
-
-def _part(reports: ReportTable, rows: IntArray) -> ReportTable:
-    """Return some rows of a table."""
-    names = ("time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-             "strength", "height")  # fmt: skip
-    columns: dict[str, Any] = {
-        name: getattr(reports, name)[rows] for name in names if getattr(reports, name) is not None
-    }
-    return replace(reports, carried={}, **columns)
+    return reports.part(np.flatnonzero(keep & inside))
 
 
 def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> Estimates:

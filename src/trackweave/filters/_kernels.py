@@ -23,7 +23,22 @@ def predict(
 
     Each axis is driven by white acceleration of the given power spectral density [m²/s³].
     """
-    dim = mean.shape[0] // 2
+    predict_first(
+        mean.shape[0] // 2, mean, covariance, interval, process_noise, mean_out, covariance_out
+    )
+
+
+@jit
+def predict_first(
+    dim: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    interval: float,
+    process_noise: float,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Do the same for the positions and velocities of states that hold more than these."""
     for axis in range(dim):
         mean_out[axis] = mean[axis] + interval * mean[dim + axis]
         mean_out[dim + axis] = mean[dim + axis]
@@ -48,28 +63,27 @@ def predict(
 
 
 @jit
-def invert_innovation(covariance: FloatArray, sigma: FloatArray, inverse_out: FloatArray) -> float:
-    """Write the inverse of S = P_position + diag(sigma²); return ln det S.
+def invert_two(s00: float, s01: float, s11: float, inverse_out: FloatArray) -> float:
+    """Write the inverse of a symmetric matrix of two rows; return ln det.
 
-    Returns infinity where S is not positive definite.
+    Returns infinity where the matrix is not positive definite.
     """
-    dim = sigma.shape[0]
-    if dim == 2:
-        s00 = covariance[0, 0] + sigma[0] * sigma[0]
-        s11 = covariance[1, 1] + sigma[1] * sigma[1]
-        s01 = covariance[0, 1]
-        determinant = s00 * s11 - s01 * s01
-        if not (s00 > 0.0 and determinant > 0.0):
-            return math.inf
-        inverse_out[0, 0] = s11 / determinant
-        inverse_out[1, 1] = s00 / determinant
-        inverse_out[0, 1] = -s01 / determinant
-        inverse_out[1, 0] = -s01 / determinant
-        return math.log(determinant)
-    s00 = covariance[0, 0] + sigma[0] * sigma[0]
-    s11 = covariance[1, 1] + sigma[1] * sigma[1]
-    s22 = covariance[2, 2] + sigma[2] * sigma[2]
-    s01, s02, s12 = covariance[0, 1], covariance[0, 2], covariance[1, 2]
+    determinant = s00 * s11 - s01 * s01
+    if not (s00 > 0.0 and determinant > 0.0):
+        return math.inf
+    inverse_out[0, 0] = s11 / determinant
+    inverse_out[1, 1] = s00 / determinant
+    inverse_out[0, 1] = -s01 / determinant
+    inverse_out[1, 0] = -s01 / determinant
+    return math.log(determinant)
+
+
+@jit
+def invert_three(
+    s00: float, s01: float, s02: float, s11: float, s12: float, s22: float,
+    inverse_out: FloatArray,
+) -> float:  # fmt: skip
+    """Do the same for three rows, by cofactors."""
     c00 = s11 * s22 - s12 * s12
     c01 = s02 * s12 - s01 * s22
     c02 = s01 * s12 - s02 * s11
@@ -83,6 +97,34 @@ def invert_innovation(covariance: FloatArray, sigma: FloatArray, inverse_out: Fl
     inverse_out[1, 2] = inverse_out[2, 1] = (s01 * s02 - s00 * s12) / determinant
     inverse_out[2, 2] = (s00 * s11 - s01 * s01) / determinant
     return math.log(determinant)
+
+
+@jit
+def invert_innovation(covariance: FloatArray, sigma: FloatArray, inverse_out: FloatArray) -> float:
+    """Write the inverse of S = P_position + diag(sigma²); return ln det S, as `invert_two`."""
+    s00 = covariance[0, 0] + sigma[0] * sigma[0]
+    s11 = covariance[1, 1] + sigma[1] * sigma[1]
+    if sigma.shape[0] == 2:
+        return invert_two(s00, covariance[0, 1], s11, inverse_out)
+    s22 = covariance[2, 2] + sigma[2] * sigma[2]
+    s01, s02, s12 = covariance[0, 1], covariance[0, 2], covariance[1, 2]
+    return invert_three(s00, s01, s02, s11, s12, s22, inverse_out)
+
+
+@jit
+def invert_sum(
+    covariance: FloatArray, noise: FloatArray, setting: int, inverse_out: FloatArray
+) -> float:
+    """Write the inverse of S = P_position + noise[setting]; return ln det S, as `invert_two`."""
+    s00 = covariance[0, 0] + noise[setting, 0, 0]
+    s11 = covariance[1, 1] + noise[setting, 1, 1]
+    s01 = covariance[0, 1] + noise[setting, 0, 1]
+    if noise.shape[1] == 2:
+        return invert_two(s00, s01, s11, inverse_out)
+    s22 = covariance[2, 2] + noise[setting, 2, 2]
+    s02 = covariance[0, 2] + noise[setting, 0, 2]
+    s12 = covariance[1, 2] + noise[setting, 1, 2]
+    return invert_three(s00, s01, s02, s11, s12, s22, inverse_out)
 
 
 @jit
@@ -132,45 +174,6 @@ def update(
             value = covariance[row, column] - reduction
             covariance_out[row, column] = value
             covariance_out[column, row] = value
-
-
-@jit
-def invert_sum(
-    covariance: FloatArray, noise: FloatArray, setting: int, inverse_out: FloatArray
-) -> float:
-    """Write the inverse of S = P_position + noise[setting]; return ln det S.
-
-    Returns infinity where S is not positive definite.
-    """
-    dim = noise.shape[1]
-    s00 = covariance[0, 0] + noise[setting, 0, 0]
-    s11 = covariance[1, 1] + noise[setting, 1, 1]
-    s01 = covariance[0, 1] + noise[setting, 0, 1]
-    if dim == 2:
-        determinant = s00 * s11 - s01 * s01
-        if not (s00 > 0.0 and determinant > 0.0):
-            return math.inf
-        inverse_out[0, 0] = s11 / determinant
-        inverse_out[1, 1] = s00 / determinant
-        inverse_out[0, 1] = -s01 / determinant
-        inverse_out[1, 0] = -s01 / determinant
-        return math.log(determinant)
-    s22 = covariance[2, 2] + noise[setting, 2, 2]
-    s02 = covariance[0, 2] + noise[setting, 0, 2]
-    s12 = covariance[1, 2] + noise[setting, 1, 2]
-    c00 = s11 * s22 - s12 * s12
-    c01 = s02 * s12 - s01 * s22
-    c02 = s01 * s12 - s02 * s11
-    determinant = s00 * c00 + s01 * c01 + s02 * c02
-    if not (s00 > 0.0 and s00 * s11 - s01 * s01 > 0.0 and determinant > 0.0):
-        return math.inf
-    inverse_out[0, 0] = c00 / determinant
-    inverse_out[0, 1] = inverse_out[1, 0] = c01 / determinant
-    inverse_out[0, 2] = inverse_out[2, 0] = c02 / determinant
-    inverse_out[1, 1] = (s00 * s22 - s02 * s02) / determinant
-    inverse_out[1, 2] = inverse_out[2, 1] = (s01 * s02 - s00 * s12) / determinant
-    inverse_out[2, 2] = (s00 * s11 - s01 * s01) / determinant
-    return math.log(determinant)
 
 
 @jit

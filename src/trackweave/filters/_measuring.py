@@ -10,6 +10,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.filters._kernels import invert_three, invert_two
 from trackweave.jit import jit
 
 _POSITION = int(MeasurementKind.POSITION)
@@ -286,38 +287,13 @@ def invert(matrix: FloatArray, inverse_out: FloatArray) -> float:
         inverse_out[0, 0] = 1.0 / matrix[0, 0]
         return math.log(matrix[0, 0])
     if width == 2:
-        s00, s11, s01 = matrix[0, 0], matrix[1, 1], matrix[0, 1]
-        determinant = s00 * s11 - s01 * s01
-        if not (s00 > 0.0 and determinant > 0.0):
-            return math.inf
-        inverse_out[0, 0] = s11 / determinant
-        inverse_out[1, 1] = s00 / determinant
-        inverse_out[0, 1] = -s01 / determinant
-        inverse_out[1, 0] = -s01 / determinant
-        return math.log(determinant)
+        return invert_two(matrix[0, 0], matrix[0, 1], matrix[1, 1], inverse_out)
     if width == 3:
-        return _invert_three(matrix, inverse_out)
+        return invert_three(
+            matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2],
+            inverse_out,
+        )  # fmt: skip
     return invert_many(matrix, inverse_out)
-
-
-@jit
-def _invert_three(matrix: FloatArray, inverse_out: FloatArray) -> float:
-    """Write the inverse of a symmetric matrix of three rows by its cofactors; return ln det."""
-    s00, s11, s22 = matrix[0, 0], matrix[1, 1], matrix[2, 2]
-    s01, s02, s12 = matrix[0, 1], matrix[0, 2], matrix[1, 2]
-    c00 = s11 * s22 - s12 * s12
-    c01 = s02 * s12 - s01 * s22
-    c02 = s01 * s12 - s02 * s11
-    determinant = s00 * c00 + s01 * c01 + s02 * c02
-    if not (s00 > 0.0 and s00 * s11 - s01 * s01 > 0.0 and determinant > 0.0):
-        return math.inf
-    inverse_out[0, 0] = c00 / determinant
-    inverse_out[0, 1] = inverse_out[1, 0] = c01 / determinant
-    inverse_out[0, 2] = inverse_out[2, 0] = c02 / determinant
-    inverse_out[1, 1] = (s00 * s22 - s02 * s02) / determinant
-    inverse_out[1, 2] = inverse_out[2, 1] = (s01 * s02 - s00 * s12) / determinant
-    inverse_out[2, 2] = (s00 * s11 - s01 * s01) / determinant
-    return math.log(determinant)
 
 
 @jit

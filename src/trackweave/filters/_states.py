@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.filters._kernels import predict_first
 from trackweave.filters._turns import signed_noise, turn
 from trackweave.jit import jit
 from trackweave.models.motion import (
@@ -187,29 +188,8 @@ def _move_straight(
     covariance_out: FloatArray,
 ) -> None:
     """Write the state of an object driven by white acceleration; the rest is forgotten."""
-    dim = motion.dim
-    size = mean.shape[0]
-    for axis in range(dim):
-        mean_out[axis] = mean[axis] + interval * mean[dim + axis]
-        mean_out[dim + axis] = mean[dim + axis]
-    for row in range(dim):
-        for column in range(dim):
-            position = covariance[row, column]
-            cross = covariance[row, dim + column]
-            cross_t = covariance[dim + row, column]
-            velocity = covariance[dim + row, dim + column]
-            moved_cross = cross + interval * velocity
-            covariance_out[row, column] = (
-                position + interval * (cross + cross_t) + interval * interval * velocity
-            )
-            covariance_out[row, dim + column] = moved_cross
-            covariance_out[dim + row, column] = cross_t + interval * velocity
-            covariance_out[dim + row, dim + column] = velocity
-    for axis in range(dim):
-        covariance_out[axis, axis] += process_noise * interval**3 / 3.0
-        covariance_out[axis, dim + axis] += process_noise * interval**2 / 2.0
-        covariance_out[dim + axis, axis] += process_noise * interval**2 / 2.0
-        covariance_out[dim + axis, dim + axis] += process_noise * interval
+    dim, size = motion.dim, mean.shape[0]
+    predict_first(dim, mean, covariance, interval, process_noise, mean_out, covariance_out)
     for row in range(2 * dim, size):
         mean_out[row] = 0.0
         for column in range(size):

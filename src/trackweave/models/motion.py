@@ -56,30 +56,13 @@ class MotionRule(NamedTuple):
     max_speed: float
 
 
-@dataclass(frozen=True, slots=True)
-class ConstantVelocity:
-    """Nearly constant velocity, driven by white acceleration along each axis.
+class _OneWay:
+    """What every single way to move shares."""
 
-    Parameters
-    ----------
-    process_noise
-        Power spectral density of the acceleration [m²/s³]. Must not be negative.
-    max_speed
-        Greatest speed of an object [m/s]; a new object's velocity is spread uniformly over the
-        ball of this radius. Must be positive.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range.
-    """
+    __slots__ = ()
 
     process_noise: float
     max_speed: float
-
-    def __post_init__(self) -> None:
-        _check_noise(self, "process_noise", "m²/s³")
-        _check_bound(self, "max_speed", "m/s")
 
     def velocity_variance(self, dim: int) -> float:
         """Return the variance of a new object's velocity along one axis [m²/s²].
@@ -115,7 +98,33 @@ class ConstantVelocity:
 
 
 @dataclass(frozen=True, slots=True)
-class ConstantAcceleration:
+class ConstantVelocity(_OneWay):
+    """Nearly constant velocity, driven by white acceleration along each axis.
+
+    Parameters
+    ----------
+    process_noise
+        Power spectral density of the acceleration [m²/s³]. Must not be negative.
+    max_speed
+        Greatest speed of an object [m/s]; a new object's velocity is spread uniformly over the
+        ball of this radius. Must be positive.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value is out of range.
+    """
+
+    process_noise: float
+    max_speed: float
+
+    def __post_init__(self) -> None:
+        _check_noise(self, "process_noise", "m²/s³")
+        _check_bound(self, "max_speed", "m/s")
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantAcceleration(_OneWay):
     """Nearly constant acceleration, driven by white jerk along each axis.
 
     Parameters
@@ -143,17 +152,9 @@ class ConstantAcceleration:
         _check_bound(self, "max_speed", "m/s")
         _check_bound(self, "max_acceleration", "m/s²")
 
-    def velocity_variance(self, dim: int) -> float:
-        """Return the variance of a new object's velocity along one axis [m²/s²]."""
-        return _ball_variance(self.max_speed, dim)
-
-    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
-        """Return the form that kernels read, of one mode."""
-        return _rule((self,), None, dim, unscented=unscented)
-
 
 @dataclass(frozen=True, slots=True)
-class CoordinatedTurn:
+class CoordinatedTurn(_OneWay):
     """A horizontal turn of nearly constant speed and turn rate; height at constant velocity.
 
     Parameters
@@ -185,17 +186,9 @@ class CoordinatedTurn:
         _check_bound(self, "max_speed", "m/s")
         _check_bound(self, "max_turn_rate", "rad/s")
 
-    def velocity_variance(self, dim: int) -> float:
-        """Return the variance of a new object's velocity along one axis [m²/s²]."""
-        return _ball_variance(self.max_speed, dim)
-
-    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
-        """Return the form that kernels read, of one mode."""
-        return _rule((self,), None, dim, unscented=unscented)
-
 
 @dataclass(frozen=True, slots=True)
-class RandomWalk:
+class RandomWalk(_OneWay):
     """Brownian motion: an object that diffuses and has no velocity.
 
     Parameters
@@ -218,14 +211,6 @@ class RandomWalk:
     def __post_init__(self) -> None:
         _check_noise(self, "process_noise", "m²/s")
         _check_bound(self, "max_speed", "m/s")
-
-    def velocity_variance(self, dim: int) -> float:
-        """Return the variance of an object's velocity along one axis [m²/s²]."""
-        return _ball_variance(self.max_speed, dim)
-
-    def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
-        """Return the form that kernels read, of one mode."""
-        return _rule((self,), None, dim, unscented=unscented)
 
 
 Mode: TypeAlias = ConstantVelocity | ConstantAcceleration | CoordinatedTurn | RandomWalk
@@ -338,7 +323,7 @@ def _chain(sojourn_time: tuple[float, ...]) -> tuple[FloatArray, FloatArray, Flo
 
 
 def _rule(
-    models: tuple[Mode, ...],
+    models: tuple[_OneWay, ...],
     sojourn_time: tuple[float, ...] | None,
     dim: int,
     *,

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -101,14 +100,14 @@ def in_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> ReportT
             _, ends[rows] = turn_ends(reports.time[rows], rotations[name])
     numbered = replace(reports, scan=with_turns(reports, rotations), time=ends)
     order: IntArray = np.lexsort((reports.sensor, ends))
-    return _chosen(numbered, order)
+    return numbered.part(order)
 
 
 def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
     """Return the reports of some sensors of a table that holds positions now."""
     number = np.full(len(reports.sensors), -1, dtype=np.int64)
     number[list(sensors)] = np.arange(len(sensors))
-    chosen = _chosen(reports, np.flatnonzero(np.isin(reports.sensor, sensors)))
+    chosen = reports.part(np.flatnonzero(np.isin(reports.sensor, sensors)))
     return replace(
         chosen,
         sensor=number[chosen.sensor],
@@ -116,19 +115,3 @@ def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
         kinds=(),
         space=0,
     )
-
-
-def _chosen(reports: ReportTable, rows: IntArray) -> ReportTable:
-    """Return some rows, without what is carried along."""
-    parts: dict[str, Any] = {
-        name: None if column is None else np.ascontiguousarray(column[rows])
-        for name in _COLUMNS
-        for column in (getattr(reports, name),)
-    }
-    return replace(reports, carried={}, **parts)
-
-
-_COLUMNS = (
-    "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-    "strength", "height",
-)  # fmt: skip
