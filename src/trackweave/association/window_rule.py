@@ -126,7 +126,12 @@ def scan_input(
         place = platforms[:count, :dim].copy()
     order = np.argsort(place[:, 0] if is_located else measurement[:, -1], kind="stable")
     moment = np.full(count, scan.time) if scan.moments is None else scan.moments
-    setting, noise, used = _settings(sigma[order], platforms[:count][order])
+    covariance = sigma[:, :, None] ** 2 * np.eye(size)
+    if scan.covariance is not None:
+        covariance = scan.covariance
+        if is_located and kind is MeasurementKind.POSITION:
+            spread = covariance
+    setting, noise, used = _settings(covariance[order], platforms[:count][order])
     start = _start(scan, context.start)
     coverage = _coverage(sensor, scan, start)
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
@@ -193,16 +198,19 @@ def without_reports(scan: ScanInput) -> ScanInput:
     return scan._replace(**{name: getattr(scan, name)[:0] for name in per_report})
 
 
-def _settings(sigma: FloatArray, platform: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+def _settings(
+    covariance: FloatArray, platform: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return which noise and platform each report has, and these, each only once."""
-    both = np.concatenate([sigma, platform], axis=1)
-    if both.shape[0] == 0 or np.all(both == both[0]):
-        unique, setting = both[:1], np.zeros(both.shape[0], dtype=np.int64)
+    count, size = covariance.shape[:2]
+    both = np.concatenate([covariance.reshape(count, size * size), platform], axis=1)
+    if count == 0 or np.all(both == both[0]):
+        unique, setting = both[:1], np.zeros(count, dtype=np.int64)
     else:
         unique, setting = np.unique(both, axis=0, return_inverse=True)
-    size = sigma.shape[1]
-    noise = unique[:, :size, None] ** 2 * np.eye(size)
-    return setting.reshape(-1).astype(np.int64), noise, np.ascontiguousarray(unique[:, size:])
+    noise = unique[:, : size * size].reshape(-1, size, size)
+    place = np.ascontiguousarray(unique[:, size * size :])
+    return setting.reshape(-1).astype(np.int64), np.ascontiguousarray(noise), place
 
 
 def _start(scan: Scan, given: float | None) -> float | None:

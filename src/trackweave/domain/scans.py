@@ -49,12 +49,17 @@ class Scan:
         no report says.
     strength
         How strong each report is, shape (reports,), NaN where it does not tell; None for none.
+    covariance
+        Covariance of each report's numbers in place of ``sigma``, shape (reports, components,
+        components), symmetric and positive definite: for reports whose errors are correlated,
+        as those fused of several plots are. None for errors that are independent.
 
     Raises
     ------
     InvalidInputError
         If a shape does not fit, a time or measurement is not finite, a sigma is not positive, a
-        moment lies after the scan's end, or the sensor's name is neither text nor a whole number.
+        covariance is not positive definite, a moment lies after the scan's end, or the sensor's
+        name is neither text nor a whole number.
     """
 
     time: float
@@ -66,6 +71,7 @@ class Scan:
     platform: FloatArray | None = None
     identity: IntArray | None = None
     strength: FloatArray | None = None
+    covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
@@ -90,6 +96,8 @@ class Scan:
         else:
             report = int_array(self.report, "report", (n_reports,))
         self._check_extras(n_reports)
+        if self.covariance is not None:
+            sigma = self._check_covariance(self.covariance, (n_reports, dim, dim))
         set_field(self, "time", float(self.time))
         set_field(self, "sensor", name_text(self.sensor, "sensor"))
         set_field(self, "measurement", measurement)
@@ -120,6 +128,27 @@ class Scan:
             set_field(self, "identity", int_array(self.identity, "identity", (n_reports,)))
         if self.strength is not None:
             set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
+
+    def _check_covariance(self, given: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        """Check and cast the covariances; return the standard deviations on their diagonals."""
+        covariance = float_array(given, "covariance", shape)
+        require_finite(covariance, "covariance")
+        turned = covariance.swapaxes(1, 2)
+        scale: FloatArray = np.sqrt(np.abs(np.einsum("kii->ki", covariance)))
+        limit = 1e-9 * scale[:, :, None] * scale[:, None, :]
+        if np.any(np.abs(covariance - turned) > limit) or not _is_definite(covariance):
+            raise InvalidInputError("covariance: expected symmetric positive definite matrices")
+        object.__setattr__(self, "covariance", (covariance + turned) / 2)
+        return scale
+
+
+def _is_definite(matrices: FloatArray) -> bool:
+    """Tell whether all matrices are positive definite."""
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _is_empty(values: ArrayLike) -> bool:

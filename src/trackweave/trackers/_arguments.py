@@ -137,7 +137,9 @@ def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
     size = sensor.measurement.n_components(dim)
     if len(scan) or scan.measurement.shape[1] == size:
         return scan
-    return replace(scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)))
+    return replace(
+        scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)), covariance=None
+    )
 
 
 def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
@@ -179,4 +181,19 @@ def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
         platform=platform,
         identity=None if identity is None else identity.astype(np.int64),
         strength=both("strength", np.nan),
+        covariance=_both_covariances(first, second, sensor),
     )
+
+
+def _both_covariances(first: Scan, second: Scan, sensor: Sensor) -> FloatArray | None:
+    """Return the covariances of two scans' reports; None where neither has any."""
+    scans = (first, second)
+    if all(scan.covariance is None for scan in scans):
+        return None
+    parts = []
+    for scan in scans:
+        size = scan.measurement.shape[1]
+        sigma = np.where(np.isnan(scan.sigma), np.resize(sensor.sigma, size), scan.sigma)
+        independent = sigma[:, :, None] ** 2 * np.eye(size)
+        parts.append(independent if scan.covariance is None else scan.covariance)
+    return np.concatenate(parts)
