@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from trackweave.association.chain_rule import track_chains as track_chains
     from trackweave.association.plots_rule import PlotsRule as PlotsRule
     from trackweave.association.plots_rule import SensorPlots as SensorPlots
+    from trackweave.association.scan_plots import plots_of as plots_of
     from trackweave.association.problem import Answer as Answer
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
     from trackweave.association.problem import Certificate as Certificate
@@ -143,6 +144,7 @@ _HOMES = {
     "combine": "trackweave.fusion.combine",
     "evaluate": "trackweave.metrics",
     "fuse": "trackweave.run.fusing",
+    "plots_of": "trackweave.association.scan_plots",
     "read_local_tracks": "trackweave.io.tracks_in",
     "read_problem": "trackweave.io.problem_file",
     "read_reports": "trackweave.io.reports",

@@ -12,6 +12,7 @@ from trackweave.errors import InvalidInputError
 __all__ = [
     "FloatArray",
     "IntArray",
+    "covariance_array",
     "float_array",
     "int_array",
     "is_number",
@@ -112,6 +113,47 @@ def require_finite(array: FloatArray, name: str) -> None:
     if bad.size:
         place = tuple(int(index) for index in bad[0])
         raise InvalidInputError(f"{name}{list(place)}: {array[place]}; expected a finite number")
+
+
+def covariance_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:
+    """Return the values as exactly symmetric, positive definite matrices.
+
+    Parameters
+    ----------
+    values
+        The matrices, symmetric but for rounding.
+    name
+        What the error message calls them.
+    shape
+        Expected length of each axis; None where any length will do.
+
+    Returns
+    -------
+    The matrices, of shape (matrices, size, size).
+
+    Raises
+    ------
+    InvalidInputError
+        If the shape differs, or a matrix is not finite, symmetric and positive definite.
+    """
+    matrices = float_array(values, name, shape)
+    require_finite(matrices, name)
+    turned = matrices.swapaxes(1, 2)
+    scale = np.sqrt(np.abs(np.einsum("kii->ki", matrices)))
+    limit = 1e-9 * scale[:, :, None] * scale[:, None, :]
+    if np.any(np.abs(matrices - turned) > limit) or not _is_definite(matrices):
+        raise InvalidInputError(f"{name}: expected symmetric positive definite matrices")
+    symmetric: FloatArray = (matrices + turned) / 2
+    return symmetric
+
+
+def _is_definite(matrices: FloatArray) -> bool:
+    """Tell whether all matrices are positive definite."""
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def is_number(value: object) -> bool:

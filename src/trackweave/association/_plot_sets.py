@@ -10,10 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.filters._kernels import invert_innovation, squared_distance, update
+from trackweave.filters._kernels import invert_sum, squared_distance, update
 from trackweave.jit import jit
 
 MAX_STEPS = 30
+
+FIXED_AFTER = 20
+"""Steps after which drifting bearings keep their weights, so that the steps come to rest."""
 
 LEAST_SQUARED_RANGE = 1e-60
 """Nearer to a sensor than this there is no azimuth [m²]; the square of this is still no zero."""
@@ -23,22 +26,33 @@ class PlotTable(NamedTuple):
     """The plots of all sensors, each sensor's sorted by its first column.
 
     ``first`` says where each sensor's plots begin. A bearing stands in the first column of
-    ``value`` and ``sigma``, from 0 to 2π. ``number`` is a plot's number in its sensor's own order,
-    from 1. ``hit`` is what each plot adds to the cost, but for how well it fits, and ``miss`` what
-    each sensor adds that has no plot in the set [nats]. ``promise`` is the most that each sensor
-    and those after it can take off a set's cost. ``widest`` is each sensor's largest sigma.
+    ``value``, from 0 to 2π, its variance in the first of ``covariance``, without what
+    ``drift_squared`` adds by its distance; of positions, ``covariance`` holds that too, and
+    ``information`` and ``log_spread`` are its inverse and ln det. ``place`` is where a bearing's
+    sensor stood. ``number`` is a plot's number in its sensor's own order, from 1. ``hit`` is what
+    each plot adds to the cost, but for how well it fits, and ``miss`` what each sensor adds that
+    has no plot in the set [nats]. ``promise`` is the most that each sensor and those after it can
+    take off a set's cost. ``widest`` is each sensor's largest sigma, and ``farthest`` its largest
+    drift; a sensor ``moves`` whose plots are not all from one place. ``drifts`` tells whether any
+    bearing does.
     """
 
     first: IntArray
     value: FloatArray
-    sigma: FloatArray
+    covariance: FloatArray
+    information: FloatArray
+    log_spread: FloatArray
+    drift_squared: FloatArray
+    place: FloatArray
     number: IntArray
     hit: FloatArray
     miss: FloatArray
     promise: FloatArray
     is_bearing: np.ndarray
-    place: FloatArray
+    moves: np.ndarray
     widest: FloatArray
+    farthest: FloatArray
+    drifts: bool
 
 
 class PlotLimits(NamedTuple):
@@ -65,7 +79,8 @@ class Path(NamedTuple):
 
     ``counter`` holds how many plots the set has less one, the next plot to begin with, and how
     many rows are written. ``cost`` is the sum of hits and misses, ``total`` what the set costs as
-    a tuple, ``distance`` the squared distance of all plots from the set's position.
+    a tuple, ``distance`` the squared distance of all plots from the set's position, and
+    ``weight`` what each bearing's squared error counts for.
     """
 
     counter: IntArray
@@ -82,6 +97,7 @@ class Path(NamedTuple):
     next_sensor: IntArray
     cursor: IntArray
     stop: IntArray
+    weight: FloatArray
     scratch: FloatArray
 
 
@@ -90,7 +106,8 @@ def updated(
     mean: FloatArray,
     covariance: FloatArray,
     value: FloatArray,
-    sigma: FloatArray,
+    noise: FloatArray,
+    plot: int,
     gate: float,
     scratch: FloatArray,
     mean_out: FloatArray,
@@ -98,18 +115,14 @@ def updated(
 ) -> tuple[float, float]:
     """Write the position updated by another, if that lies in the gate.
 
-    Returns the squared distance, infinite if it does not, and how much the logarithm of the
-    information about the position grows.
+    Returns the squared distance, infinite if it does not, and ln det of its covariance.
     """
-    gain = invert_innovation(covariance, sigma, scratch)
+    log_spread = invert_sum(covariance, noise, plot, scratch)
     distance = squared_distance(value, mean, scratch)
-    if not distance <= gate:
+    if not (distance <= gate and log_spread < math.inf):
         return math.inf, 0.0
     update(mean, covariance, value, scratch, mean_out, covariance_out)
-    # |P⁺| = |P| |R| / |S|
-    for axis in range(value.shape[0]):
-        gain -= 2.0 * math.log(sigma[axis])
-    return distance, gain
+    return distance, log_spread
 
 
 @jit
@@ -118,14 +131,18 @@ def is_seen_at(
     covariance: FloatArray,
     place: FloatArray,
     bearing: float,
-    sigma: float,
+    noise: float,
+    drift_squared: float,
     gate: float,
 ) -> bool:
-    """Tell whether a position lies in the gate about a bearing."""
+    """Tell whether a position lies in the gate about a bearing.
+
+    Not so close to the sensor that, as far as the gate can tell, the object may be on any side.
+    """
     east, north = mean[0] - place[0], mean[1] - place[1]
     aside = _wrap(bearing - math.atan2(east, north))
-    variance = azimuth_variance(east, north, covariance)
-    inside: bool = aside * aside <= gate * (variance + sigma * sigma)
+    variance = azimuth_variance(east, north, covariance, drift_squared)
+    inside: bool = gate * variance < 1.0 and aside * aside <= gate * (variance + noise)
     return inside
 
 
@@ -137,13 +154,15 @@ def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
     in front of it, since the bearings are nearly parallel or cross close to the sensor; -1 if it
     is behind one.
     """
-    plot, place = path.plot[child], table.place[path.sensor[child]]
+    plot = path.plot[child]
+    place, drift_squared = table.place[plot], table.drift_squared[plot]
     sine, cosine = math.sin(table.value[plot, 0]), math.cos(table.value[plot, 0])
-    variance = table.sigma[plot, 0] ** 2
+    variance = table.covariance[plot, 0, 0]
     best, in_front = limits.gate, False
     found = 0
     for entry in range(child):
-        other_plot, other = path.plot[entry], table.place[path.sensor[entry]]
+        other_plot = path.plot[entry]
+        other = table.place[other_plot]
         angle = table.value[other_plot, 0]
         other_sine, other_cosine = math.sin(angle), math.cos(angle)
         east, north = other[0] - place[0], other[1] - place[1]
@@ -153,10 +172,13 @@ def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
         along = sine * other_sine + cosine * other_cosine
         away = east * other_cosine - north * other_sine
         other_away = east * cosine - north * sine
-        other_variance = table.sigma[other_plot, 0] ** 2
-        # The variances of these distances, times the fourth power of that sine.
-        spread = other_away**2 * other_variance + (away * along) ** 2 * variance
-        other_spread = away**2 * variance + (other_away * along) ** 2 * other_variance
+        # How far off each ray the crossing may be: the variance, times the square of that sine;
+        # then the variances of the distances, times its fourth power.
+        beside = away**2 * variance + drift_squared * turn**2
+        other_beside = other_away**2 * table.covariance[other_plot, 0, 0]
+        other_beside += table.drift_squared[other_plot] * turn**2
+        spread = other_beside + along**2 * beside
+        other_spread = beside + along**2 * other_beside
         if not (spread > 0.0 and other_spread > 0.0):
             continue
         squared = min(away**2 / spread, other_away**2 / other_spread) * turn**2
@@ -178,8 +200,9 @@ def locate(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> bool
     """
     mean, covariance = path.mean[child], path.covariance[child]
     information, gradient, trial = path.scratch, np.empty(2), np.empty(2)
+    _weigh(table, path, child, mean)
     distance = _linearise(table, path, child, mean, information, gradient)
-    for _ in range(MAX_STEPS):
+    for step in range(MAX_STEPS):
         determinant = information[0, 0] * information[1, 1] - information[0, 1] ** 2
         if not (determinant > 0.0 and distance < math.inf):
             return False
@@ -204,7 +227,22 @@ def locate(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> bool
                 return _is_in_front(table, limits, path, child)
         mean[:] = trial
         distance = reached
+        if table.drifts and step < FIXED_AFTER:
+            _weigh(table, path, child, mean)
+            distance = _linearise(table, path, child, mean, information, gradient)
     return False
+
+
+@jit
+def drift_price(table: PlotTable, path: Path, child: int) -> float:
+    """Return what the set's drifting bearings add to its cost, beyond their hits [nats]."""
+    price = 0.0
+    for entry in range(child + 1):
+        plot = path.plot[entry]
+        if table.is_bearing[path.sensor[entry]] and table.drift_squared[plot] > 0.0:
+            # Their variance is the inverse of their weight.
+            price -= 0.5 * math.log(path.weight[entry] * table.covariance[plot, 0, 0])
+    return price
 
 
 @jit
@@ -212,20 +250,37 @@ def _is_in_front(table: PlotTable, limits: PlotLimits, path: Path, child: int) -
     """Tell whether the position is farther from each bearing's sensor than it is uncertain."""
     covariance = path.covariance[child]
     for entry in range(child + 1):
-        sensor = path.sensor[entry]
-        if not table.is_bearing[sensor]:
+        if not table.is_bearing[path.sensor[entry]]:
             continue
-        east = path.mean[child, 0] - table.place[sensor, 0]
-        north = path.mean[child, 1] - table.place[sensor, 1]
-        # The variance of the distance, times its square.
+        plot = path.plot[entry]
+        east = path.mean[child, 0] - table.place[plot, 0]
+        north = path.mean[child, 1] - table.place[plot, 1]
+        squared_range = east * east + north * north
+        # The variance of the distance when the sensor looked, times its square.
         spread = (
             east * east * covariance[0, 0]
             + 2.0 * east * north * covariance[0, 1]
             + north * north * covariance[1, 1]
+            + table.drift_squared[plot] * squared_range
         )
-        if not (east * east + north * north) ** 2 > limits.gate * spread:
+        if not squared_range**2 > limits.gate * spread:
             return False
     return True
+
+
+@jit
+def _weigh(table: PlotTable, path: Path, child: int, point: FloatArray) -> None:
+    """Write what each bearing's squared error counts for, as uncertain as it is at the point."""
+    for entry in range(child + 1):
+        plot = path.plot[entry]
+        if not table.is_bearing[path.sensor[entry]]:
+            continue
+        variance = table.covariance[plot, 0, 0]
+        if table.drift_squared[plot] > 0.0:
+            east, north = point[0] - table.place[plot, 0], point[1] - table.place[plot, 1]
+            squared_range = max(east * east + north * north, LEAST_SQUARED_RANGE)
+            variance += table.drift_squared[plot] / squared_range
+        path.weight[entry] = 1.0 / variance
 
 
 @jit
@@ -242,17 +297,18 @@ def _linearise(
     information[:, :] = 0.0
     gradient[:] = 0.0
     for entry in range(child + 1):
-        plot, sensor = path.plot[entry], path.sensor[entry]
-        if not table.is_bearing[sensor]:
+        plot = path.plot[entry]
+        if not table.is_bearing[path.sensor[entry]]:
             for axis in range(2):
-                weight = 1.0 / table.sigma[plot, axis] ** 2
                 aside = table.value[plot, axis] - point[axis]
-                information[axis, axis] += weight
-                gradient[axis] += weight * aside
-                distance += weight * aside * aside
+                for other in range(2):
+                    weight = table.information[plot, axis, other]
+                    information[axis, other] += weight
+                    gradient[other] += weight * aside
+                    distance += weight * aside * (table.value[plot, other] - point[other])
             continue
-        weight = 1.0 / table.sigma[plot, 0] ** 2
-        east, north = point[0] - table.place[sensor, 0], point[1] - table.place[sensor, 1]
+        weight = path.weight[entry]
+        east, north = point[0] - table.place[plot, 0], point[1] - table.place[plot, 1]
         squared_range = east * east + north * north
         if not squared_range > LEAST_SQUARED_RANGE:
             return math.inf
@@ -269,17 +325,19 @@ def _linearise(
 
 
 @jit
-def azimuth_variance(east: float, north: float, covariance: FloatArray) -> float:
+def azimuth_variance(
+    east: float, north: float, covariance: FloatArray, drift_squared: float
+) -> float:
     """Return how uncertain the azimuth of an uncertain position is; infinite without a range."""
     squared_range = east * east + north * north
     if not squared_range > LEAST_SQUARED_RANGE:
         return math.inf
-    variance: float = (
+    across: float = (
         north * north * covariance[0, 0]
         - 2.0 * north * east * covariance[0, 1]
         + east * east * covariance[1, 1]
-    ) / (squared_range * squared_range)
-    return variance
+    )
+    return across / (squared_range * squared_range) + drift_squared / squared_range
 
 
 @jit

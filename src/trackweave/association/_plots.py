@@ -17,6 +17,7 @@ from trackweave.association._plot_sets import (
     PlotTable,
     azimuth_variance,
     cross,
+    drift_price,
     is_seen_at,
     locate,
     updated,
@@ -76,7 +77,7 @@ def grow_sets(
             if path.is_located[depth] and not table.is_bearing[sensor]:
                 near = _first_near(
                     table.value,
-                    table.sigma,
+                    table.covariance,
                     first + path.cursor[depth],
                     first + path.stop[depth],
                     path.mean[depth],
@@ -115,9 +116,8 @@ def _begin(table: PlotTable, limits: PlotLimits, path: Path) -> None:
         for axis in range(dim):
             path.mean[0, axis] = table.value[plot, axis]
             for other in range(dim):
-                path.covariance[0, axis, other] = 0.0
-            path.covariance[0, axis, axis] = table.sigma[plot, axis] ** 2
-            path.log_information[0] -= 2.0 * math.log(table.sigma[plot, axis])
+                path.covariance[0, axis, other] = table.covariance[plot, axis, other]
+        path.log_information[0] = -table.log_spread[plot]
     path.total[0] = path.cost[0] + limits.base_cost
     if limits.with_evidence:
         path.total[0] += 0.5 * path.log_information[0]
@@ -139,7 +139,7 @@ def _open_gate(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> 
     first, last = table.first[sensor], table.first[sensor + 1]
     path.cursor[depth] = 0
     path.stop[depth] = last - first
-    if not path.is_located[depth] or first == last:
+    if not path.is_located[depth] or first == last or table.moves[sensor]:
         return
     key = table.value[first:last, 0]
     if not table.is_bearing[sensor]:
@@ -148,13 +148,14 @@ def _open_gate(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> 
         path.cursor[depth] = np.searchsorted(key, path.mean[depth, 0] - reach)
         path.stop[depth] = np.searchsorted(key, path.mean[depth, 0] + reach, side="right")
         return
-    east = path.mean[depth, 0] - table.place[sensor, 0]
-    north = path.mean[depth, 1] - table.place[sensor, 1]
-    variance = azimuth_variance(east, north, path.covariance[depth])
+    east = path.mean[depth, 0] - table.place[first, 0]
+    north = path.mean[depth, 1] - table.place[first, 1]
+    variance = azimuth_variance(east, north, path.covariance[depth], 0.0)
     if limits.gate * variance >= 1.0:
         # As close to the sensor as this, the object may be on any side of it.
         path.stop[depth] = 0
         return
+    variance += table.farthest[sensor] ** 2 / (east * east + north * north)
     reach = math.sqrt(limits.gate * (variance + table.widest[sensor] ** 2)) * (1.0 + 1e-9)
     if not reach < 3.0:
         return
@@ -172,7 +173,7 @@ def _open_gate(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> 
 @jit
 def _first_near(
     value: FloatArray,
-    sigma: FloatArray,
+    noise: FloatArray,
     cursor: int,
     stop: int,
     mean: FloatArray,
@@ -185,7 +186,7 @@ def _first_near(
         is_near = True
         for axis in range(1, value.shape[1]):
             side = value[cursor, axis] - mean[axis]
-            variance = covariance[axis, axis] + sigma[cursor, axis] ** 2
+            variance = covariance[axis, axis] + noise[cursor, axis, axis]
             is_near = is_near and side * side <= limit * variance
         if is_near:
             break
@@ -212,18 +213,20 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
             if not is_seen_at(
                 path.mean[depth],
                 path.covariance[depth],
-                table.place[sensor],
+                table.place[plot],
                 table.value[plot, 0],
-                table.sigma[plot, 0],
+                table.covariance[plot, 0, 0],
+                table.drift_squared[plot],
                 limits.gate,
             ):
                 return False
         else:
-            distance, gain = updated(
+            distance, log_spread = updated(
                 path.mean[depth],
                 path.covariance[depth],
                 table.value[plot],
-                table.sigma[plot],
+                table.covariance,
+                plot,
                 limits.gate,
                 path.scratch,
                 path.mean[child],
@@ -232,7 +235,9 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
             if not distance < math.inf:
                 return False
             path.distance[child] = path.distance[depth] + distance
-            path.log_information[child] = path.log_information[depth] + gain
+            # |P⁺| = |P| |R| / |S|
+            path.log_information[child] = path.log_information[depth]
+            path.log_information[child] += log_spread - table.log_spread[plot]
         if path.n_bearings[child] > 0:
             path.mean[child, :] = path.mean[depth, :]
             if not locate(table, limits, path, child):
@@ -258,7 +263,12 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
         return True
     # A plot adds at least its hit: neither squared distance nor information ever falls.
     slack = LAPLACE_SLACK if limits.with_evidence and path.n_bearings[child] > 0 else 0.0
+    if table.drifts and path.n_bearings[child] > 0:
+        # But for drifting bearings, which are less off from closer by: only information counts.
+        slack += 0.5 * path.distance[child]
     reached: float = path.total[child] + table.promise[sensor + 1] - slack
+    if table.drifts:
+        path.total[child] += drift_price(table, path, child)
     return reached < limits.max_cost
 
 

@@ -12,7 +12,6 @@ behind one of its bearings' sensors, as far as the gate can tell: close to a sen
 say little.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,8 +28,9 @@ from trackweave.arrays import (
     require_finite,
     require_instance,
 )
-from trackweave.association._plot_sets import Path, PlotLimits, PlotTable
+from trackweave.association._plot_sets import Path, PlotLimits
 from trackweave.association._plots import DEPTH, DONE, FULL, N_ROWS, TupleRows, grow_sets
+from trackweave.association.plot_tables import common_dimension, plot_table
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
@@ -160,8 +160,8 @@ class PlotsRule:
         InvalidInputError
             If dimensions differ, or there are more than ``max_tuples``.
         """
-        dim = _common_dimension(sensors)
-        table = _plot_table(sensors, dim, self.cost)
+        dim = common_dimension(sensors)
+        table = plot_table(sensors, dim, with_evidence=self.cost == "evidence")
         limits = self._limits(dim)
         path = _new_path(len(sensors), dim)
         rows = _new_rows(min(FIRST_ROWS, self.max_tuples + 1), len(sensors), dim)
@@ -201,62 +201,11 @@ class PlotsRule:
         )
 
 
-def _common_dimension(sensors: Sequence[SensorPlots]) -> int:
-    if not sensors:
-        raise InvalidInputError("sensors: none; expected at least one")
-    for number, sensor in enumerate(sensors):
-        require_instance(sensor, SensorPlots, f"sensors[{number}]")
-    dims = {2 if sensor.is_bearing else sensor.value.shape[1] for sensor in sensors}
-    if len(dims) > 1:
-        raise InvalidInputError(
-            "sensors: plots of two dimensions, or bearings, and of three; expected one of them"
-        )
-    return dims.pop()
-
-
-def _plot_table(sensors: Sequence[SensorPlots], dim: int, cost: PlotCost) -> PlotTable:
-    n_plots = [sensor.value.shape[0] for sensor in sensors]
-    first = np.concatenate([[0], np.cumsum(n_plots)]).astype(np.int64)
-    value, sigma = np.zeros((first[-1], dim)), np.ones((first[-1], dim))
-    number, hit = np.empty(first[-1], dtype=np.int64), np.empty(first[-1])
-    widest, place = np.zeros(len(sensors)), np.zeros((len(sensors), dim))
-    for index, sensor in enumerate(sensors):
-        own = slice(first[index], first[index + 1])
-        n_columns = 1 if sensor.is_bearing else dim
-        values = sensor.value.reshape(-1, n_columns)
-        sigmas = np.reshape(sensor.sigma, (-1, n_columns))
-        order = np.argsort(values[:, 0], kind="stable")
-        value[own, :n_columns], sigma[own, :n_columns] = values[order], sigmas[order]
-        number[own] = order + 1
-        # ½ ln|2πΣ|, and what a plot is worth against a false alarm.
-        hit[own] = np.sum(np.log(math.sqrt(2.0 * math.pi) * sigmas[order]), axis=1)
-        clutter = sensor.false_alarms if cost == "evidence" else 1.0
-        hit[own] += math.log(clutter / (sensor.volume * sensor.detection_probability))
-        widest[index] = sigmas[:, 0].max(initial=0.0)
-        if sensor.is_bearing:
-            place[index] = sensor.place
-    miss = np.array([-math.log1p(-sensor.detection_probability) for sensor in sensors])
-    best = [hit[a:b].min(initial=np.inf) for a, b in itertools.pairwise(first)]
-    gains = np.minimum(0.0, np.array(best) - miss)
-    return PlotTable(
-        first=first,
-        value=value,
-        sigma=sigma,
-        number=number,
-        hit=hit,
-        miss=miss,
-        promise=np.append(np.cumsum(gains[::-1])[::-1], 0.0),
-        is_bearing=np.array([sensor.is_bearing for sensor in sensors]),
-        place=place,
-        widest=widest,
-    )
-
-
 def _new_path(n_sensors: int, dim: int) -> Path:
     counter = np.zeros(3, dtype=np.int64)
     counter[DEPTH] = -1
     whole = np.zeros((6, n_sensors), dtype=np.int64)
-    real = np.zeros((4, n_sensors))
+    real = np.zeros((5, n_sensors))
     return Path(
         counter=counter,
         plot=whole[0],
@@ -272,6 +221,7 @@ def _new_path(n_sensors: int, dim: int) -> Path:
         next_sensor=whole[3],
         cursor=whole[4],
         stop=whole[5],
+        weight=real[4],
         scratch=np.zeros((dim, dim)),
     )
 

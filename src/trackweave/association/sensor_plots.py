@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackweave.arrays import FloatArray, float_array, is_number, require_finite
+from trackweave.arrays import FloatArray, covariance_array, float_array, is_number, require_finite
 from trackweave.errors import InvalidInputError
 from trackweave.simulation.scenes import Scene
 
@@ -20,21 +20,36 @@ LARGEST = 1e30
 class SensorPlots:
     """One sensor's plots at one instant, and what is known of that sensor.
 
+    `trackweave.association.scan_plots.plots_of` makes them of a scan.
+
     Parameters
     ----------
     value
         Positions [m], shape (plots, 2) or (plots, 3), or bearings [rad], clockwise from north,
         shape (plots,).
     sigma
-        Standard deviation [m or rad]: one number, or an array that fits ``value``; above 0.
+        Standard deviation [m or rad]: one number, or an array that fits ``value``; above 0. None
+        with ``covariance``, whose diagonals it then holds.
     volume
-        Field of view in the measurement's units [m², m³ or rad]; above 0.
+        Field of view in the units of ``value`` [m², m³ or rad]; above 0. An array, one number
+        per plot, where the sensor measures in other units, whose size in those of ``value``
+        depends on the place. ``cost="equation-1"`` needs it.
     false_alarms
         Expected false alarms, spread evenly over the field of view; above 0.
     detection_probability
         Chance to report an object, above 0 and below 1.
     place
-        Where the sensor stands [m], shape (2,); only bearings need it.
+        Where the sensor stands [m], shape (2,), or where it stood at each plot, shape
+        (plots, 2); only bearings need it.
+    covariance
+        Covariance of each position [m²], shape (plots, dimensions, dimensions), symmetric and
+        positive definite, in place of ``sigma``; for errors that are correlated.
+    clutter_density
+        False alarms per unit of ``value`` [1/m², 1/m³ or 1/rad] in place of ``false_alarms``
+        over ``volume``: one number, or one at each plot's place; above 0.
+    drift
+        How far an object may have come between a plot's own time and the common one [m]: one
+        standard deviation along each axis, one number or one per plot; at least 0.
 
     Raises
     ------
@@ -43,22 +58,32 @@ class SensorPlots:
     """
 
     value: FloatArray
-    sigma: ArrayLike
-    volume: float
-    false_alarms: float
+    sigma: ArrayLike | None = None
+    volume: ArrayLike | None = None
+    false_alarms: float | None = None
     detection_probability: float = 0.9
     place: ArrayLike | None = None
+    covariance: ArrayLike | None = None
+    clutter_density: ArrayLike | None = None
+    drift: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
+        set_field = object.__setattr__
         value = _whole_table(self.value)
-        dim = value.ndim
+        n_plots = value.shape[0]
         _require_moderate(value, "value")
-        if dim == 1:
+        if value.ndim == 1:
             value = np.mod(value, 2.0 * math.pi)
-        object.__setattr__(self, "value", value)
-        object.__setattr__(self, "sigma", _fit_sigma(self.sigma, value))
-        for name in ("volume", "false_alarms", "detection_probability"):
+        set_field(self, "value", value)
+        self._check_errors(value)
+        for name in ("volume", "clutter_density"):
+            if getattr(self, name) is not None:
+                set_field(self, name, _per_plot(getattr(self, name), name, n_plots))
+        set_field(self, "drift", _per_plot(self.drift, "drift", n_plots, may_be_zero=True))
+        for name in ("false_alarms", "detection_probability"):
             found = getattr(self, name)
+            if found is None and name == "false_alarms":
+                continue
             if not (is_number(found) and found > 0):
                 raise InvalidInputError(f"{name}: {found!r}; expected a finite number > 0")
         if not self.detection_probability < 1:
@@ -66,11 +91,26 @@ class SensorPlots:
                 f"detection_probability: {self.detection_probability}; expected between 0 and 1"
             )
         if self.place is not None:
-            place = float_array(self.place, "place", (2,))
+            shape = (2,) if np.ndim(self.place) == 1 else (n_plots, 2)
+            place = float_array(self.place, "place", shape)
             _require_moderate(place, "place")
-            object.__setattr__(self, "place", place)
-        elif dim == 1:
+            set_field(self, "place", place)
+        elif value.ndim == 1:
             raise InvalidInputError("place: None; expected where the sensor of bearings stands")
+
+    def _check_errors(self, value: FloatArray) -> None:
+        """Check and cast how far off plots may be."""
+        sigma = self.sigma
+        if self.covariance is not None:
+            if value.ndim == 1:
+                raise InvalidInputError("covariance: of bearings; expected it of positions only")
+            shape = (*value.shape, value.shape[1])
+            covariance = covariance_array(self.covariance, "covariance", shape)
+            object.__setattr__(self, "covariance", covariance)
+            sigma = np.sqrt(np.einsum("kii->ki", covariance))
+        if sigma is None:
+            raise InvalidInputError("sigma: None; expected it, or a covariance")
+        object.__setattr__(self, "sigma", _fit_sigma(sigma, value))
 
     @property
     def is_bearing(self) -> bool:
@@ -128,3 +168,14 @@ def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
     if not np.all((fitted > 1.0 / LARGEST) & (fitted < LARGEST)):
         raise InvalidInputError(f"sigma: {sigma!r:.80}; expected finite numbers > 0")
     return fitted
+
+
+def _per_plot(
+    values: ArrayLike, name: str, n_plots: int, *, may_be_zero: bool = False
+) -> FloatArray | float:
+    """Return one number for all plots, or an array of one each."""
+    found = np.float64(values) if is_number(values) else float_array(values, name, (n_plots,))  # type: ignore[arg-type] # a number
+    least, sign = (0.0, "≥") if may_be_zero else (np.nextafter(0.0, 1.0), ">")
+    if not np.all((found >= least) & (found < LARGEST)):
+        raise InvalidInputError(f"{name}: {values!r:.80}; expected finite numbers {sign} 0")
+    return float(found) if isinstance(found, np.float64) else found

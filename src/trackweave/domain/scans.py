@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from trackweave.arrays import (
     FloatArray,
     IntArray,
+    covariance_array,
     float_array,
     int_array,
     is_number,
@@ -131,24 +132,10 @@ class Scan:
 
     def _check_covariance(self, given: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         """Check and cast the covariances; return the standard deviations on their diagonals."""
-        covariance = float_array(given, "covariance", shape)
-        require_finite(covariance, "covariance")
-        turned = covariance.swapaxes(1, 2)
-        scale: FloatArray = np.sqrt(np.abs(np.einsum("kii->ki", covariance)))
-        limit = 1e-9 * scale[:, :, None] * scale[:, None, :]
-        if np.any(np.abs(covariance - turned) > limit) or not _is_definite(covariance):
-            raise InvalidInputError("covariance: expected symmetric positive definite matrices")
-        object.__setattr__(self, "covariance", (covariance + turned) / 2)
+        covariance = covariance_array(given, "covariance", shape)
+        object.__setattr__(self, "covariance", covariance)
+        scale: FloatArray = np.sqrt(np.einsum("kii->ki", covariance))
         return scale
-
-
-def _is_definite(matrices: FloatArray) -> bool:
-    """Tell whether all matrices are positive definite."""
-    try:
-        np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        return False
-    return True
 
 
 def _is_empty(values: ArrayLike) -> bool:
