@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from trackweave.association.chain_rule import track_chains as track_chains
     from trackweave.association.plots_rule import PlotsRule as PlotsRule
     from trackweave.association.plots_rule import SensorPlots as SensorPlots
-    from trackweave.association.scan_plots import plots_of as plots_of
     from trackweave.association.problem import Answer as Answer
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
     from trackweave.association.problem import Certificate as Certificate
     from trackweave.association.problem import Status as Status
+    from trackweave.association.scan_plots import plots_of as plots_of
     from trackweave.domain.reports import ReportTable as ReportTable
     from trackweave.domain.scans import Scan as Scan
     from trackweave.domain.tracks import TrackTable as TrackTable
