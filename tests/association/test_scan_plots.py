@@ -10,6 +10,7 @@ from trackweave.association.scan_plots import plots_of
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
+from trackweave.models._kernels import is_covered
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
@@ -182,6 +183,29 @@ def test_a_field_of_view_gives_the_volume_in_what_is_measured():
     turning = Sensor("A", field_of_view=view, rotation=Rotation(8.0))
     half = plots_of(scan([0.0, 0.0]), turning, 2, start=9.0)
     np.testing.assert_allclose(half.volume, area / 2)
+
+
+def test_plots_know_where_their_scan_looked():
+    view = FieldOfView(position=HERE, min_range=100.0, max_range=5000.0, azimuth_deg=(300.0, 30.0))
+    turning = Sensor("A", field_of_view=view, position=HERE, rotation=Rotation(8.0))
+    assert plots_of(scan([0.0, 0.0]), Sensor("A"), 2).coverage is None
+    whole = plots_of(scan([0.0, 0.0]), turning, 2).coverage
+    assert (whole.position, whole.min_range, whole.max_range) == (HERE, 100.0, 5000.0)
+    np.testing.assert_allclose(whole.azimuth_deg, (300.0, 390.0))
+    # From 9 to 10 s the beam goes from 45 to 90 degrees, from 8 to 10 s from 0 on.
+    gone = plots_of(scan([0.0, 0.0]), turning, 2, start=9.0)
+    assert gone.volume is None
+    inside = np.array(HERE) + 1000.0 * np.array([math.sin(1.0), math.cos(1.0)])
+    assert not is_covered(*inside, gone.coverage.coverage())
+    np.testing.assert_allclose(
+        plots_of(scan([0.0, 0.0]), turning, 2, start=8.0).coverage.azimuth_deg, (0.0, 30.0)
+    )
+    sailing = scan([0.0, 0.0], platform=[10.0, 20.0, 0.0, 0.0, 0.0, 0.0])
+    assert plots_of(sailing, turning, 2).coverage.position == (10.0, 20.0)
+    bay = FieldOfView(polygon=[(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)])
+    kept = plots_of(scan([0.0, 0.0]), Sensor("A", field_of_view=bay), 2)
+    np.testing.assert_allclose(kept.coverage.polygon, bay.polygon)
+    np.testing.assert_allclose(kept.volume, 40.5)
 
 
 def test_the_price_of_a_plot_is_the_same_in_metres_as_in_what_is_measured():

@@ -17,9 +17,10 @@ class Scored:
     information: np.ndarray
 
 
-def azimuth(sensor, point):
+def azimuth(sensor, index, point):
     """Return the azimuth at which the sensor sees the point, clockwise from north."""
-    return math.atan2(point[0] - sensor.place[0], point[1] - sensor.place[1])
+    east, north = np.asarray(point) - place_of(sensor, index)
+    return math.atan2(east, north)
 
 
 def wrap(angle):
@@ -27,29 +28,65 @@ def wrap(angle):
     return math.remainder(angle, 2 * math.pi)
 
 
-def residuals(plots, point):
-    """Return how far each plot lies from what its sensor would report, over its sigma."""
+def place_of(sensor, index):
+    """Return where the sensor of a bearing stood."""
+    return sensor.place if sensor.place.ndim == 1 else sensor.place[index]
+
+
+def drift_of(sensor, index):
+    """Return how far an object may have come since a plot."""
+    return sensor.drift if np.ndim(sensor.drift) == 0 else sensor.drift[index]
+
+
+def noise(sensor, index, at):
+    """Return the covariance of a plot's error, if the object is at a place."""
+    drift = drift_of(sensor, index)
+    if sensor.is_bearing:
+        away = np.asarray(at) - place_of(sensor, index)
+        return np.array([[sensor.sigma[index] ** 2 + drift**2 / (away @ away)]])
+    if sensor.covariance is not None:
+        own = sensor.covariance[index]
+    else:
+        own = np.diag(np.square(np.broadcast_to(sensor.sigma[index], len(at))))
+    return own + drift**2 * np.eye(len(at))
+
+
+def aside(sensor, index, point):
+    """Return how far a plot lies from what its sensor would report."""
+    if sensor.is_bearing:
+        return np.array([wrap(sensor.value[index] - azimuth(sensor, index, point))])
+    return sensor.value[index] - point
+
+
+def slope(sensor, index, point):
+    """Return the derivative of what a sensor would report."""
+    if not sensor.is_bearing:
+        return np.eye(len(point))
+    east, north = np.asarray(point) - place_of(sensor, index)
+    return np.array([[north, -east]]) / (east**2 + north**2)
+
+
+def whitened(plots, point, seen_at, of):
+    """Return errors or derivatives over the square roots of the noise at a place."""
     parts = []
     for sensor, index in plots:
-        if sensor.is_bearing:
-            parts.append([wrap(sensor.value[index] - azimuth(sensor, point))])
+        spread = noise(sensor, index, point if seen_at is None else seen_at)
+        error = of(sensor, index, point)
+        if spread.size == 1:
+            parts.append(error / math.sqrt(spread[0, 0]))
         else:
-            parts.append(sensor.value[index] - point)
-        parts[-1] = np.asarray(parts[-1]) / sensor.sigma[index]
+            parts.append(np.linalg.solve(np.linalg.cholesky(spread), error))
     return np.concatenate(parts)
 
 
+def residuals(plots, point, seen_at=None):
+    """Return how far each plot lies from what its sensor would report, over its noise."""
+    return whitened(plots, point, seen_at, aside)
+
+
 def derivative(plots, point):
-    """Return the derivative of what the sensors would report, over sigma."""
-    rows = []
-    for sensor, index in plots:
-        if sensor.is_bearing:
-            east, north = np.asarray(point) - sensor.place
-            row = np.array([[north, -east]]) / (east**2 + north**2)
-            rows.append(row / sensor.sigma[index])
-        else:
-            rows.append(np.diag(1 / np.broadcast_to(sensor.sigma[index], len(point))))
-    return np.concatenate(rows)
+    """Return the derivative of what the sensors would report, over its noise."""
+    return whitened(plots, point, None, slope)
 
 
 def way(sensor, index):
@@ -67,10 +104,10 @@ def crossing(plots, gate):
         ways = np.stack([way(*pair[0]), -way(*pair[1])], axis=1)
         if abs(np.linalg.det(ways)) < 1e-9:
             continue
-        away = np.linalg.solve(ways, pair[1][0].place - pair[0][0].place)
-        at = pair[0][0].place + away[0] * way(*pair[0])
-        slope = derivative(pair, at)
-        spread = np.linalg.inv(slope.T @ slope)
+        away = np.linalg.solve(ways, place_of(*pair[1]) - place_of(*pair[0]))
+        at = place_of(*pair[0]) + away[0] * way(*pair[0])
+        steep = derivative(pair, at)
+        spread = np.linalg.inv(steep.T @ steep)
         sure = [away[n] ** 2 / (way(*pair[n]) @ spread @ way(*pair[n])) for n in (0, 1)]
         if min(sure) > best:
             best, found = min(sure), at if np.all(away > 0) else np.full(2, np.nan)
@@ -78,32 +115,48 @@ def crossing(plots, gate):
 
 
 def locate(plots, start):
-    """Return the most likely position and the information there."""
-    result = least_squares(lambda x: residuals(plots, x), start, xtol=1e-14, ftol=1e-14, gtol=None)
-    slope = derivative(plots, result.x)
-    return result.x, slope.T @ slope
+    """Return the most likely position and the information there.
+
+    The noise is that at the position itself, and does not change in the search for the next.
+    """
+    at, drifts = np.asarray(start), any(drift_of(*plot) and plot[0].is_bearing for plot in plots)
+    for _ in range(100 if drifts else 1):
+        before = at
+        at = least_squares(
+            lambda x, seen_at: residuals(plots, x, seen_at),
+            at,
+            args=(at if drifts else None,),
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=None,
+        ).x
+        if np.max(np.abs(at - before)) < 1e-9:
+            break
+    steep = derivative(plots, at)
+    return at, steep.T @ steep
 
 
 def may_be_behind(plots, at, information, gate):
     """Return whether the position's distance from the sensor of a bearing may be nothing."""
-    for sensor, _ in plots:
+    for sensor, index in plots:
         if sensor.is_bearing:
-            away = at - sensor.place
+            away = at - place_of(sensor, index)
             variance = away @ np.linalg.inv(information) @ away / (away @ away)
-            if away @ away <= gate * variance:
+            if away @ away <= gate * (variance + drift_of(sensor, index) ** 2):
                 return True
     return False
 
 
 def is_near(sensor, index, at, information, gate):
     """Return whether a plot lies in the gate about a position."""
-    spread = np.linalg.inv(information)
-    noise = np.diag(np.atleast_1d(sensor.sigma[index] ** 2))
-    slope = derivative([(sensor, index)], at) * np.atleast_1d(sensor.sigma[index])[:, None]
-    if sensor.is_bearing and gate * (slope @ spread @ slope.T)[0, 0] >= 1:
-        return False
-    aside = residuals([(sensor, index)], at) * sensor.sigma[index]
-    return aside @ np.linalg.solve(slope @ spread @ slope.T + noise, aside) <= gate
+    steep = slope(sensor, index, at)
+    spread = steep @ np.linalg.inv(information) @ steep.T
+    if sensor.is_bearing:
+        away = at - place_of(sensor, index)
+        if gate * (spread[0, 0] + drift_of(sensor, index) ** 2 / (away @ away)) >= 1:
+            return False
+    off = aside(sensor, index, at)
+    return off @ np.linalg.solve(spread + noise(sensor, index, at), off) <= gate
 
 
 def position(plots, gate):
@@ -132,20 +185,43 @@ def position(plots, gate):
     return None if at is None else (at, information)
 
 
+def covers(view, point):
+    """Return whether a ring sector, without a polygon, holds a point."""
+    east, north = np.asarray(point)[:2] - view.position
+    start, end = view.azimuth_deg
+    turn = (math.degrees(math.atan2(east, north)) - start) % 360
+    width = 360 if end - start >= 360 else (end - start) % 360
+    return view.min_range <= math.hypot(east, north) <= view.max_range and turn <= width
+
+
+def share_covered(view, at, information):
+    """Return how much of the position's uncertainty a field of view holds, by five points."""
+    if view is None:
+        return 1.0
+    root = np.linalg.cholesky(np.linalg.inv(information)[:2, :2])
+    steps = math.sqrt(2.5) * np.concatenate([np.zeros((1, 2)), root.T, -root.T])
+    return np.mean([covers(view, at[:2] + step) for step in steps])
+
+
+def clutter(sensor, index, rule):
+    """Return the density of false alarms at a plot."""
+    if rule.cost == "evidence" and sensor.clutter_density is not None:
+        return np.broadcast_to(sensor.clutter_density, len(sensor.value))[index]
+    volume = np.broadcast_to(sensor.volume, len(sensor.value))[index]
+    return (sensor.false_alarms if rule.cost == "evidence" else 1) / volume
+
+
 def price(sensors, choice, at, information, rule):
     """Return the cost of a tuple, by the formula."""
     cost = 0.0
     for sensor, index in zip(sensors, choice, strict=True):
         if index is None:
-            cost -= math.log(1 - sensor.detection_probability)
+            share = share_covered(sensor.coverage, at, information)
+            cost -= math.log(1 - sensor.detection_probability * share)
             continue
-        density = 1 / sensor.volume
-        if rule.cost == "evidence":
-            density *= sensor.false_alarms
-        dim = 1 if sensor.is_bearing else sensor.value.shape[1]
-        root = np.prod(np.broadcast_to(sensor.sigma[index], dim)) * (2 * math.pi) ** (dim / 2)
+        root = math.sqrt(np.linalg.det(2 * math.pi * noise(sensor, index, at)))
         cost += 0.5 * np.sum(residuals([(sensor, index)], at) ** 2)
-        cost += math.log(root * density / sensor.detection_probability)
+        cost += math.log(root * clutter(sensor, index, rule) / sensor.detection_probability)
     if rule.cost == "evidence":
         volume = math.sqrt(np.linalg.det(2 * math.pi * np.linalg.inv(information)))
         cost -= math.log(rule.object_density * volume)

@@ -31,10 +31,10 @@ class PlotTable(NamedTuple):
     ``information`` and ``log_spread`` are its inverse and ln det. ``place`` is where a bearing's
     sensor stood. ``number`` is a plot's number in its sensor's own order, from 1. ``hit`` is what
     each plot adds to the cost, but for how well it fits, and ``miss`` what each sensor adds that
-    has no plot in the set [nats]. ``promise`` is the most that each sensor and those after it can
-    take off a set's cost. ``widest`` is each sensor's largest sigma, and ``farthest`` its largest
-    drift; a sensor ``moves`` whose plots are not all from one place. ``drifts`` tells whether any
-    bearing does.
+    has no plot in the set [nats]; 0 where that depends on the place. ``promise`` is the most that
+    each sensor and those after it can take off a set's cost. ``widest`` is each sensor's largest
+    sigma, and ``farthest`` its largest drift; a sensor ``moves`` whose plots are not all from one
+    place. ``drifts`` tells whether any bearing does.
     """
 
     first: IntArray
@@ -79,8 +79,9 @@ class Path(NamedTuple):
 
     ``counter`` holds how many plots the set has less one, the next plot to begin with, and how
     many rows are written. ``cost`` is the sum of hits and misses, ``total`` what the set costs as
-    a tuple, ``distance`` the squared distance of all plots from the set's position, and
-    ``weight`` what each bearing's squared error counts for.
+    a tuple, but for what its place adds by drift and coverage, ``distance`` the squared
+    distance of all plots from the set's position, and ``weight`` what each bearing's squared
+    error counts for.
     """
 
     counter: IntArray

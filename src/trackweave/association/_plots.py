@@ -22,6 +22,7 @@ from trackweave.association._plot_sets import (
     locate,
     updated,
 )
+from trackweave.association._plot_views import Views, unseen_price
 from trackweave.jit import jit
 
 GROWING, FULL, DONE = 0, 1, 2
@@ -42,7 +43,12 @@ class TupleRows(NamedTuple):
 
 @jit
 def grow_sets(
-    table: PlotTable, limits: PlotLimits, path: Path, rows: TupleRows, n_steps: int
+    table: PlotTable,
+    views: Views,
+    limits: PlotLimits,
+    path: Path,
+    rows: TupleRows,
+    n_steps: int,
 ) -> int:
     """Grow sets from where ``path`` stands, for at most so many steps; write tuples to ``rows``.
 
@@ -89,7 +95,7 @@ def grow_sets(
             if has_grown:
                 depth += 1
         if has_grown and path.is_located[depth]:
-            _write(table, limits, path, depth, rows)
+            _write(table, views, limits, path, depth, rows)
     path.counter[DEPTH] = depth
     return GROWING
 
@@ -267,26 +273,35 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
         # But for drifting bearings, which are less off from closer by: only information counts.
         slack += 0.5 * path.distance[child]
     reached: float = path.total[child] + table.promise[sensor + 1] - slack
-    if table.drifts:
-        path.total[child] += drift_price(table, path, child)
     return reached < limits.max_cost
 
 
 @jit
-def _write(table: PlotTable, limits: PlotLimits, path: Path, depth: int, rows: TupleRows) -> None:
+def _write(
+    table: PlotTable, views: Views, limits: PlotLimits, path: Path, depth: int, rows: TupleRows
+) -> None:
     """Write the set as a tuple, if it may be chosen."""
-    if not path.total[depth] < limits.max_cost:
+    cost = path.total[depth]
+    if not cost < limits.max_cost:
         return
     for axis in range(table.value.shape[1]):
         place = path.mean[depth, axis]
         outside = max(limits.low[axis] - place, place - limits.high[axis], 0.0)
         if outside * outside > limits.gate * path.covariance[depth, axis, axis]:
             return
+    if views.any_bounded:
+        cost += unseen_price(
+            views, path.sensor[: depth + 1], path.mean[depth], path.covariance[depth]
+        )
+    if table.drifts and path.n_bearings[depth] > 0:
+        cost += drift_price(table, path, depth)
+    if not cost < limits.max_cost:
+        return
     row = path.counter[N_ROWS]
     path.counter[N_ROWS] += 1
     rows.plot[row, :] = 0
     for entry in range(depth + 1):
         rows.plot[row, path.sensor[entry]] = table.number[path.plot[entry]]
-    rows.cost[row] = path.total[depth]
+    rows.cost[row] = cost
     rows.mean[row, :] = path.mean[depth]
     rows.covariance[row, :, :] = path.covariance[depth]

@@ -8,10 +8,12 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, require_instance
 from trackweave.association._plot_sets import PlotTable
+from trackweave.association._plot_views import Views
 from trackweave.association.sensor_plots import SensorPlots
 from trackweave.errors import InvalidInputError
+from trackweave.models.coverage import everywhere
 
-__all__ = ["common_dimension", "plot_table"]
+__all__ = ["common_dimension", "plot_table", "views_of"]
 
 
 def common_dimension(sensors: Sequence[SensorPlots]) -> int:
@@ -96,7 +98,13 @@ def plot_table(sensors: Sequence[SensorPlots], dim: int, *, with_evidence: bool)
     for index, sensor in enumerate(sensors):
         n_columns = 1 if sensor.is_bearing else dim
         hit[first[index] : first[index + 1]] += 0.5 * n_columns * math.log(2.0 * math.pi)
-    miss = np.array([-math.log1p(-sensor.detection_probability) for sensor in sensors])
+    # What may be nothing, where a sensor does not cover the place, is nothing here.
+    miss = np.array(
+        [
+            -math.log1p(-sensor.detection_probability) if sensor.coverage is None else 0.0
+            for sensor in sensors
+        ]
+    )
     best = [hit[a:b].min(initial=np.inf) for a, b in itertools.pairwise(first)]
     gains = np.minimum(0.0, np.array(best) - miss)
     return PlotTable(
@@ -116,6 +124,33 @@ def plot_table(sensors: Sequence[SensorPlots], dim: int, *, with_evidence: bool)
         widest=widest,
         farthest=farthest,
         drifts=bool(np.any(drift > 0.0)),
+    )
+
+
+def views_of(sensors: Sequence[SensorPlots]) -> Views:
+    """Return what each sensor covers as kernels read it.
+
+    Parameters
+    ----------
+    sensors
+        Each sensor's plots.
+
+    Returns
+    -------
+    The views.
+    """
+    given = [sensor.coverage for sensor in sensors]
+    coverages = [everywhere() if view is None else view.coverage() for view in given]
+    is_bounded = np.array([not coverage.everywhere for coverage in coverages])
+    n_corners = [coverage.polygon.shape[0] for coverage in coverages]
+    return Views(
+        any_bounded=bool(np.any(is_bounded)),
+        is_bounded=is_bounded,
+        detection=np.array([float(sensor.detection_probability) for sensor in sensors]),
+        position=np.array([coverage.position for coverage in coverages]),
+        bounds=np.array([coverage.bounds for coverage in coverages]),
+        first_corner=np.concatenate([[0], np.cumsum(n_corners)]).astype(np.int64),
+        corner=np.concatenate([coverage.polygon for coverage in coverages]),
     )
 
 

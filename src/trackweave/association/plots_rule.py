@@ -30,7 +30,7 @@ from trackweave.arrays import (
 )
 from trackweave.association._plot_sets import Path, PlotLimits
 from trackweave.association._plots import DEPTH, DONE, FULL, N_ROWS, TupleRows, grow_sets
-from trackweave.association.plot_tables import common_dimension, plot_table
+from trackweave.association.plot_tables import common_dimension, plot_table, views_of
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
@@ -162,10 +162,10 @@ class PlotsRule:
         """
         dim = common_dimension(sensors)
         table = plot_table(sensors, dim, with_evidence=self.cost == "evidence")
-        limits = self._limits(dim)
+        views, limits = views_of(sensors), self._limits(dim)
         path = _new_path(len(sensors), dim)
         rows = _new_rows(min(FIRST_ROWS, self.max_tuples + 1), len(sensors), dim)
-        while (state := grow_sets(table, limits, path, rows, STEPS)) != DONE:
+        while (state := grow_sets(table, views, limits, path, rows, STEPS)) != DONE:
             if state == FULL:
                 n_rows = rows.cost.shape[0]
                 if n_rows > self.max_tuples:

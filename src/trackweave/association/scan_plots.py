@@ -10,12 +10,15 @@ from trackweave.association.window_rule import swept
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
-from trackweave.models.coverage import Coverage, everywhere
+from trackweave.models.coverage import Coverage, FieldOfView, everywhere
 from trackweave.models.extent import extent
 from trackweave.models.measurements import to_position
 from trackweave.models.sensors import Sensor
 
 __all__ = ["plots_of"]
+
+NARROWEST = 1e-6
+"""A sector through which nothing is seen [degrees]."""
 
 
 def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom needed
@@ -77,7 +80,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
     platform = np.asarray(scan.platform) if moves else sensor.platform
     view = _view(sensor, np.atleast_2d(platform)[0] if moves else None, start, scan.time)
     if volume is None and dim == 2:
-        volume = extent(view, kind)
+        volume = extent(view, kind) or None
     density = sensor.clutter_density * _width_ignored(sensor, dim, ignored_width)
     drift: FloatArray | float = 0.0
     if scan.moments is not None or time is not None:
@@ -92,6 +95,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
             place=np.ascontiguousarray(platform[..., :2]),
             clutter_density=density,
             drift=drift,
+            coverage=_field_of_view(view),
         )
     platforms = np.broadcast_to(platform, (count, 6))
     value, covariance, unit = _positions(scan, sensor, platforms, dim)
@@ -102,6 +106,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
         covariance=covariance,
         clutter_density=density / unit,
         drift=drift,
+        coverage=_field_of_view(view),
     )
 
 
@@ -150,6 +155,24 @@ def _view(
         return coverage
     here = sensor.platform if platform is None else platform
     return swept(coverage, here[:2], sensor.rotation.sector(start, end))
+
+
+def _field_of_view(coverage: Coverage) -> FieldOfView | None:
+    """Return a field of view from its form for kernels."""
+    if coverage.everywhere:
+        return None
+    low, high, start, width = coverage.bounds
+    first = math.degrees(start) % 360.0
+    # A sector of no width would be taken for a whole turn.
+    last = first + max(math.degrees(width), NARROWEST)
+    corners = [(float(x), float(y)) for x, y in coverage.polygon]
+    return FieldOfView(
+        position=(float(coverage.position[0]), float(coverage.position[1])),
+        min_range=float(low),
+        max_range=float(high),
+        azimuth_deg=(first, last),
+        polygon=corners or None,
+    )
 
 
 def _width_ignored(sensor: Sensor, dim: int, given: float | None) -> float:

@@ -6,8 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackweave.arrays import FloatArray, covariance_array, float_array, is_number, require_finite
+from trackweave.arrays import (
+    FloatArray,
+    covariance_array,
+    float_array,
+    is_number,
+    require_finite,
+    require_instance,
+)
 from trackweave.errors import InvalidInputError
+from trackweave.models.coverage import FieldOfView
 from trackweave.simulation.scenes import Scene
 
 __all__ = ["SensorPlots", "scene_plots"]
@@ -50,6 +58,9 @@ class SensorPlots:
     drift
         How far an object may have come between a plot's own time and the common one [m]: one
         standard deviation along each axis, one number or one per plot; at least 0.
+    coverage
+        Where the sensor reports objects, so that its silence tells something; None for
+        everywhere. Its own plots may lie anywhere.
 
     Raises
     ------
@@ -66,6 +77,7 @@ class SensorPlots:
     covariance: ArrayLike | None = None
     clutter_density: ArrayLike | None = None
     drift: ArrayLike = 0.0
+    coverage: FieldOfView | None = None
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
@@ -80,6 +92,16 @@ class SensorPlots:
             if getattr(self, name) is not None:
                 set_field(self, name, _per_plot(getattr(self, name), name, n_plots))
         set_field(self, "drift", _per_plot(self.drift, "drift", n_plots, may_be_zero=True))
+        self._check_sensor()
+        if self.place is not None:
+            shape = (2,) if np.ndim(self.place) == 1 else (n_plots, 2)
+            place = float_array(self.place, "place", shape)
+            _require_moderate(place, "place")
+            set_field(self, "place", place)
+        elif value.ndim == 1:
+            raise InvalidInputError("place: None; expected where the sensor of bearings stands")
+
+    def _check_sensor(self) -> None:
         for name in ("false_alarms", "detection_probability"):
             found = getattr(self, name)
             if found is None and name == "false_alarms":
@@ -90,13 +112,8 @@ class SensorPlots:
             raise InvalidInputError(
                 f"detection_probability: {self.detection_probability}; expected between 0 and 1"
             )
-        if self.place is not None:
-            shape = (2,) if np.ndim(self.place) == 1 else (n_plots, 2)
-            place = float_array(self.place, "place", shape)
-            _require_moderate(place, "place")
-            set_field(self, "place", place)
-        elif value.ndim == 1:
-            raise InvalidInputError("place: None; expected where the sensor of bearings stands")
+        if self.coverage is not None:
+            require_instance(self.coverage, FieldOfView, "coverage")
 
     def _check_errors(self, value: FloatArray) -> None:
         """Check and cast how far off plots may be."""
