@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
     from trackweave.association.problem import Certificate as Certificate
     from trackweave.association.problem import Status as Status
+    from trackweave.association.sampling import Sampling as Sampling
     from trackweave.association.scan_plots import plots_of as plots_of
     from trackweave.domain.reports import ReportTable as ReportTable
     from trackweave.domain.scans import Scan as Scan
@@ -78,6 +79,8 @@ if TYPE_CHECKING:
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
     from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
     from trackweave.trackers.multiscan import MultiScanTracker as MultiScanTracker
+    from trackweave.trackers.static_objects import FoundObjects as FoundObjects
+    from trackweave.trackers.static_objects import ObjectFinder as ObjectFinder
     from trackweave.trackers.window import Window as Window
 
 # Where each public name lives.
@@ -101,6 +104,7 @@ _HOMES = {
     "Evaluation": "trackweave.metrics",
     "Exact": "trackweave.solvers",
     "FieldOfView": "trackweave.models.coverage",
+    "FoundObjects": "trackweave.trackers.static_objects",
     "FusedPicture": "trackweave.fusion.fuser",
     "FusionResult": "trackweave.run.fusing",
     "Genetic": "trackweave.solvers",
@@ -120,12 +124,14 @@ _HOMES = {
     "MultiScanTracker": "trackweave.trackers.multiscan",
     "NotObservableError": "trackweave.fusion.bias_fit",
     "NumericalError": "trackweave.errors",
+    "ObjectFinder": "trackweave.trackers.static_objects",
     "OutputError": "trackweave.errors",
     "PlotsRule": "trackweave.association.plots_rule",
     "RandomWalk": "trackweave.models.motion",
     "Ranking": "trackweave.solvers",
     "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
+    "Sampling": "trackweave.association.sampling",
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",
     "SensorPlots": "trackweave.association.plots_rule",
