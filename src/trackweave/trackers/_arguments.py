@@ -8,7 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, is_number, is_whole, name_text, require_instance
+from trackweave.arrays import (
+    FloatArray,
+    IntArray,
+    is_number,
+    is_whole,
+    name_text,
+    require_instance,
+)
 from trackweave.association.tree import GrowthLimits
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -45,6 +52,12 @@ def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
     periodic = [sensor for sensor in sensors if sensor.scan_period is not None]
     telling = [sensor for sensor in periodic if tells_place(sensor)]
     return max(telling or periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
+
+
+def period_of(sensors: Iterable[Sensor]) -> float:
+    """Return the scan period in which misses and survival are counted [s]."""
+    slowest = slowest_of(sensors)
+    return slowest.scan_period or 1.0 if slowest else 1.0
 
 
 def checked_window(window: object) -> Window:
@@ -104,6 +117,24 @@ def checked_dim(
     if any(kind.has_elevation for kind in kinds):
         return 3
     return None if MeasurementKind.POSITION in kinds else 2
+
+
+def checked_scan(
+    scan: Scan, sensors: Mapping[str, Sensor], dim: int | None, used: IntArray, first: int
+) -> tuple[IntArray, int | None]:
+    """Return a number for each report, none of them used, and the dimensions as far as known."""
+    if scan.sensor not in sensors:
+        known = ", ".join(sorted(sensors))
+        raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
+    dim = dimensions_of(scan, sensors[scan.sensor], dim)
+    report = scan.report.copy()
+    unnumbered = np.flatnonzero(report < 0)
+    first = max(first, int(report.max(initial=-1)) + 1)
+    report[unnumbered] = first + np.arange(unnumbered.shape[0])
+    both = np.concatenate([report, used])
+    if np.unique(both).shape[0] < both.shape[0]:
+        raise InvalidInputError("scan: a report's number was used before; expected new ones")
+    return report, dim
 
 
 def dimensions_of(scan: Scan, sensor: Sensor, expected: int | None) -> int | None:

@@ -1,12 +1,15 @@
 """What a tracker says after a scan."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.problem import Certificate
+from trackweave.association.problem import Certificate, Status
+from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 
-__all__ = ["Amendment", "Assignments", "Hypothesis"]
+__all__ = ["Amendment", "Assignments", "Hypothesis", "left_out"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,3 +95,30 @@ class Hypothesis:
     stop_reason: str
     n_sequences: int
     n_pruned: int
+
+
+def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:
+    """Return the last hypothesis after a scan that came too late.
+
+    Parameters
+    ----------
+    scan
+        The scan, its reports numbered.
+    last
+        The hypothesis after the scan before; None where there was none.
+    dim
+        Number of dimensions of the tracking space.
+
+    Returns
+    -------
+    The last hypothesis, with nothing new but the reports that are left out.
+    """
+    late, nobody = tuple(scan.report.tolist()), np.empty(0, dtype=np.int64)
+    final = Assignments(report=nobody, track=nobody, probability=np.empty(0))
+    if last is None:
+        nothing, tracks = Certificate(0.0, 0.0, Status.OPTIMAL), TrackTable.empty(dim)
+        return Hypothesis(scan.time, tracks, (), final, late, nothing, 0, "late scan", 0, 0)
+    return replace(
+        last, amendments=(), final=final, late=late, evaluations=0,
+        stop_reason="late scan", n_pruned=0,
+    )  # fmt: skip

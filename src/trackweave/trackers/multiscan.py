@@ -9,9 +9,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.beliefs import believe
-from trackweave.association.problem import Answer, Certificate, Status
+from trackweave.association.problem import Answer
 from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
-from trackweave.association.window_rule import window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -22,27 +21,25 @@ from trackweave.solvers.protocol import Hint, Solver
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
+    checked_scan,
     checked_sensors,
     checked_window,
-    dimensions_of,
     merged,
+    period_of,
     require_parts,
     require_step,
     slowest_of,
     tells_place,
     with_dimensions,
 )
-from trackweave.trackers.hypothesis import Assignments, Hypothesis
+from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.opening import Opener, begun, rooted
+from trackweave.trackers.opening import Opener, begun, rooted, rule_of
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.window import OpenScan, OpenScans, Window
 
 __all__ = ["MultiScanTracker"]
-
-UNSEEN_WITHOUT_PERIOD = 600.0
-"""After how long without a report a track ends where no sensor has a scan period [s]."""
 
 
 class MultiScanTracker:
@@ -113,7 +110,7 @@ class MultiScanTracker:
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
         slowest = slowest_of(self._sensors.values())
-        self._period = slowest.scan_period or 1.0 if slowest else 1.0
+        self._period = period_of(self._sensors.values())
         self._opener = Opener(motion, self._sensors, self._period)
         self._open = OpenScans(checked_window(window), *_reference(slowest))
         initial = self._lifecycle.initial_target_density
@@ -218,44 +215,23 @@ class MultiScanTracker:
 
     def _checked(self, scan: Scan) -> Scan:
         """Return the scan with dimensions, and with numbers for its reports."""
-        if scan.sensor not in self._sensors:
-            known = ", ".join(sorted(self._sensors))
-            raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
-        sensor = self._sensors[scan.sensor]
-        dim = dimensions_of(scan, sensor, self._dim)
-        report = scan.report.copy()
-        unnumbered = np.flatnonzero(report < 0)
-        first = max(self._next_report, int(report.max(initial=-1)) + 1)
-        report[unnumbered] = first + np.arange(unnumbered.shape[0])
-        if np.unique(np.concatenate([report, self._open.reports()])).shape[0] < (
-            report.shape[0] + self._open.n_slots
-        ):
-            raise InvalidInputError("scan: a report's number was used before; expected new ones")
+        report, dim = checked_scan(
+            scan, self._sensors, self._dim, self._open.reports(), self._next_report
+        )
         self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
         self._dim = dim
         likely = dim or (self._tree.dim if self._tree else 2)
-        return replace(with_dimensions(scan, sensor, likely), report=report)
+        return replace(with_dimensions(scan, self._sensors[scan.sensor], likely), report=report)
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
-        self._rule = window_rule(
-            self._motion,
-            self._lifecycle_costs(),
-            dim,
-            unscented=self._unscented,
-            crossing_time=self._period,
+        self._rule = rule_of(
+            self._motion, self._lifecycle, self._sensors, dim, unscented=self._unscented
         )
         priors = self._priors if self._priors is not None else TrackTable.empty(dim)
         self._ledger.begin(priors)
         self._beginning = begun(priors, self._rule)
         return self._planted()
-
-    def _lifecycle_costs(self) -> tuple[float, float, float]:
-        """Return what the rule needs of the lifecycle: survival, misses, seconds unseen."""
-        misses = self._lifecycle.delete_after_misses
-        periodic = any(sensor.scan_period is not None for sensor in self._sensors.values())
-        unseen = 10.0 * misses * self._period if periodic else UNSEEN_WITHOUT_PERIOD
-        return self._lifecycle.survival, misses, unseen
 
     def _planted(self) -> AssociationTree:
         """Return a tree of the tracks from before the window alone, and make it the tracker's."""
@@ -362,16 +338,7 @@ class MultiScanTracker:
 
     def _unchanged(self, scan: Scan) -> Hypothesis:
         """Return the last hypothesis after a scan that came too late."""
-        late = tuple(scan.report.tolist())
-        final = self._assignments(np.empty(0, dtype=np.int64))
-        if self._last is None:
-            nothing = Certificate(0.0, 0.0, Status.OPTIMAL)
-            tracks = TrackTable.empty(self._dim or 2)
-            return Hypothesis(scan.time, tracks, (), final, late, nothing, 0, "late scan", 0, 0)
-        return replace(
-            self._last, amendments=(), final=final, late=late, evaluations=0,
-            stop_reason="late scan", n_pruned=0,
-        )  # fmt: skip
+        return left_out(scan, self._last, self._dim or 2)
 
 
 def _reference(slowest: Sensor | None) -> tuple[str | None, float]:

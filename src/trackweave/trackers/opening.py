@@ -8,14 +8,19 @@ import numpy as np
 from trackweave.association._nodes import ScanInput, WindowRule
 from trackweave.association.tree import AssociationTree, Beginning
 from trackweave.association.waiting import waited
-from trackweave.association.window_rule import Context, scan_input
+from trackweave.association.window_rule import Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.trackers._arguments import period_of
+from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import OpenScan
 
-__all__ = ["Opener", "begun", "rooted"]
+__all__ = ["Opener", "begun", "rooted", "rule_of"]
+
+UNSEEN_WITHOUT_PERIOD = 600.0
+"""After how long without a report a track ends where no sensor has a scan period [s]."""
 
 
 class Opener:
@@ -84,6 +89,45 @@ class Opener:
         if scan.time - last > 1.01 * rotation.period:
             return first
         return min(max(last, scan.time - rotation.period), first)
+
+
+def rule_of(
+    motion: Motion,
+    lifecycle: Lifecycle,
+    sensors: Mapping[str, Sensor],
+    dim: int,
+    *,
+    unscented: bool,
+) -> WindowRule:
+    """Return the rule by which a tracker's tree grows.
+
+    Parameters
+    ----------
+    motion
+        How objects move.
+    lifecycle
+        When tracks end.
+    sensors
+        The sensors by name.
+    dim
+        Number of dimensions of the tracking space.
+    unscented
+        Whether the filter is the unscented one.
+
+    Returns
+    -------
+    The rule.
+    """
+    period, misses = period_of(sensors.values()), lifecycle.delete_after_misses
+    periodic = any(sensor.scan_period is not None for sensor in sensors.values())
+    unseen = 10.0 * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
+    return window_rule(
+        motion,
+        (lifecycle.survival, misses, unseen),
+        dim,
+        unscented=unscented,
+        crossing_time=period,
+    )
 
 
 def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
