@@ -79,6 +79,9 @@ if TYPE_CHECKING:
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
     from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
     from trackweave.trackers.multiscan import MultiScanTracker as MultiScanTracker
+    from trackweave.trackers.nearest_neighbour import (
+        NearestNeighbourTracker as NearestNeighbourTracker,
+    )
     from trackweave.trackers.static_objects import FoundObjects as FoundObjects
     from trackweave.trackers.static_objects import ObjectFinder as ObjectFinder
     from trackweave.trackers.window import Window as Window
@@ -122,6 +125,7 @@ _HOMES = {
     "MaxMinAntSystem": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
     "MultiScanTracker": "trackweave.trackers.multiscan",
+    "NearestNeighbourTracker": "trackweave.trackers.nearest_neighbour",
     "NotObservableError": "trackweave.fusion.bias_fit",
     "NumericalError": "trackweave.errors",
     "ObjectFinder": "trackweave.trackers.static_objects",
