@@ -128,12 +128,15 @@ def checked_scan(
         raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
     dim = dimensions_of(scan, sensors[scan.sensor], dim)
     report = scan.report.copy()
-    unnumbered = np.flatnonzero(report < 0)
+    is_given = report >= 0
+    given = report[is_given]
     first = max(first, int(report.max(initial=-1)) + 1)
-    report[unnumbered] = first + np.arange(unnumbered.shape[0])
-    both = np.concatenate([report, used])
-    if np.unique(both).shape[0] < both.shape[0]:
-        raise InvalidInputError("scan: a report's number was used before; expected new ones")
+    report[~is_given] = first + np.arange(len(scan) - given.shape[0])
+    # Counting on never meets a number again.
+    if given.shape[0]:
+        both = np.concatenate([given, used])
+        if np.unique(both).shape[0] < both.shape[0]:
+            raise InvalidInputError("scan: a report's number was used before; expected new ones")
     return report, dim
 
 
