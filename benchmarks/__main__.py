@@ -3,6 +3,7 @@
     python -m benchmarks                      # all of them, about half an hour without the peers
     python -m benchmarks --only tracking latency
     python -m benchmarks --only association   # the solvers on assignment problems
+    python -m benchmarks --only plots         # plots of one instant, some fifteen minutes
     python -m benchmarks --only fusion        # tracks of many sensors, some twenty minutes
     python -m benchmarks --peers-python peers/bin/python
 
@@ -39,6 +40,7 @@ SCRIPTS = {
     "association-alone": ["solvers_alone.py"],
     "association-bearings": ["solvers_bearings.py"],
     "association-truth": ["solvers_truth.py"],
+    "plots-few": ["plots_truth.py", "--objects", "5", "10"],
     "fusion-baselines": ["fusion_baselines.py"],
     "fusion-rates": ["fusion_rates.py"],
     "fusion-consistency": ["fusion_consistency.py"],
@@ -47,7 +49,7 @@ SCRIPTS = {
     "fusion-capacity": ["fusion_capacity.py"],
 }
 # Names that begin so are run together, and stand on a page of their own.
-GROUPS = {"association": "association.md", "fusion": "fusion.md"}
+GROUPS = {"association": "association.md", "fusion": "fusion.md", "plots": "plots.md"}
 OWN_PAGES = {"recordings": "recordings.md"}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
