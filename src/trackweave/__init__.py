@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
     from trackweave.solvers.solve import solve as solve
+    from trackweave.trackers.fused_plots import FusedPlotsTracker as FusedPlotsTracker
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
     from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from trackweave.trackers.nearest_neighbour import (
         NearestNeighbourTracker as NearestNeighbourTracker,
     )
+    from trackweave.trackers.plot_fusion import PlotFuser as PlotFuser
     from trackweave.trackers.static_objects import FoundObjects as FoundObjects
     from trackweave.trackers.static_objects import ObjectFinder as ObjectFinder
     from trackweave.trackers.window import Window as Window
@@ -109,6 +111,7 @@ _HOMES = {
     "FieldOfView": "trackweave.models.coverage",
     "FoundObjects": "trackweave.trackers.static_objects",
     "FusedPicture": "trackweave.fusion.fuser",
+    "FusedPlotsTracker": "trackweave.trackers.fused_plots",
     "FusionResult": "trackweave.run.fusing",
     "Genetic": "trackweave.solvers",
     "Greedy": "trackweave.solvers",
@@ -130,6 +133,7 @@ _HOMES = {
     "NumericalError": "trackweave.errors",
     "ObjectFinder": "trackweave.trackers.static_objects",
     "OutputError": "trackweave.errors",
+    "PlotFuser": "trackweave.trackers.plot_fusion",
     "PlotsRule": "trackweave.association.plots_rule",
     "RandomWalk": "trackweave.models.motion",
     "Ranking": "trackweave.solvers",

@@ -62,9 +62,7 @@ class PlotLimits(NamedTuple):
     which begins at ``base_cost``.
     Only tuples that cost less than ``max_cost`` are written, and only with a position between
     ``low`` and ``high``, or beyond by no more than the gate. ``with_lone`` writes positions that
-    stand alone, too. A set is grown by the nearest plots of a sensor only, by ``most``, if that
-    is not 0; it is not also grown without them if ``is_chain``. Sets begin with every plot, or
-    every so many by ``stride``.
+    stand alone, too.
     """
 
     gate: float
@@ -74,9 +72,6 @@ class PlotLimits(NamedTuple):
     with_lone: bool
     low: FloatArray
     high: FloatArray
-    most: int
-    is_chain: bool
-    stride: int
 
 
 class Path(NamedTuple):
@@ -132,7 +127,7 @@ def updated(
 
 
 @jit
-def bearing_distance(
+def is_seen_at(
     mean: FloatArray,
     covariance: FloatArray,
     place: FloatArray,
@@ -140,25 +135,25 @@ def bearing_distance(
     noise: float,
     drift_squared: float,
     gate: float,
-) -> float:
-    """Return the squared distance of a position from a bearing.
+) -> bool:
+    """Tell whether a position lies in the gate about a bearing.
 
-    Infinite so close to the sensor that, by the gate, the object may be on any side.
+    Not so close to the sensor that, as far as the gate can tell, the object may be on any side.
     """
     east, north = mean[0] - place[0], mean[1] - place[1]
     aside = _wrap(bearing - math.atan2(east, north))
     variance = azimuth_variance(east, north, covariance, drift_squared)
-    distance: float = aside * aside / (variance + noise)
-    return distance if gate * variance < 1.0 else math.inf
+    inside: bool = gate * variance < 1.0 and aside * aside <= gate * (variance + noise)
+    return inside
 
 
 @jit
-def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> tuple[int, float]:
+def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
     """Write where the last bearing crosses an earlier one, the one that tells most.
 
-    Returns 1, and how much that is, by the squares of distances over their variances. Returns 0
-    if, as far as the gate can tell, the crossing may as well be behind a sensor as in front of
-    it, since the bearings are nearly parallel or cross close to the sensor; -1 if it is behind.
+    Returns 1; 0 if, as far as the gate can tell, the crossing may as well be behind a sensor as
+    in front of it, since the bearings are nearly parallel or cross close to the sensor; -1 if it
+    is behind one.
     """
     plot = path.plot[child]
     place, drift_squared = table.place[plot], table.drift_squared[plot]
@@ -194,7 +189,7 @@ def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> tuple
             path.mean[child, 0] = place[0] + away / turn * sine
             path.mean[child, 1] = place[1] + away / turn * cosine
             found = 1
-    return (found if in_front or found == 0 else -1), best
+    return found if in_front or found == 0 else -1
 
 
 @jit

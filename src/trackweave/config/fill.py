@@ -1,13 +1,19 @@
 """From what was given, estimated and usual to the values that a run uses."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from trackweave.association.tree import GrowthLimits
 from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
 from trackweave.config.moving import motion_of
 from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
+from trackweave.config.plots import (
+    PlotSettings,
+    TrackerSettings,
+    plots_of_ledger,
+    tracker_of_ledger,
+)
 from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
 from trackweave.config.sections import Configuration
@@ -57,6 +63,10 @@ class Settings:
         Sentences on what a user should know of them.
     unscented
         Whether what is not linear is taken by sigma points instead of slopes.
+    tracker
+        Which tracker it is.
+    plots
+        How the plots of an instant are fused before; None where they are not.
     """
 
     motion: Motion
@@ -72,6 +82,8 @@ class Settings:
     sources: Mapping[str, str]
     notes: tuple[str, ...] = ()
     unscented: bool = False
+    tracker: TrackerSettings = field(default_factory=TrackerSettings)
+    plots: PlotSettings | None = None
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -192,9 +204,11 @@ def fill(
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)
     period = ledger.choose(("output", "period"))
+    tracker, doubts = tracker_of_ledger(ledger)
+    plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
-    notes += _doubts(ledger, estimates)
+    notes += _doubts(ledger, estimates) + doubts
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")
@@ -202,7 +216,7 @@ def fill(
         motion, sensors, window, lifecycle, search, _growth(ledger),
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
-        period, ledger.values, ledger.sources, tuple(notes), unscented,
+        period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
     )  # fmt: skip
 
 

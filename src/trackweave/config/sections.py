@@ -19,9 +19,11 @@ __all__ = [
     "LifecycleSection",
     "MotionSection",
     "OutputSection",
+    "PlotsSection",
     "SearchSection",
     "SensorSection",
     "SigmaTable",
+    "TrackerSection",
     "WindowSection",
 ]
 
@@ -49,6 +51,54 @@ class SearchSection(Section):
 
     deadline_ms: Annotated[Positive, Expected("a number > 0 of milliseconds")] | None = None
     """Wall clock per scan [ms]; left out = none. With one, runs are not repeatable."""
+
+
+class TrackerSection(Section):
+    """Which tracker gives reports to tracks."""
+
+    kind: (
+        Annotated[
+            Literal["multi-scan", "nearest-neighbour"],
+            Expected('"multi-scan" or "nearest-neighbour"'),
+        ]
+        | None
+    ) = None
+    """By a window of scans that later ones may amend, or scan by scan."""
+
+    pairing: (
+        Annotated[Literal["nearest", "one-to-one"], Expected('"nearest" or "one-to-one"')] | None
+    ) = None
+    """Of nearest-neighbour: each track takes its own nearest report, or all together the
+    pairs that are nearest in sum."""
+
+
+class PlotsSection(Section):
+    """Whether plots that several sensors made at one instant are fused before they are tracked."""
+
+    fuse: Annotated[bool, Expected("true or false")] | None = None
+    """Whether they are."""
+
+    within: Annotated[float, Field(ge=0, le=1e9), Expected("a number ≥ 0 in seconds")] | None = (
+        None
+    )
+    """How far apart the scans of one instant may be [s]."""
+
+    cost: (
+        Annotated[Literal["evidence", "equation-1"], Expected('"evidence" or "equation-1"')] | None
+    ) = None
+    """What a tuple of plots costs: by its evidence, or by eq. 1 of Wiranto and Bonok."""
+
+    gate: Annotated[Positive, Expected("a number > 0")] | None = None
+    """Greatest squared distance of a plot from the tuple that it joins."""
+
+    object_density: Annotated[Positive, Expected("a number > 0 per m² (m³)")] | None = None
+    """Objects expected per m² (m³), for the evidence."""
+
+    max_tuples: (
+        Annotated[int, Field(ge=1, le=10**7), Expected("a whole number from 1 to 10000000")] | None
+    ) = None
+    """Greatest number of tuples at one instant; where there would be more, far plots are left
+    out."""
 
 
 def _confirmation(value: str) -> str:
@@ -173,6 +223,8 @@ class Configuration(Section):
 
     motion: MotionSection = MotionSection()
     sensors: Annotated[dict[str, SensorSection], Expected("tables such as [sensors.default]")] = {}  # noqa: RUF012 pydantic copies defaults
+    tracker: TrackerSection = TrackerSection()
+    plots: PlotsSection = PlotsSection()
     window: WindowSection = WindowSection()
     search: SearchSection = SearchSection()
     lifecycle: LifecycleSection = LifecycleSection()

@@ -15,7 +15,7 @@ from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["Estimates", "SensorEstimate", "bounded", "digits", "estimate"]
+__all__ = ["Estimates", "SensorEstimate", "bounded", "covered_by", "digits", "estimate"]
 
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
@@ -230,7 +230,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     n_scans = sum(len(block) for block in blocks)
     per_scan = sum(p.shape[0] for block in blocks for p in block.position) / max(n_scans, 1)
     typical = sigma or _spacing(position) * 0.01
-    covered = _covered(position, typical)
+    covered = covered_by(position, typical)
     share = blocks[0].share if blocks else 1.0
     density = per_scan / (covered * share)
     stands_out = reach(blocks)
@@ -337,8 +337,20 @@ def _spacing(position: FloatArray) -> float:
     return max(float(np.median(distance[:, 1])), 1e-4)
 
 
-def _covered(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero."""
+def covered_by(position: FloatArray, sigma: float) -> float:
+    """Return the area or volume of the reports' hull, never zero.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim), at least one.
+    sigma
+        Their usual noise [m].
+
+    Returns
+    -------
+    The area or volume [m², m³].
+    """
     dim = position.shape[1]
     # Reports in one place or on a line still come from a surrounding as wide as their noise.
     sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)

@@ -1,5 +1,6 @@
 """What a run leaves behind scan by scan."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
+from trackweave.trackers.fused_plots import FusedHypothesis
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
 
 __all__ = ["Assigned", "Rows", "ScanLog"]
@@ -90,15 +92,23 @@ class ScanLog:
     amendments: list[dict[str, Any]] = field(default_factory=list)
     timing: list[dict[str, float]] = field(default_factory=list)
     late: list[int] = field(default_factory=list)
+    n_thinned: int = 0
+    """Instants at which tuples had to be left out."""
 
-    def add(self, scan: Scan, hypothesis: Hypothesis, cpu: float, wall: float) -> None:
-        """Enter a scan, the hypothesis after it, and the time it took [s]."""
+    def add(self, scans: Sequence[Scan], hypothesis: Hypothesis, cpu: float, wall: float) -> None:
+        """Enter a scan or those of an instant, the hypothesis after, and the time it took [s]."""
         certificate = hypothesis.certificate
+        time = max(scan.time for scan in scans)
+        fused = {}
+        if isinstance(hypothesis, FusedHypothesis):
+            fused = {"tuples": hypothesis.n_tuples, "fused": hypothesis.n_fused}
+            self.n_thinned += not hypothesis.is_complete
         self.scans.append(
             {
-                "time": scan.time,
-                "sensor": scan.sensor,
-                "reports": len(scan),
+                "time": time,
+                "sensor": "+".join(scan.sensor for scan in scans),
+                "reports": sum(len(scan) for scan in scans),
+                **fused,
                 "tracks": len(hypothesis.tracks),
                 "sequences": hypothesis.n_sequences,
                 "pruned": hypothesis.n_pruned,
@@ -113,7 +123,7 @@ class ScanLog:
         )
         self.amendments += [
             {
-                "time": scan.time,
+                "time": time,
                 "report": amendment.report,
                 "before": amendment.before,
                 "after": amendment.after,
@@ -122,3 +132,12 @@ class ScanLog:
         ]
         self.late += hypothesis.late
         self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})
+
+    def notes(self) -> list[str]:
+        """Return a sentence on instants at which tuples of plots had to be left out, if any."""
+        if not self.n_thinned:
+            return []
+        return [
+            f"plots.max_tuples: at {self.n_thinned} of {len(self.scans)} instants more tuples lie "
+            "in the gate; plots were joined with their nearest only, and nothing is proven there"
+        ]

@@ -19,7 +19,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 
-__all__ = ["observe", "positions_in", "settle"]
+__all__ = ["filled", "observe", "positions_in", "settle"]
 
 # From so many moments on it can be told whether reports come one by one.
 FEWEST_MOMENTS = 20
@@ -160,7 +160,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             dim=reports.dim,
             says_where=says_where,
             needs_place=kind is not MeasurementKind.POSITION and not is_alone,
-            extent=_extent(kind, measured),
+            extent=filled(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
             scan_period=scan_period(moments),
@@ -215,8 +215,20 @@ def _rotation(
     return rotation_of(time, azimuth, period=given)
 
 
-def _extent(kind: MeasurementKind, measured: FloatArray) -> float:
-    """Return how much of what it measures a sensor's reports fill, in its own units."""
+def filled(kind: MeasurementKind, measured: FloatArray) -> float:
+    """Return how much of what it measures a sensor's reports fill, in its own units.
+
+    Parameters
+    ----------
+    kind
+        What the reports hold.
+    measured
+        One row per report, shape (reports, components), at least one.
+
+    Returns
+    -------
+    The extent; 1 for positions, whose extent is estimated with their noise.
+    """
     if kind is MeasurementKind.POSITION:
         return 1.0
     if kind is MeasurementKind.BEARING:

@@ -21,16 +21,18 @@ from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
 from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
+from trackweave.run.course import course_of
 from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
-from trackweave.run.scans import complete_scans, notes_on_lone_reports, scan_ends
+from trackweave.run.scans import notes_on_lone_reports, scan_ends
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.fused_plots import FusedPlotsTracker
+from trackweave.trackers.hypothesis import Hypothesis
 
 __all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
 
@@ -151,34 +153,27 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
-    scans = complete_scans(table, periods, rotations)
-    tracker = MultiScanTracker(
-        motion=settings.motion,
-        sensors=list(settings.sensors),
-        window=settings.window,
-        search=settings.search,
-        lifecycle=settings.lifecycle,
-        priors=begun,
-        limits=settings.growth,
-        estimate=settings.estimate,
-        dim=table.dim,
-        unscented=settings.unscented,
-    )
+    course = course_of(table, settings, rotations, begun)
+    tracker, steps = course.tracker, course.steps
     limit = settings.deadline if deadline is None else deadline
     if limit is not None:
         # The first scan's deadline is not for compiling.
         warm_up(settings.search or Auto(), copy.deepcopy(rng))
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
-    for number, scan in enumerate(scans, start=1):
+    for number, scans in enumerate(steps, start=1):
         cpu, wall = clock.process_time(), clock.perf_counter()
-        hypothesis = tracker.step(scan, rng=rng, deadline=limit)
-        log.add(scan, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
+        if isinstance(tracker, FusedPlotsTracker):
+            hypothesis: Hypothesis = tracker.step(scans, rng=rng, deadline=limit)
+        else:
+            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit)
+        log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
         rows.add(hypothesis.tracks, hypothesis.time)
         assigned.enter(hypothesis.final)
         if progress is not None:
-            progress(number, len(scans))
+            progress(number, len(steps))
     tracks = rows.table(table.dim)
     assigned.enter(tracker.pending())
+    settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     values = RunValues(table, tracks, history, assignment, settings)

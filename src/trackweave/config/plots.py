@@ -1,0 +1,143 @@
+"""Which tracker, and whether it gets plots that were fused first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from trackweave.association.plots_rule import PlotCost, PlotsRule
+from trackweave.config.ledger import Ledger, value_at
+from trackweave.models.sensors import Sensor
+from trackweave.trackers.lifecycle import Lifecycle
+
+__all__ = ["PlotSettings", "TrackerSettings", "plots_of_ledger", "tracker_of_ledger"]
+
+# Scans so near to each other, as a share of the shortest scan period, are of one instant.
+USUAL_SHARE = 0.1
+# Times in seconds since 1970 are no finer than this [s].
+CLOCK_NOISE = 1e-6
+# More tuples than this take any solver seconds.
+USUAL_TUPLES = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerSettings:
+    """Which tracker gives reports to tracks.
+
+    Parameters
+    ----------
+    kind
+        Its name.
+    pairing
+        How the nearest-neighbour tracker pairs tracks and reports.
+    """
+
+    kind: Literal["multi-scan", "nearest-neighbour"] = "multi-scan"
+    pairing: Literal["nearest", "one-to-one"] = "one-to-one"
+
+
+@dataclass(frozen=True, slots=True)
+class PlotSettings:
+    """How the plots of an instant are fused.
+
+    Parameters
+    ----------
+    within
+        How far apart the scans of one instant may be [s].
+    cost
+        What a tuple of plots costs.
+    gate
+        Greatest squared distance of a plot from the tuple that it joins.
+    object_density
+        Objects expected per m² (m³).
+    max_tuples
+        Greatest number of tuples.
+    """
+
+    within: float
+    cost: PlotCost
+    gate: float
+    object_density: float
+    max_tuples: int
+
+    def rule(self) -> PlotsRule:
+        """Return the rule of the plots: by evidence lone ones may stand, by eq. 1 never."""
+        return PlotsRule(
+            object_density=self.object_density,
+            cost=self.cost,
+            gate=self.gate,
+            negative_only=self.cost == "evidence",
+            lone_plots=True,
+            max_tuples=self.max_tuples,
+        )
+
+
+def tracker_of_ledger(ledger: Ledger) -> tuple[TrackerSettings, list[str]]:
+    """Return which tracker is asked for, and what a user should know.
+
+    Parameters
+    ----------
+    ledger
+        What the file and the preset say. Entered only where either says something, so that runs
+        that ask for nothing stay what they are.
+
+    Returns
+    -------
+    The settings, and sentences on keys that another tracker would use.
+    """
+    usual = TrackerSettings()
+    if not _is_given(ledger, "tracker"):
+        return usual, []
+    kind = ledger.choose(("tracker", "kind"), default=usual.kind)
+    notes = []
+    if kind == "nearest-neighbour":
+        pairing = ledger.choose(("tracker", "pairing"), default=usual.pairing)
+        if ledger.file.get("window"):
+            notes.append("window: the nearest-neighbour tracker has none")
+    else:
+        pairing = usual.pairing
+        if value_at(ledger.file, ("tracker", "pairing")) is not None:
+            notes.append("tracker.pairing: only the nearest-neighbour tracker pairs")
+    return TrackerSettings(kind, pairing), notes
+
+
+def plots_of_ledger(
+    ledger: Ledger, sensors: Sequence[Sensor], lifecycle: Lifecycle
+) -> PlotSettings | None:
+    """Return how plots are to be fused, None where they are not.
+
+    Parameters
+    ----------
+    ledger
+        As for ``tracker_of_ledger``.
+    sensors
+        The sensors.
+    lifecycle
+        When tracks begin.
+
+    Returns
+    -------
+    The settings.
+    """
+    if not _is_given(ledger, "plots"):
+        return None
+    is_fused = ledger.choose(("plots", "fuse"), default=False)
+    periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
+    within = max(CLOCK_NOISE, USUAL_SHARE * min(periods, default=0.0))
+    density = lifecycle.initial_target_density or lifecycle.new_target_density
+
+    def choose(key: str, default: Any) -> Any:
+        return ledger.choose(("plots", key), default=default)
+
+    settings = PlotSettings(
+        within=choose("within", within),
+        cost=choose("cost", "evidence"),
+        gate=choose("gate", PlotsRule(density).gate),
+        object_density=choose("object_density", density),
+        max_tuples=choose("max_tuples", USUAL_TUPLES),
+    )
+    return settings if is_fused else None
+
+
+def _is_given(ledger: Ledger, table: str) -> bool:
+    """Tell whether the file or the preset says anything in a table."""
+    return bool(ledger.file.get(table) or ledger.preset.get(table))

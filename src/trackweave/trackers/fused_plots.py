@@ -1,0 +1,268 @@
+"""A tracker of plots that several sensors make at one instant."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+
+from trackweave.arrays import IntArray, is_number, require_instance
+from trackweave.association.problem import Certificate, Status
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+from trackweave.errors import InvalidInputError
+from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis
+from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.plot_fusion import FusedPlots, PlotFuser
+
+__all__ = ["FusedHypothesis", "FusedPlotsTracker", "ScanTracker"]
+
+LATE = "late scan"
+"""Why a tracker says that it left out a scan."""
+MOST_REMEMBERED = 100_000
+"""Tracks whose plots are counted, unless they are live."""
+
+
+class ScanTracker(Protocol):
+    """Turns scans into tracks: ``MultiScanTracker``, ``NearestNeighbourTracker`` or another."""
+
+    def step(
+        self, scan: Scan, *, rng: np.random.Generator, deadline: float | None = None
+    ) -> Hypothesis:
+        """Take in a scan and return the hypothesis after it."""
+        ...
+
+    def pending(self) -> Assignments:
+        """Return the assignments that later scans may amend."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FusedHypothesis(Hypothesis):
+    """A hypothesis in terms of the plots, and what these were fused to.
+
+    Parameters
+    ----------
+    n_tuples
+        How many tuples of plots there were to choose from.
+    n_fused
+        How many fused reports the tracker got.
+    is_complete
+        Whether the tuples were all that lie in the gate; otherwise nothing is proven.
+    """
+
+    n_tuples: int = 0
+    n_fused: int = 0
+    is_complete: bool = True
+
+
+class FusedPlotsTracker:
+    """Tracks objects by the reports that are fused of the plots of an instant.
+
+    What belongs together at one instant is decided at once, plots against plots; what belongs
+    together over time, by the tracker inside, which gets one scan of fused reports per instant.
+    Everything that it says of a fused report is said of each plot that the report holds; a plot in
+    none is a false alarm, finally.
+
+    The certificate is that of the choice of tuples; with a ``MultiScanTracker`` inside, whose
+    window is chosen too, costs and bounds are the sums of both. Where tuples had to be left out,
+    nothing is proven.
+
+    Parameters
+    ----------
+    fuser
+        Makes reports of plots.
+    tracker
+        Tracks the fused reports. Its sensors are ``fuser.fused_sensors(…)``.
+
+    Raises
+    ------
+    InvalidInputError
+        If the fuser is none, or the tracker has no ``step``.
+    """
+
+    def __init__(self, fuser: PlotFuser, tracker: ScanTracker) -> None:
+        require_instance(fuser, PlotFuser, "fuser")
+        if isinstance(tracker, type) or not callable(getattr(tracker, "step", None)):
+            raise InvalidInputError(f"tracker: {tracker!r:.80}; expected a tracker of scans")
+        self._fuser = fuser
+        self._tracker = tracker
+        self._tracks: TrackTable | None = None
+        self._next_report = 0
+        self._next_fused = 0
+        self._members: dict[int, IntArray] = {}
+        """The plots of each fused report that is not final yet."""
+        self._more: dict[int, int] = {}
+        """By how much each track's plots outnumber its fused reports, of the final ones."""
+        self._is_whole = True
+
+    def pending(self) -> Assignments:
+        """Return the assignments of the plots that later instants may amend."""
+        return self._spread(self._tracker.pending())
+
+    def step(
+        self, scans: Sequence[Scan], *, rng: np.random.Generator, deadline: float | None = None
+    ) -> FusedHypothesis:
+        """Take in the scans of an instant and return the hypothesis after it.
+
+        Parameters
+        ----------
+        scans
+            One scan of each sensor that looked, empty where it saw nothing.
+        rng
+            The only source of randomness.
+        deadline
+            Seconds of wall clock for both steps together, above 0; None for none.
+
+        Returns
+        -------
+        The hypothesis; an instant that came too late for the tracker inside changes nothing.
+
+        Raises
+        ------
+        InvalidInputError
+            If an argument is of another kind than it has to be, scans are not of different known
+            sensors, or the tracker refuses what came of them: all is then as it was. Any other
+            error, such as one of a search, leaves it halfway, and every later step is refused by
+            this error.
+        """
+        require_instance(rng, np.random.Generator, "rng")
+        if deadline is not None and not (is_number(deadline) and deadline > 0):
+            raise InvalidInputError(
+                f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None"
+            )
+        if not self._is_whole:
+            raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
+        end = None if deadline is None else perf_counter() + deadline
+        looked, next_report = self._numbered(self._fuser.checked(scans))
+        self._is_whole = False
+        try:
+            fused = self._fuser(
+                looked,
+                rng=rng,
+                stop=None if end is None else lambda: perf_counter() >= end,
+                tracks=self._tracks,
+                first_report=self._next_fused,
+            )
+            left = None if end is None else max(1e-6, end - perf_counter())
+            found = self._tracker.step(fused.scan, rng=rng, deadline=left)
+        except InvalidInputError:
+            self._is_whole = True
+            raise
+        self._next_report = next_report
+        self._next_fused += len(fused)
+        if found.stop_reason == LATE:
+            every = np.concatenate([scan.report for scan in looked])
+            hypothesis = self._late(found, fused, every)
+        else:
+            self._members |= dict(zip(fused.scan.report.tolist(), fused.members, strict=True))
+            hypothesis = self._told(found, fused)
+        self._is_whole = True
+        return hypothesis
+
+    def _numbered(self, scans: list[Scan]) -> tuple[list[Scan], int]:
+        """Return scans whose reports all have numbers, and the next number."""
+        given = np.concatenate([scan.report for scan in scans])
+        following = max(self._next_report, int(given.max(initial=-1)) + 1)
+        numbered = []
+        for scan in scans:
+            report = scan.report.copy()
+            unnumbered = np.flatnonzero(report < 0)
+            report[unnumbered] = following + np.arange(unnumbered.shape[0])
+            following += unnumbered.shape[0]
+            numbered.append(replace(scan, report=report))
+        every = np.concatenate([scan.report for scan in numbered])
+        pending = np.concatenate([every[:0], *self._members.values()])
+        if np.unique(np.concatenate([every, pending])).shape[0] < len(every) + len(pending):
+            raise InvalidInputError("scans: a report's number was used before; expected new ones")
+        return numbered, following
+
+    def _told(self, found: Hypothesis, fused: FusedPlots) -> FusedHypothesis:
+        """Return what the tracker found, told of the plots."""
+        amendments = tuple(
+            Amendment(report, amendment.before, amendment.after)
+            for amendment in found.amendments
+            for report in self._members[amendment.report].tolist()
+        )
+        final = self._spread(found.final)
+        self._count(found.final)
+        for number in found.final.report.tolist():
+            del self._members[number]
+        self._tracks = found.tracks
+        nobody = np.full(fused.alone.shape[0], -1, dtype=np.int64)
+        final = Assignments(
+            report=np.concatenate([final.report, fused.alone]),
+            track=np.concatenate([final.track, nobody]),
+            probability=np.concatenate([final.probability, np.full(nobody.shape[0], np.nan)]),
+        )
+        return _fused_hypothesis(
+            found,
+            fused,
+            tracks=self._with_hits(found.tracks),
+            amendments=amendments,
+            final=final,
+            certificate=self._certificate(found.certificate, fused.certificate),
+            stop_reason=self._reason(found, fused),
+        )
+
+    def _late(self, found: Hypothesis, fused: FusedPlots, every: IntArray) -> FusedHypothesis:
+        """Return that an instant came too late."""
+        return _fused_hypothesis(
+            found, fused, tracks=self._with_hits(found.tracks), late=tuple(every.tolist())
+        )
+
+    def _spread(self, known: Assignments) -> Assignments:
+        """Return what is said of fused reports, said of their plots."""
+        members = [self._members[number] for number in known.report.tolist()]
+        sizes = [each.shape[0] for each in members]
+        return Assignments(
+            report=np.concatenate([np.empty(0, dtype=np.int64), *members]),
+            track=np.repeat(known.track, sizes),
+            probability=np.repeat(known.probability, sizes),
+        )
+
+    def _count(self, final: Assignments) -> None:
+        """Enter by how much the plots outnumber the fused reports that became final."""
+        for number, track in zip(final.report.tolist(), final.track.tolist(), strict=True):
+            if track >= 0:
+                more = self._members[number].shape[0] - 1
+                self._more[track] = self._more.get(track, 0) + more
+
+    def _with_hits(self, tracks: TrackTable) -> TrackTable:
+        """Return tracks whose hits count plots."""
+        more = {track: self._more.get(track, 0) for track in tracks.track.tolist()}
+        if len(self._more) > MOST_REMEMBERED:
+            self._more = more.copy()
+        pending = self._tracker.pending()
+        for number, track in zip(pending.report.tolist(), pending.track.tolist(), strict=True):
+            if track in more:
+                more[track] += self._members[number].shape[0] - 1
+        added = np.array([more[track] for track in tracks.track.tolist()], dtype=np.int64)
+        return replace(tracks, hits=tracks.hits + added)
+
+    def _certificate(self, tracked: Certificate, fused: Certificate) -> Certificate:
+        if not isinstance(self._tracker, MultiScanTracker):
+            return fused
+        is_proven = tracked.status == fused.status == Status.OPTIMAL
+        return Certificate(
+            fused.cost + tracked.cost,
+            fused.lower_bound + tracked.lower_bound,
+            Status.OPTIMAL if is_proven else Status.FEASIBLE,
+        )
+
+    def _reason(self, found: Hypothesis, fused: FusedPlots) -> str:
+        if (
+            not isinstance(self._tracker, MultiScanTracker)
+            or found.stop_reason == fused.stop_reason
+        ):
+            return fused.stop_reason
+        return f"{fused.stop_reason}; {found.stop_reason}"
+
+
+def _fused_hypothesis(found: Hypothesis, fused: FusedPlots, **changed: object) -> FusedHypothesis:
+    """Return a hypothesis of the tracker inside with what is told otherwise."""
+    values = {name: getattr(found, name) for name in Hypothesis.__dataclass_fields__}
+    values["evaluations"] = found.evaluations + fused.evaluations
+    counts = {"n_tuples": fused.n_tuples, "n_fused": len(fused), "is_complete": fused.is_complete}
+    return FusedHypothesis(**{**values, **changed, **counts})
