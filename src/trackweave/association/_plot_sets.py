@@ -62,7 +62,9 @@ class PlotLimits(NamedTuple):
     which begins at ``base_cost``.
     Only tuples that cost less than ``max_cost`` are written, and only with a position between
     ``low`` and ``high``, or beyond by no more than the gate. ``with_lone`` writes positions that
-    stand alone, too.
+    stand alone, too. A set is grown by the nearest plots of a sensor only, by ``most``, if that
+    is not 0; it is not also grown without them if ``is_chain``. Sets begin with every plot, or
+    every so many by ``stride``.
     """
 
     gate: float
@@ -72,6 +74,9 @@ class PlotLimits(NamedTuple):
     with_lone: bool
     low: FloatArray
     high: FloatArray
+    most: int
+    is_chain: bool
+    stride: int
 
 
 class Path(NamedTuple):
@@ -127,7 +132,7 @@ def updated(
 
 
 @jit
-def is_seen_at(
+def bearing_distance(
     mean: FloatArray,
     covariance: FloatArray,
     place: FloatArray,
@@ -135,25 +140,25 @@ def is_seen_at(
     noise: float,
     drift_squared: float,
     gate: float,
-) -> bool:
-    """Tell whether a position lies in the gate about a bearing.
+) -> float:
+    """Return the squared distance of a position from a bearing.
 
-    Not so close to the sensor that, as far as the gate can tell, the object may be on any side.
+    Infinite so close to the sensor that, by the gate, the object may be on any side.
     """
     east, north = mean[0] - place[0], mean[1] - place[1]
     aside = _wrap(bearing - math.atan2(east, north))
     variance = azimuth_variance(east, north, covariance, drift_squared)
-    inside: bool = gate * variance < 1.0 and aside * aside <= gate * (variance + noise)
-    return inside
+    distance: float = aside * aside / (variance + noise)
+    return distance if gate * variance < 1.0 else math.inf
 
 
 @jit
-def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
+def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> tuple[int, float]:
     """Write where the last bearing crosses an earlier one, the one that tells most.
 
-    Returns 1; 0 if, as far as the gate can tell, the crossing may as well be behind a sensor as
-    in front of it, since the bearings are nearly parallel or cross close to the sensor; -1 if it
-    is behind one.
+    Returns 1, and how much that is, by the squares of distances over their variances. Returns 0
+    if, as far as the gate can tell, the crossing may as well be behind a sensor as in front of
+    it, since the bearings are nearly parallel or cross close to the sensor; -1 if it is behind.
     """
     plot = path.plot[child]
     place, drift_squared = table.place[plot], table.drift_squared[plot]
@@ -189,7 +194,7 @@ def cross(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> int:
             path.mean[child, 0] = place[0] + away / turn * sine
             path.mean[child, 1] = place[1] + away / turn * cosine
             found = 1
-    return found if in_front or found == 0 else -1
+    return (found if in_front or found == 0 else -1), best
 
 
 @jit

@@ -16,12 +16,13 @@ from trackweave.association._plot_sets import (
     PlotLimits,
     PlotTable,
     azimuth_variance,
+    bearing_distance,
     cross,
     drift_price,
-    is_seen_at,
     locate,
     updated,
 )
+from trackweave.association._plot_thinning import Choice, choose_nearest
 from trackweave.association._plot_views import Views, unseen_price
 from trackweave.jit import jit
 
@@ -47,6 +48,7 @@ def grow_sets(
     views: Views,
     limits: PlotLimits,
     path: Path,
+    choice: Choice,
     rows: TupleRows,
     n_steps: int,
 ) -> int:
@@ -63,24 +65,28 @@ def grow_sets(
             return FULL
         has_grown = False
         if depth < 0:
-            if path.counter[ROOT] == n_plots:
+            if path.counter[ROOT] >= n_plots:
                 path.counter[DEPTH] = depth
                 return DONE
             _begin(table, limits, path)
             depth = 0
+            choice.has_grown[depth] = False
             has_grown = limits.with_lone
         elif path.cursor[depth] == path.stop[depth]:
             path.next_sensor[depth] += 1
-            if path.next_sensor[depth] >= n_sensors:
+            is_done = limits.is_chain and choice.has_grown[depth]
+            if is_done or path.next_sensor[depth] >= n_sensors:
                 depth -= 1
             else:
                 _open_gate(table, limits, path, depth)
+                if limits.most > 0:
+                    choose_nearest(table, limits, path, choice, depth)
         else:
             # Calls for each candidate take the arrays that they need, here and below: numba
             # copies and counts references to each array of a tuple, which took twice as long.
             sensor = path.next_sensor[depth]
-            first = table.first[sensor]
-            if path.is_located[depth] and not table.is_bearing[sensor]:
+            first, last = table.first[sensor], table.first[sensor + 1]
+            if limits.most == 0 and path.is_located[depth] and not table.is_bearing[sensor]:
                 near = _first_near(
                     table.value,
                     table.covariance,
@@ -91,9 +97,17 @@ def grow_sets(
                     limits.gate,
                 )
                 path.cursor[depth] = near - first
-            has_grown = path.cursor[depth] < path.stop[depth] and _join(table, limits, path, depth)
+            if path.cursor[depth] < path.stop[depth]:
+                cursor = path.cursor[depth]
+                plot = first + cursor % (last - first)
+                if limits.most > 0:
+                    plot = choice.near[depth, cursor]
+                path.cursor[depth] += 1
+                has_grown = _join(table, limits, path, depth, plot)
             if has_grown:
+                choice.has_grown[depth] = True
                 depth += 1
+                choice.has_grown[depth] = False
         if has_grown and path.is_located[depth]:
             _write(table, views, limits, path, depth, rows)
     path.counter[DEPTH] = depth
@@ -104,7 +118,7 @@ def grow_sets(
 def _begin(table: PlotTable, limits: PlotLimits, path: Path) -> None:
     """Begin a set with the next plot."""
     plot = path.counter[ROOT]
-    path.counter[ROOT] += 1
+    path.counter[ROOT] += limits.stride
     sensor = 0
     while table.first[sensor + 1] <= plot:
         sensor += 1
@@ -201,13 +215,9 @@ def _first_near(
 
 
 @jit
-def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
-    """Write the set with the next plot to the entry after ``depth``; tell whether it may grow."""
+def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int, plot: int) -> bool:
+    """Write the set with a plot to the entry after ``depth``; tell whether it may grow."""
     sensor = path.next_sensor[depth]
-    first = table.first[sensor]
-    n_plots = table.first[sensor + 1] - first
-    plot = first + path.cursor[depth] % n_plots
-    path.cursor[depth] += 1
     child = depth + 1
     is_bearing = table.is_bearing[sensor]
     path.plot[child] = plot
@@ -216,7 +226,7 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
     path.is_located[child] = True
     if path.is_located[depth]:
         if is_bearing:
-            if not is_seen_at(
+            distance = bearing_distance(
                 path.mean[depth],
                 path.covariance[depth],
                 table.place[plot],
@@ -224,7 +234,8 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
                 table.covariance[plot, 0, 0],
                 table.drift_squared[plot],
                 limits.gate,
-            ):
+            )
+            if not distance <= limits.gate:
                 return False
         else:
             distance, log_spread = updated(
@@ -252,7 +263,7 @@ def _join(table: PlotTable, limits: PlotLimits, path: Path, depth: int) -> bool:
         if not is_bearing:
             path.mean[child, :] = table.value[plot, :]
         else:
-            found = cross(table, limits, path, child)
+            found, _ = cross(table, limits, path, child)
             if found < 0:
                 return False
             path.is_located[child] = found > 0

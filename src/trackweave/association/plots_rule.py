@@ -28,8 +28,8 @@ from trackweave.arrays import (
     require_finite,
     require_instance,
 )
-from trackweave.association._plot_sets import Path, PlotLimits
-from trackweave.association._plots import DEPTH, DONE, FULL, N_ROWS, TupleRows, grow_sets
+from trackweave.association._plot_sets import PlotLimits
+from trackweave.association.plot_growth import grow_nearest, grow_tuples
 from trackweave.association.plot_tables import common_dimension, plot_table, views_of
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
@@ -38,11 +38,7 @@ from trackweave.errors import InvalidInputError
 __all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
 
 PlotCost = Literal["evidence", "equation-1"]
-
-STEPS = 10_000
-"""Steps of growth between two looks at what Python has to do: some milliseconds."""
-
-FIRST_ROWS = 4096
+Overflow = Literal["refuse", "thin"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +55,16 @@ class ScoredTuples:
         The most likely position [m], shape (tuples, dimensions).
     covariances
         How certain it is [m²], shape (tuples, dimensions, dimensions).
+    is_complete
+        Whether no tuple was left out for being one too many. Where some were, the bound of an
+        answer to the problem does not cover them.
     """
 
     tuples: IntArray
     costs: FloatArray
     positions: FloatArray
     covariances: FloatArray
+    is_complete: bool = True
 
     def __len__(self) -> int:
         return int(self.costs.shape[0])
@@ -95,10 +95,13 @@ class PlotsRule:
         Whether to price positions that stand alone, as objects that one sensor saw; otherwise
         they are false alarms, which cost nothing. Bearings that stand alone always are.
     max_tuples
-        More tuples than this are refused, before they fill the memory; at least 1.
+        How many tuples there may be, before they fill the memory; at least 1.
     area
         Least and greatest coordinates of where objects can be [m]; None for anywhere. Matters
         for bearings, which may cross far away, where the evidence takes more objects to be.
+    overflow
+        What to do about more than ``max_tuples``: ``"refuse"``, or ``"thin"``, which joins each
+        set of plots with the nearest few of each further sensor only, as few as it takes.
 
     References
     ----------
@@ -117,12 +120,14 @@ class PlotsRule:
     lone_plots: bool = False
     max_tuples: int = 2_000_000
     area: tuple[Sequence[float], Sequence[float]] | None = None
+    overflow: Overflow = "refuse"
 
     def __post_init__(self) -> None:
-        if self.cost not in get_args(PlotCost):
-            raise InvalidInputError(
-                f"cost: {self.cost!r:.80}; expected one of {', '.join(get_args(PlotCost))}"
-            )
+        for name, words in (("cost", get_args(PlotCost)), ("overflow", get_args(Overflow))):
+            if getattr(self, name) not in words:
+                raise InvalidInputError(
+                    f"{name}: {getattr(self, name)!r:.80}; expected one of {', '.join(words)}"
+                )
         density = self.object_density
         if density is None and self.cost == "evidence":
             raise InvalidInputError("object_density: None; expected objects per m² for evidence")
@@ -143,7 +148,7 @@ class PlotsRule:
                 raise InvalidInputError(f"area: {self.area!r:.80}; expected low before high")
 
     def __call__(self, sensors: Sequence[SensorPlots]) -> ScoredTuples:
-        """Return every tuple within the gate.
+        """Return every tuple within the gate, or the nearest, if these are too many.
 
         Parameters
         ----------
@@ -158,29 +163,23 @@ class PlotsRule:
         Raises
         ------
         InvalidInputError
-            If dimensions differ, or there are more than ``max_tuples``.
+            If dimensions differ, or there are more than ``max_tuples``, though thinned.
         """
         dim = common_dimension(sensors)
         table = plot_table(sensors, dim, with_evidence=self.cost == "evidence")
         views, limits = views_of(sensors), self._limits(dim)
-        path = _new_path(len(sensors), dim)
-        rows = _new_rows(min(FIRST_ROWS, self.max_tuples + 1), len(sensors), dim)
-        while (state := grow_sets(table, views, limits, path, rows, STEPS)) != DONE:
-            if state == FULL:
-                n_rows = rows.cost.shape[0]
-                if n_rows > self.max_tuples:
-                    raise InvalidInputError(
-                        f"plots: more than {self.max_tuples} tuples lie in the gate; expected "
-                        "fewer plots, a smaller gate or a greater max_tuples"
-                    )
-                rows = _enlarge(rows, min(2 * n_rows, self.max_tuples + 1))
-        n_rows = int(path.counter[N_ROWS])
-        return ScoredTuples(
-            tuples=rows.plot[:n_rows].copy(),
-            costs=rows.cost[:n_rows].copy(),
-            positions=rows.mean[:n_rows].copy(),
-            covariances=rows.covariance[:n_rows].copy(),
-        )
+        if self.overflow == "thin":
+            found = grow_nearest(table, views, limits, self.max_tuples)
+        else:
+            every = grow_tuples(table, views, limits, self.max_tuples)
+            found = None if every is None else (every, True)
+        if found is None:
+            raise InvalidInputError(
+                f"plots: more than {self.max_tuples} tuples lie in the gate; expected fewer "
+                "plots, a smaller gate, a greater max_tuples or, to thin them, overflow='thin'"
+            )
+        rows, is_complete = found
+        return ScoredTuples(rows.plot, rows.cost, rows.mean, rows.covariance, is_complete)
 
     def _limits(self, dim: int) -> PlotLimits:
         low, high = np.full(dim, -np.inf), np.full(dim, np.inf)
@@ -198,47 +197,7 @@ class PlotsRule:
             with_lone=self.lone_plots,
             low=low,
             high=high,
+            most=0,
+            is_chain=False,
+            stride=1,
         )
-
-
-def _new_path(n_sensors: int, dim: int) -> Path:
-    counter = np.zeros(3, dtype=np.int64)
-    counter[DEPTH] = -1
-    whole = np.zeros((6, n_sensors), dtype=np.int64)
-    real = np.zeros((5, n_sensors))
-    return Path(
-        counter=counter,
-        plot=whole[0],
-        sensor=whole[1],
-        is_located=np.zeros(n_sensors, dtype=np.bool_),
-        n_bearings=whole[2],
-        cost=real[0],
-        total=real[1],
-        distance=real[2],
-        log_information=real[3],
-        mean=np.zeros((n_sensors, dim)),
-        covariance=np.zeros((n_sensors, dim, dim)),
-        next_sensor=whole[3],
-        cursor=whole[4],
-        stop=whole[5],
-        weight=real[4],
-        scratch=np.zeros((dim, dim)),
-    )
-
-
-def _new_rows(n_rows: int, n_sensors: int, dim: int) -> TupleRows:
-    return TupleRows(
-        plot=np.empty((n_rows, n_sensors), dtype=np.int64),
-        cost=np.empty(n_rows),
-        mean=np.empty((n_rows, dim)),
-        covariance=np.empty((n_rows, dim, dim)),
-    )
-
-
-def _enlarge(rows: TupleRows, n_rows: int) -> TupleRows:
-    columns = []
-    for column in rows:
-        larger = np.empty((n_rows, *column.shape[1:]), dtype=column.dtype)
-        larger[: column.shape[0]] = column
-        columns.append(larger)
-    return TupleRows(*columns)

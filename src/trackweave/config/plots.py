@@ -68,6 +68,7 @@ class PlotSettings:
             negative_only=self.cost == "evidence",
             lone_plots=True,
             max_tuples=self.max_tuples,
+            overflow="thin",
         )
 
 

@@ -205,11 +205,11 @@ class PlotFuser:
             ),
             members=tuple(held),
             alone=every[~np.isin(every, np.concatenate([every[:0], *held]))],
-            certificate=_certificate(answer, is_complete=getattr(tuples, "is_complete", True)),
+            certificate=_certificate(answer, is_complete=tuples.is_complete),
             evaluations=answer.evaluations,
             stop_reason=answer.stop_reason,
             n_tuples=len(tuples),
-            is_complete=getattr(tuples, "is_complete", True),
+            is_complete=tuples.is_complete,
         )
 
     def checked(self, scans: Iterable[Scan]) -> list[Scan]:
