@@ -45,7 +45,10 @@ def test_writes_the_report_and_says_what_holds(run: Run, tmp_path: Path) -> None
     assert (out / "report.md").read_bytes() == first
 
 
-def test_says_which_presets_have_a_study(run: Run, tmp_path: Path) -> None:
+def test_says_which_presets_have_a_study(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(studies.STUDIES, "hillis-1997")
     done = run("reproduce", "hillis-1997", "--out", tmp_path / "out")
     assert done.exit_code == 2
     assert "a preset without a study so far; expected huo-2008" in done.stderr

@@ -93,8 +93,11 @@ def test_sensors_miss_objects_at_random() -> None:
     assert len(shown.tuples()) == np.unique(np.concatenate(shown.truth)).size
 
 
-def test_every_study_is_a_preset_and_others_are_refused_by_name() -> None:
+def test_every_study_is_a_preset_and_others_are_refused_by_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert all(callable(study_of(name)) for name in STUDIES)
+    monkeypatch.delitem(STUDIES, "hillis-1997")
     with pytest.raises(InvalidInputError, match="hillis-1997: a preset without a study so far"):
         study_of("hillis-1997")
     with pytest.raises(InvalidInputError, match="did you mean huo-2008"):

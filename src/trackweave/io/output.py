@@ -40,7 +40,11 @@ FILES = {
     "reproduce": frozenset({"report.md"})
     | {
         f"{figure}.{ending}"
-        for figure in ("spacing", "convergence", "confirmation", "sizes")
+        for figure in (
+            *("spacing", "convergence", "confirmation", "sizes"),
+            *("figures", "example", "depths", "generations", "stops"),
+            *("thresholds", "interruptions", "arrivals"),
+        )
         for ending in ("csv", "png")
     },
 }

@@ -15,7 +15,10 @@ __all__ = ["STUDIES", "Claim", "Progress", "Study", "study_of"]
 Progress = Callable[[int, int], None]
 
 # The module of each preset's study; its ``reproduce`` makes a Study.
-STUDIES: dict[str, str] = {"huo-2008": "trackweave.studies.huo_2008"}
+STUDIES: dict[str, str] = {
+    "hillis-1997": "trackweave.studies.hillis_1997",
+    "huo-2008": "trackweave.studies.huo_2008",
+}
 
 
 @dataclass(frozen=True, slots=True)

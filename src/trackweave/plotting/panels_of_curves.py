@@ -1,0 +1,117 @@
+"""Figures of studies: panels of curves side by side, each curve with its spread."""
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from trackweave.arrays import FloatArray
+
+__all__ = ["Panel", "SpreadCurve", "picture_of_panels"]
+
+DOTS_PER_INCH = 150
+WIDTH_IN, HEIGHT_IN = 3.6, 3.6
+# Okabe and Ito's colours; marks and lines tell the curves apart without them.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#E69F00", "#56B4E9")
+MARKS = "os^Dv*P"
+LINES = ("-", "--", "-.", ":", "-", "--", "-.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpreadCurve:
+    """A curve and how far what it is the mean of spreads.
+
+    Parameters
+    ----------
+    x, y
+        Its points, each of shape (points,); a point that is not finite is left out.
+    spread
+        Half the length of the bar at each point; None for none.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    spread: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Curves over one axis.
+
+    Parameters
+    ----------
+    title, x_name, y_name
+        What stands above and beside it.
+    curves
+        The curves by their names; a name has one look in all panels.
+    x_logarithmic, y_logarithmic
+        Whether an axis is logarithmic; along y it is linear below 1.
+    """
+
+    title: str
+    x_name: str
+    y_name: str
+    curves: Mapping[str, SpreadCurve]
+    x_logarithmic: bool = False
+    y_logarithmic: bool = False
+
+
+def picture_of_panels(panels: Sequence[Panel]) -> bytes:
+    """Return panels side by side, with one legend below, as PNG.
+
+    Parameters
+    ----------
+    panels
+        At least one.
+
+    Returns
+    -------
+    The file's bytes; equal panels give equal bytes with one version of matplotlib.
+    """
+    names = list(dict.fromkeys(name for panel in panels for name in panel.curves))
+    # The user's own style files must not change the picture.
+    with matplotlib.style.context("default"), mpl.rc_context():
+        figure = Figure(
+            figsize=(WIDTH_IN * len(panels), HEIGHT_IN), facecolor="white", layout="constrained"
+        )
+        known: dict[str, Any] = {}
+        for axes, panel in zip(
+            figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True
+        ):
+            known |= _draw(axes, panel, names)
+        figure.legend(
+            [known[name] for name in names], names, loc="outside lower center",
+            ncols=min(len(names), 2 * len(panels)), frameon=False, fontsize=8,
+        )  # fmt: skip
+        FigureCanvasAgg(figure)
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return file.getvalue()
+
+
+def _draw(axes: Axes, panel: Panel, names: Sequence[str]) -> dict[str, Any]:
+    drawn: dict[str, Any] = {}
+    for name, curve in panel.curves.items():
+        look = names.index(name) % len(COLOURS)
+        # Many points would hide the line behind their marks.
+        drawn[name] = axes.errorbar(
+            curve.x, curve.y, yerr=curve.spread, color=COLOURS[look], linestyle=LINES[look],
+            marker=MARKS[look], markersize=4, markevery=max(1, len(curve.x) // 12),
+            linewidth=1.4, elinewidth=0.8, capsize=2.5,
+        )  # fmt: skip
+    axes.set_title(panel.title, loc="left", fontsize=9)
+    axes.set_xlabel(panel.x_name, fontsize=9)
+    axes.set_ylabel(panel.y_name, fontsize=9)
+    if panel.x_logarithmic:
+        axes.set_xscale("log")
+    if panel.y_logarithmic:
+        axes.set_yscale("symlog", linthresh=1.0)
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.tick_params(labelsize=8)
+    return drawn

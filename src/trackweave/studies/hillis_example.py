@@ -1,0 +1,180 @@
+"""The patent's Figures 1 to 4 with reports of a sensor: what is decoded, and what pays when."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.association.problem import AssignmentProblem
+from trackweave.domain.scans import Scan
+from trackweave.models.motion import ConstantVelocity
+from trackweave.models.sensors import Sensor
+from trackweave.solvers.protocol import Solver
+from trackweave.studies.hillis_fitness import (
+    BestHypothesis,
+    Recorded,
+    decoded,
+    document_growth,
+    sequence,
+)
+from trackweave.trackers.hypothesis import Amendment
+from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.window import Window
+
+__all__ = [
+    "FIGURES",
+    "PLACES",
+    "REPORTS",
+    "Run",
+    "decoded_figure",
+    "least_cost_with",
+    "name_of",
+    "run_example",
+]
+
+Tracks = frozenset[tuple[int, ...]]
+
+# Two objects go up and to the left, the one along D0,1 D1,0 D2,0 faster than the other; D0,0 is a
+# false alarm, nearer to D1,0 than D0,1 is. The document gives no places: these are ours.
+SCANS = (
+    ((0.0, 0.0), (100.0, 0.0), (200.0, 0.0)),
+    ((40.0, 50.0), (160.0, 50.0)),
+    ((-20.0, 100.0), (120.0, 100.0)),
+)
+PLACES: FloatArray = np.array([place for scan in SCANS for place in scan])
+REPORTS = ("D0,0", "D0,1", "D0,2", "D1,0", "D1,1", "D2,0", "D2,1")
+FIGURES: dict[str, tuple[str, str]] = {
+    # As printed, Figure 1's string names D1,0 twice; the second must be D1,1, as in the drawing.
+    "1": ("D0,0-D1,0-D0,1-D1,1-D0,2", "D0,0-D1,0 D0,1-D1,1 D0,2"),
+    "2": ("D0,0-D1,0-D0,2-D1,1-D0,1", "D0,0-D1,0 D0,2-D1,1 D0,1"),
+    "3": ("D0,1-D1,0-D0,2-D1,1-D0,0", "D0,1-D1,0 D0,2-D1,1 D0,0"),
+    "4": ("D0,1-D1,0-D2,0-D0,2-D1,1-D2,1-D0,0", "D0,1-D1,0-D2,0 D0,2-D1,1-D2,1 D0,0"),
+}
+"""Each figure's string, and its drawing as tracks."""
+SENSOR = Sensor(
+    "radar", sigma=8.0, detection_probability=0.9, clutter_density=1e-6, scan_period=1.0
+)
+FORBIDDEN = 1e3
+"""More than any hypothesis of the example costs [nats]."""
+MOTION = ConstantVelocity(1.0, max_speed=100.0)
+
+
+def name_of(tracks: Iterable[tuple[int, ...]]) -> str:
+    """Return tracks as text, in the patent's names, the longest first."""
+    ordered = sorted(tracks, key=lambda track: (-len(track), track))
+    return " ".join("-".join(REPORTS[report] for report in track) for track in ordered)
+
+
+def _tracks(drawing: str) -> Tracks:
+    return frozenset(
+        tuple(REPORTS.index(name) for name in track.split("-")) for track in drawing.split()
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """What a tracker says of the example, scan by scan.
+
+    Parameters
+    ----------
+    problems
+        The window's problem after each scan.
+    hypotheses
+        The tracks of the hypothesis after each scan, of all reports so far.
+    amendments
+        What each scan amended.
+    """
+
+    problems: tuple[AssignmentProblem, ...]
+    hypotheses: tuple[Tracks, ...]
+    amendments: tuple[tuple[Amendment, ...], ...]
+
+
+def run_example(depth: int, rng: np.random.Generator, solver: Solver | None = None) -> Run:
+    """Track the example's three scans.
+
+    Parameters
+    ----------
+    depth
+        Scans in the window.
+    rng
+        Source of randomness.
+    solver
+        What searches; None for the best by the patent's fitness, proven.
+
+    Returns
+    -------
+    What the tracker says.
+    """
+    asked = Recorded(solver or BestHypothesis())
+    tracker = MultiScanTracker(
+        motion=MOTION, sensors=[SENSOR], window=Window(depth), search=asked,
+        lifecycle=Lifecycle(new_target_density=1e-6), limits=document_growth(), estimate="best",
+    )  # fmt: skip
+    said: dict[int, int] = {}
+    hypotheses, amendments = [], []
+    for time, places in enumerate(SCANS):
+        found = tracker.step(Scan(float(time), SENSOR.name, np.array(places)), rng=rng)
+        for known in (found.final, tracker.pending()):
+            said |= dict(zip(known.report.tolist(), known.track.tolist(), strict=True))
+        of_track: dict[int, list[int]] = {}
+        for report, track in sorted(said.items()):
+            of_track.setdefault(track, []).append(report)
+        hypotheses.append(frozenset(tuple(track) for track in of_track.values()))
+        amendments.append(found.amendments)
+    return Run(tuple(asked.problems), tuple(hypotheses), tuple(amendments))
+
+
+def decoded_figure(figure: str, run: Run) -> tuple[float, Tracks, bool]:
+    """Return what a figure's string decodes to.
+
+    Parameters
+    ----------
+    figure
+        Its number.
+    run
+        A run whose window holds all scans.
+
+    Returns
+    -------
+    The hypothesis' cost, its tracks, and whether they are the drawing's.
+    """
+    string, drawing = FIGURES[figure]
+    order = [REPORTS.index(name) for name in string.split("-")]
+    problem = next(each for each in run.problems if each.n_items == len(order))
+    cost, tracks = decoded(problem, order)
+    return cost, frozenset(tracks), frozenset(tracks) == _tracks(drawing)
+
+
+def least_cost_with(
+    figure: str, problem: AssignmentProblem, rng: np.random.Generator
+) -> tuple[float, Tracks]:
+    """Return the best hypothesis that says of the first two scans what a figure says.
+
+    Parameters
+    ----------
+    figure
+        Its number.
+    problem
+        The problem after some scans, all of them in the window.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    What it costs, infinite where there is none, and its tracks.
+    """
+    early = [track for track in _tracks(FIGURES[figure][1]) if track[0] < len(SCANS[0])]
+    last = min(problem.n_items, len(SCANS[0]) + len(SCANS[1]))
+    said = {tuple(item for item in track if item < last) for track in early}
+    total = problem.total.copy()
+    for node in range(problem.n_nodes):
+        known = tuple(item for item in sequence(problem, node) if item < last)
+        # A report of its own track must stand somewhere, be it at a price that no answer pays.
+        if known and known not in said:
+            total[node] = FORBIDDEN if problem.parent[node] < 0 else np.inf
+    answer = BestHypothesis()(replace(problem, total=total), rng=rng)
+    tracks = frozenset(sequence(problem, int(node)) for node in answer.nodes)
+    return answer.cost if answer.cost < FORBIDDEN / 2 else np.inf, tracks
