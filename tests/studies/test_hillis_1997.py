@@ -2,6 +2,7 @@
 
 import io
 import itertools
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
@@ -167,9 +168,7 @@ def test_right_is_a_report_on_its_objects_own_track(scene: TwoSensors) -> None:
     # Another object's name behind each report makes those wrong that were right.
     names = scene.names()
     other = {"": ""} | dict(zip(names, names[1:] + names[:1], strict=True))
-    mixed = TwoSensors(
-        scene.scans, scene.sensors, tuple(other[name] for name in scene.target), scene.truth
-    )
+    mixed = replace(scene, target=tuple(other[name] for name in scene.target))
     own = np.array([name != "" for name in scene.target])
     wrong = follow(mixed, Exact(), 3, np.random.default_rng(1)).is_right
     assert not np.any(wrong & found.is_right & own)

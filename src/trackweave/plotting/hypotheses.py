@@ -17,7 +17,7 @@ from trackweave.arrays import FloatArray
 __all__ = ["Drawing", "picture_of_hypotheses"]
 
 DOTS_PER_INCH = 150
-WIDTH_IN, HEIGHT_IN = 3.5, 2.15
+WIDTH_IN, HEIGHT_IN = 3.5, 1.75
 # Okabe and Ito's colours, told apart by colour-blind people; lines differ too.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 LINES = ("-", "--", "-.", ":")

@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib as mpl
 import matplotlib.style
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -63,7 +64,7 @@ class Panel:
 
 
 def picture_of_panels(panels: Sequence[Panel]) -> bytes:
-    """Return panels side by side, with one legend below, as PNG.
+    """Return panels side by side, with one legend below where curves need one, as PNG.
 
     Parameters
     ----------
@@ -85,10 +86,12 @@ def picture_of_panels(panels: Sequence[Panel]) -> bytes:
             figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True
         ):
             known |= _draw(axes, panel, names)
-        figure.legend(
-            [known[name] for name in names], names, loc="outside lower center",
-            ncols=min(len(names), 2 * len(panels)), frameon=False, fontsize=8,
-        )  # fmt: skip
+        # A single curve is what the panel's title says.
+        if any(len(panel.curves) > 1 for panel in panels):
+            figure.legend(
+                [known[name] for name in names], names, loc="outside lower center",
+                ncols=min(len(names), 2 * len(panels)), frameon=False, fontsize=8,
+            )  # fmt: skip
         FigureCanvasAgg(figure)
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
@@ -110,8 +113,12 @@ def _draw(axes: Axes, panel: Panel, names: Sequence[str]) -> dict[str, Any]:
     axes.set_ylabel(panel.y_name, fontsize=9)
     if panel.x_logarithmic:
         axes.set_xscale("log")
+        axes.xaxis.set_major_formatter("{x:g}")
     if panel.y_logarithmic:
         axes.set_yscale("symlog", linthresh=1.0)
+        highest = max(float(np.nanmax(curve.y, initial=1.0)) for curve in panel.curves.values())
+        axes.set_ylim(-0.2, 2.0 * highest)
+        axes.yaxis.set_major_formatter("{x:g}")
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     axes.tick_params(labelsize=8)
     return drawn

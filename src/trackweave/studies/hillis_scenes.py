@@ -62,12 +62,15 @@ class TwoSensors:
         The object behind each report, empty text for a false alarm, by the report's number.
     truth
         Where the objects are.
+    priors
+        A track of each object at the beginning.
     """
 
     scans: tuple[Scan, ...]
     sensors: tuple[Sensor, ...]
     target: tuple[str, ...]
     truth: TruthTable
+    priors: TrackTable
 
     def late(self, rng: np.random.Generator) -> "TwoSensors":
         """Return the same scans, lone reports arriving up to two seconds late, in any order."""
@@ -80,18 +83,19 @@ class TwoSensors:
         """Return the objects in the order of their tracks."""
         return [str(name) for name in self.truth.target[self.truth.time == self.truth.time.min()]]
 
-    def priors(self, rng: np.random.Generator) -> TrackTable:
-        """Return a track of each object at the beginning, off by chance as it says it may be."""
-        first = np.flatnonzero(self.truth.time == self.truth.time.min())
-        assert self.truth.velocity is not None  # simulated
-        state = np.column_stack([self.truth.position[first], self.truth.velocity[first]])
-        count, time = first.shape[0], self.truth.time[first]
-        return TrackTable(
-            time, np.arange(count), np.full(count, CONFIRMED),
-            state + rng.normal(size=state.shape) * np.sqrt(np.diag(PRIOR)),
-            np.broadcast_to(PRIOR, (count, 4, 4)).copy(),
-            np.zeros(count), np.full(count, 3), time,
-        )  # fmt: skip
+
+def _priors(truth: TruthTable, rng: np.random.Generator) -> TrackTable:
+    """Return a track of each object at the beginning, off by chance as it says it may be."""
+    first = np.flatnonzero(truth.time == truth.time.min())
+    assert truth.velocity is not None  # simulated
+    state = np.column_stack([truth.position[first], truth.velocity[first]])
+    count, time = first.shape[0], truth.time[first]
+    return TrackTable(
+        time, np.arange(count), np.full(count, CONFIRMED),
+        state + rng.normal(size=state.shape) * np.sqrt(np.diag(PRIOR)),
+        np.broadcast_to(PRIOR, (count, 4, 4)).copy(),
+        np.zeros(count), np.full(count, 3), time,
+    )  # fmt: skip
 
 
 def meeting_scene(rng: np.random.Generator, n_scans: int) -> TwoSensors:
@@ -167,6 +171,7 @@ def _scene(scenario: Scenario, rng: np.random.Generator) -> TwoSensors:
         sensors,
         tuple(str(name) for name in target),
         found.truth,
+        _priors(found.truth, rng),
     )
 
 
@@ -197,7 +202,9 @@ def lone_reports(scene: TwoSensors, rng: np.random.Generator) -> TwoSensors:
         scans.append(Scan(time, ALONE.name, place[None], report=np.array([len(target)])))
         target.append(name)
     scans.sort(key=lambda scan: scan.time)
-    return TwoSensors(tuple(scans), (*scene.sensors, ALONE), tuple(target), truth)
+    return replace(
+        scene, scans=tuple(scans), sensors=(*scene.sensors, ALONE), target=tuple(target)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -265,7 +272,7 @@ def follow(
         window=Window(depth),
         search=asked,
         lifecycle=Lifecycle(new_target_density=DENSITY),
-        priors=scene.priors(np.random.default_rng(0)),
+        priors=scene.priors,
         limits=GrowthLimits() if ours else document_growth(),
         estimate="average" if ours else "best",
     )

@@ -141,7 +141,9 @@ def interrupted(
     """
     search, costs, whole = document_search(), [], True
     for most in looks:
-        answer = search(problem, rng=np.random.default_rng(seed), stop=_after(most))
+        # The same numbers again: each answer is what a longer search would have passed.
+        again = np.random.Generator(np.random.PCG64(seed))
+        answer = search(problem, rng=again, stop=_after(most))
         taken = [item for node in answer.nodes for item in sequence(problem, int(node))]
         free = np.setdiff1d(np.arange(problem.n_items), np.flatnonzero(problem.must_cover))
         whole &= len(taken) == len(set(taken)) and set(free.tolist()) <= set(taken)
