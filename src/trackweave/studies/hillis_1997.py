@@ -58,7 +58,7 @@ def reproduce(
     Report, claims and figures with their numbers.
     """
     depths, sizes = ((1, 3, 5), SIZES[:2]) if quick else (DEPTHS, SIZES)
-    n_scenes, n_windows = ((2, 1), 2) if quick else ((8, 2), 5)
+    n_scenes, n_windows = ((2, 1), 2) if quick else ((20, 2), 5)
     done, total = 0, n_scenes[0] + len(sizes) + 3
 
     def step() -> None:
@@ -76,7 +76,7 @@ def reproduce(
     thresholds = thresholds_table(evolutions[SIZE_OF_STOPS])
     stops, whole, ordered = stopping(rng, SIZE_OF_STOPS, n_windows)
     step()
-    arrivals = arriving(rng, n_scenes[0])
+    arrivals = arriving(rng, min(n_scenes[0], 8))
     step()
     tables = {
         "example": example, "depths": depth, "sizes": size,
@@ -220,7 +220,7 @@ def _report(
         "are ours. Cost of the best hypothesis whose links between the first two scans are those "
         "of a figure; Figure 4 goes on from Figure 3.\n\n![](example.png)",
         "depths": f"## Depth of the window\n\n{n_scenes[0]} scenes of two sensors (the patent's "
-        f"search on {n_scenes[1]} of them and not at every depth: it takes long): five objects, "
+        f"search on {n_scenes[1]} of them; only the first few at every depth): five objects, "
         "three and two of which cross, false alarms, misses, nine scans of each sensor; every "
         "method sets out from the same tracks. Mean ± standard deviation over scenes; in the "
         "figure, bars of one standard error. *document*: the preset. *its best*: the proven best "
