@@ -37,12 +37,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--times", type=int, default=1, help="so many times the scenes")
     parser.add_argument("--objects", type=int, nargs="+", choices=OBJECTS, default=list(OBJECTS))
+    parser.add_argument("--only", nargs="+", default=[], help="scenes whose names begin so")
     parser.add_argument("--limit", type=float, default=2.0, help="CPU time of an answer [s]")
     arguments = parser.parse_args()
     warm_up()
     _results(Family("", BearingKind(3, 5), (1,), 90.0), arguments.limit, [])
     rows, sure = [], []
     for family in families(tuple(arguments.objects)):
+        if not family.name.startswith(" ".join(arguments.only)):
+            continue
         n = SCENES[family.kind.n_objects] * arguments.times
         seeds = tuple(range(1, n + 1))
         results = _results(
