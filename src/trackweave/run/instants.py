@@ -19,8 +19,9 @@ def instants_of(scans: Iterable[Scan], within: float) -> list[tuple[Scan, ...]]:
 
     Returns
     -------
-    Instants in order of time. An instant begins with the first scan that is of none yet, and takes
-    in those that follow within the time, up to the first of a sensor that it has already.
+    Instants in order of time, each one's scans in order of their sensors' names. An instant begins
+    with the first scan that is of none yet, and takes in those that follow within the time, up to
+    the first of a sensor that it has already.
     """
     instants: list[list[Scan]] = []
     for scan in scans:
@@ -30,4 +31,4 @@ def instants_of(scans: Iterable[Scan], within: float) -> list[tuple[Scan, ...]]:
             instants[-1].append(scan)
         else:
             instants.append([scan])
-    return [tuple(instant) for instant in instants]
+    return [tuple(sorted(instant, key=lambda scan: scan.sensor)) for instant in instants]
