@@ -191,7 +191,6 @@ def study() -> Study:
     small = pytest.MonkeyPatch()
     small.setattr(hillis_1997, "SIZES", (5,))
     small.setattr(hillis_1997, "SIZE_OF_STOPS", 5)
-    small.setattr(hillis_parts, "N_SCANS", 6)
     calls: list[tuple[int, int]] = []
     found = study_of("hillis-1997")(
         np.random.default_rng(1), True, lambda done, total: calls.append((done, total))

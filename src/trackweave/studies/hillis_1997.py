@@ -59,6 +59,7 @@ def reproduce(
     """
     depths, sizes = ((1, 3, 5), SIZES[:2]) if quick else (DEPTHS, SIZES)
     n_scenes, n_windows = ((2, 1), 2) if quick else ((20, 2), 5)
+    n_scans = 6 if quick else 9
     done, total = 0, n_scenes[0] + len(sizes) + 3
 
     def step() -> None:
@@ -71,12 +72,12 @@ def reproduce(
     one, searched = run_example(1, rng), run_example(5, rng, document_search())
     example = costs_by_scan(window, rng)
     step()
-    depth = by_depth(rng, depths, n_scenes, step)
+    depth = by_depth(rng, depths, n_scenes, n_scans, step)
     size, evolutions = by_size(rng, sizes, n_windows, step)
     thresholds = thresholds_table(evolutions[SIZE_OF_STOPS])
     stops, whole, ordered = stopping(rng, SIZE_OF_STOPS, n_windows)
     step()
-    arrivals = arriving(rng, min(n_scenes[0], 8))
+    arrivals = arriving(rng, min(n_scenes[0], 8), n_scans)
     step()
     tables = {
         "example": example, "depths": depth, "sizes": size,
@@ -86,7 +87,7 @@ def reproduce(
     findings = Findings(window, one, searched, distinct_hypotheses(window), tables, whole, ordered)
     claims = claims_of(findings)
     files = _files(tables, window, one, rng)
-    return Study(_report(tables, claims, n_scenes, n_windows), claims, files)
+    return Study(_report(tables, claims, (*n_scenes, n_scans), n_windows), claims, files)
 
 
 def _files(
@@ -212,7 +213,10 @@ def _picture_of_stops(thresholds: Table, stops: Table) -> bytes:
 
 
 def _report(
-    tables: dict[str, Table], claims: tuple[Claim, ...], n_scenes: tuple[int, int], n_windows: int
+    tables: dict[str, Table],
+    claims: tuple[Claim, ...],
+    n_scenes: tuple[int, int, int],
+    n_windows: int,
 ) -> str:
     shown = {**tables, "depths": _summary(tables["depths"])}
     parts = {
@@ -221,7 +225,7 @@ def _report(
         "of a figure; Figure 4 goes on from Figure 3.\n\n![](example.png)",
         "depths": f"## Depth of the window\n\n{n_scenes[0]} scenes of two sensors (the patent's "
         f"search on {n_scenes[1]} of them; only the first few at every depth): five objects, "
-        "three and two of which cross, false alarms, misses, nine scans of each sensor; every "
+        f"three and two of which cross, false alarms, misses, {n_scenes[2]} scans of each; every "
         "method sets out from the same tracks. Mean ± standard deviation over scenes; in the "
         "figure, bars of one standard error. *document*: the preset. *its best*: the proven best "
         "by the same fitness. *exact*: the proven best where a report that joins nothing may be "
