@@ -14,8 +14,8 @@ from scipy.sparse import csc_array
 from text_tables import heading, table
 from windows import Place, grown, scans_of
 
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, AssignmentProblem, Status
-from trackweave.association.tree import GrowthLimits
 from trackweave.solvers import Auto, Dual, Exact, Genetic, Greedy, Solver
 
 DEPTH = 5

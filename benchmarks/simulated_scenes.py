@@ -174,11 +174,17 @@ def fading(seed: int, *, targets: int = 10, seconds: int = 120, later: float = 0
     })  # fmt: skip
 
 
-def bearings(seed: int, *, targets: int, seconds: float = 60.0) -> Scene:
-    """Return four sensors around a square, each of which sees directions alone."""
+def bearings(
+    seed: int, *, targets: int, seconds: float = 60.0, sigma: float = 2e-3, share: float = 0.2
+) -> Scene:
+    """Return four sensors around a square, each of which sees directions alone.
+
+    ``sigma`` is of a bearing [rad], ``share`` how many false alarms a scan has for each target.
+    """
     rng = np.random.default_rng(seed)
-    side, gaze, false, count = 10e3, 0.2, 2.0, 4
-    around = 2 * np.pi * np.arange(count) / count + 0.3
+    side, count = 10e3, 4
+    gaze, false = float(np.degrees(sigma)), share * targets
+    around = 2 * np.pi * np.arange(count) / count
     places = side / 2 + 9e3 * np.stack([np.sin(around), np.cos(around)], axis=1)
     moving = start, speed = objects(rng, targets, side, (5.0, 30.0))
     rows: list[tuple[Any, ...]] = []

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.association.tree import GrowthLimits
 from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
-from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.association._pruning import crossings
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 from trackweave.errors import InvalidInputError
 
@@ -188,3 +190,18 @@ def test_a_tree_without_anything_is_a_problem_without_anything():
     tree = AssociationTree(window.rule, WIDE)
     problem = tree.problem(np.empty(0, dtype=np.int64))
     assert (problem.n_nodes, problem.n_items) == (0, 0)
+
+
+def test_below_a_line_each_second_report_begins_a_group_of_its_own():
+    #           line 0        located 5
+    #       1 (a)    2 (b)        6
+    #       3        4
+    parent = np.array([-1, 0, 0, 1, 2, -1, 5])
+    is_line = np.array([1, 0, 0, 0, 0, 0], dtype=np.int64)
+    family = np.array([0, 0, 0, 0, 0, 1, 1])
+    group = crossings(parent, is_line, family, 2)
+    assert group[0] == 0
+    assert group[5] == group[6] == 1
+    assert group[1] == group[3]
+    assert group[2] == group[4]
+    assert len({int(group[0]), int(group[1]), int(group[2]), 1}) == 4

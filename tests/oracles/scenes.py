@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackweave.association.tree import GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor

@@ -4,7 +4,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from oracles.sequences import Known, Look, Rules
-from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable

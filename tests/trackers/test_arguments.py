@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oracles.scenes import MOTION, groups, run, scan, scene, sensor, tracker
-from trackweave.association.tree import GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Greedy

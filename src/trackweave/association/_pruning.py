@@ -83,3 +83,23 @@ def keep_below(nodes: Nodes, n_nodes: int, root: IntArray, n_fixed: int) -> np.n
         else:
             keep[node] = keep[above] if above >= 0 else nodes.report[node] >= n_fixed
     return keep
+
+
+@jit
+def crossings(parent: IntArray, is_line: IntArray, family: IntArray, n_families: int) -> IntArray:
+    """Return the group of each sequence: its family, or a new number below each child of a line.
+
+    ``is_line`` is of the first sequences; those after them are nobody's parents.
+    """
+    group = family.copy()
+    count = n_families
+    for node in range(parent.shape[0]):
+        above = parent[node]
+        if above < 0:
+            continue
+        if is_line[above] == 1:
+            group[node] = count
+            count += 1
+        else:
+            group[node] = group[above]
+    return group

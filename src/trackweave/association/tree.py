@@ -1,13 +1,12 @@
 """The association tree: every sequence of reports worth scoring, each computed once."""
 
 from dataclasses import dataclass, fields
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray, IntArray, is_whole
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._growth import append_children, append_roots, propose
 from trackweave.association._nodes import (
     Candidates,
@@ -22,56 +21,16 @@ from trackweave.association._nodes import (
 )
 from trackweave.association._pruning import (
     accumulate_prices,
+    crossings,
     keep_ancestors,
     keep_below,
     raise_ancestors,
     rank_bounds,
 )
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import AssignmentProblem
-from trackweave.errors import InvalidInputError
 
-__all__ = ["AssociationTree", "Beginning", "GrowthLimits"]
-
-
-@dataclass(frozen=True, slots=True)
-class GrowthLimits:
-    """What bounds the growth of an association tree.
-
-    Sequences are ranked by their cost plus what their reports are worth to others.
-
-    Parameters
-    ----------
-    margin
-        A track's sequence grows on while its rank is within this of the track's best [nats].
-    keep
-        Greatest number of sequences on which a track grows.
-    new_margin, new_keep
-        The same for an object that begins in the window.
-    new_ceiling
-        How far above the price of its first report such a sequence's rank may lie [nats].
-    max_nodes
-        Greatest number of sequences in all; the worst ranked give way, never a beginning.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is no positive number, or a count is not whole.
-    """
-
-    margin: float = 10.0
-    keep: int = 150
-    new_margin: float = 6.0
-    new_keep: int = 16
-    new_ceiling: float = 4.5
-    max_nodes: int = 500_000
-
-    def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            is_count = name in ("keep", "new_keep", "max_nodes")
-            if not (is_whole(value) if is_count else isinstance(value, Real)) or not value > 0:
-                what = "a whole number" if is_count else "a number"
-                raise InvalidInputError(f"{name}: {value!r:.80}; expected {what} > 0")
+__all__ = ["AssociationTree", "Beginning"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,20 +147,20 @@ class AssociationTree:
         nodes = self.nodes
         priced = np.empty(n_old)
         accumulate_prices(nodes, n_old, priced)
-        family = np.concatenate([nodes.family[:n_old], nodes.family[candidates.node]])
+        group = self._groups(candidates)
         alive = nodes.cost[:n_old] + missed.tail + priced
         ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
         grown = candidates.cost + priced[candidates.node]
-        bound = self._bounds(family, np.concatenate([ended, grown]))
-        excess = np.concatenate([ended, grown]) - bound[family]
+        bound = self._bounds(candidates, group, np.concatenate([ended, grown]))[group]
+        excess = np.concatenate([ended, grown]) - bound
         excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
         parent = np.concatenate([nodes.parent[:n_old], candidates.node])
         kept = _kept(parent, excess, max(0, self.limits.max_nodes - n_new))
         chosen = np.flatnonzero(kept[n_old:])
-        stopped = np.isfinite(missed.tail) & (alive > bound[family[:n_old]])
+        stopped = np.isfinite(missed.tail) & (alive > bound[:n_old])
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
         self.n_pruned += int(np.count_nonzero(stopped & kept[:n_old]))
-        nodes.tail[:n_old] = np.where(alive <= bound[family[:n_old]], missed.tail, np.inf)
+        nodes.tail[:n_old] = np.where(alive <= bound[:n_old], missed.tail, np.inf)
         nodes.misses[:n_old] = missed.misses
         nodes.counted[:n_old] = missed.counted
         self._reserve(chosen.shape[0] + n_new)
@@ -292,15 +251,33 @@ class AssociationTree:
         report = nodes.report[:n]
         report[report >= 0] -= n_fixed
 
-    def _bounds(self, family: IntArray, rank: FloatArray) -> FloatArray:
-        """Return the worst rank that each family keeps."""
-        limits, is_new = self.limits, self.track < 0
+    def _groups(self, candidates: Candidates) -> IntArray:
+        """Return for each sequence, then each candidate, among which it has to hold its own."""
+        # An object seen by its bearing alone is somewhere else with each second report: below
+        # a line, what each of them begins is as good as an object of its own.
+        nodes, n = self.nodes, self.n_nodes
+        family = np.concatenate([nodes.family[:n], nodes.family[candidates.node]])
+        if self.general is None or not np.any(nodes.is_line[:n]):
+            return family
+        parent = np.concatenate([nodes.parent[:n], candidates.node])
+        return crossings(parent, nodes.is_line[:n], family, self.n_families)
+
+    def _bounds(self, candidates: Candidates, group: IntArray, rank: FloatArray) -> FloatArray:
+        """Return the worst rank that each group keeps."""
+        limits, nodes, n = self.limits, self.nodes, self.n_nodes
+        family = np.arange(self.n_families)
+        if group.max(initial=-1) >= self.n_families:
+            every = np.concatenate([nodes.family[:n], nodes.family[candidates.node]])
+            family = np.zeros(group.max() + 1, dtype=np.int64)
+            family[: self.n_families] = np.arange(self.n_families)
+            family[group] = every
+        is_new = self.track[family] < 0
         return rank_bounds(
-            family,
+            group,
             rank,
             np.where(is_new, limits.new_margin, limits.margin),
             np.where(is_new, limits.new_keep, limits.keep),
-            np.where(is_new, self.start_cost + limits.new_ceiling, np.inf),
+            np.where(is_new, self.start_cost[family] + limits.new_ceiling, np.inf),
         )
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:

@@ -8,7 +8,8 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.association._growth import propose
 from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
-from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.tree import AssociationTree, Beginning
 from trackweave.association.window_rule import without_reports
 
 __all__ = ["waited"]

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-from trackweave.association.tree import GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
 from trackweave.config.moving import motion_of
 from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
@@ -18,6 +18,7 @@ from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
 from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of, sensor_of
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
@@ -213,7 +214,7 @@ def fill(
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")
     return Settings(
-        motion, sensors, window, lifecycle, search, _growth(ledger),
+        motion, sensors, window, lifecycle, search, _growth(ledger, sensors),
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
@@ -265,8 +266,9 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
     )
 
 
-def _growth(ledger: Ledger) -> GrowthLimits:
-    usual = GrowthLimits()
+def _growth(ledger: Ledger, sensors: Sequence[Sensor]) -> GrowthLimits:
+    by_bearings = all(sensor.measurement is MeasurementKind.BEARING for sensor in sensors)
+    usual = GrowthLimits.of_bearings() if by_bearings else GrowthLimits()
     names = [field.name for field in fields(GrowthLimits)]
     return GrowthLimits(
         **{name: ledger.choose(("growth", name), default=getattr(usual, name)) for name in names}

@@ -16,7 +16,7 @@ from trackweave.arrays import (
     name_text,
     require_instance,
 )
-from trackweave.association.tree import GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable

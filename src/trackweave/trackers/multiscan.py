@@ -9,8 +9,9 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.beliefs import believe
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer
-from trackweave.association.tree import AssociationTree, Beginning, GrowthLimits
+from trackweave.association.tree import AssociationTree, Beginning
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -63,7 +64,7 @@ class MultiScanTracker:
     priors
         Tracks known beforehand, confirmed; their times must not lie behind the first scan.
     limits
-        What bounds the number of sequences considered.
+        What bounds the number of sequences considered; None for what serves such sensors.
     estimate
         What is reported of a track: the "average" over its sequences by their probability, or
         the state of the "best" hypothesis alone. Only the first also tells probabilities.
@@ -106,7 +107,9 @@ class MultiScanTracker:
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Auto()
-        self._limits = limits or GrowthLimits()
+        by_bearings = not any(map(tells_place, self._sensors.values()))
+        usual = GrowthLimits.of_bearings() if by_bearings else GrowthLimits()
+        self._limits = limits or usual
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
         slowest = slowest_of(self._sensors.values())
@@ -122,7 +125,7 @@ class MultiScanTracker:
             new,
             motion.max_speed,
             self._period,
-            by_bearings=not any(map(tells_place, self._sensors.values())),
+            by_bearings=by_bearings,
         )
         self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)

@@ -10,8 +10,9 @@ import numpy as np
 
 from trackweave.arrays import IntArray, is_number
 from trackweave.association._nodes import ScanInput
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.states import states_at
-from trackweave.association.tree import AssociationTree, GrowthLimits
+from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
