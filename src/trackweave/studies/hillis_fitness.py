@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import IntArray
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.association.tree import GrowthLimits
 from trackweave.presets.hillis_1997 import CONFIGURATION
 from trackweave.solvers import Exact, Genetic
 from trackweave.solvers.components import Components

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.association.tree import GrowthLimits
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.domain.truth import TruthTable
