@@ -44,6 +44,8 @@ FILES = {
             *("spacing", "convergence", "confirmation", "sizes"),
             *("figures", "example", "depths", "generations", "stops"),
             *("thresholds", "interruptions", "arrivals"),
+            *("figure3", "figure4", "figure5", "figure6"),
+            *("sorting", "tracking", "courses", "noise", "cpu"),
         )
         for ending in ("csv", "png")
     },

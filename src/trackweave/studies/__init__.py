@@ -18,6 +18,7 @@ Progress = Callable[[int, int], None]
 STUDIES: dict[str, str] = {
     "hillis-1997": "trackweave.studies.hillis_1997",
     "huo-2008": "trackweave.studies.huo_2008",
+    "wiranto-2018": "trackweave.studies.wiranto_2018",
 }
 
 

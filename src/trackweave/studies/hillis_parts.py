@@ -1,9 +1,8 @@
 """The parts of the patent's study, each a table of numbers."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import permutations
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from trackweave.studies.hillis_search import (
     interrupted,
     least_cost,
 )
+from trackweave.studies.writing import Table
 
 __all__ = [
     "CLOSE",
@@ -55,30 +55,6 @@ METHODS: dict[str, Callable[[], Solver]] = {
     "nearest": Greedy,
 }
 Step = Callable[[], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Numbers of a part.
-
-    Parameters
-    ----------
-    head
-        Names of the columns.
-    rows
-        The cells.
-    """
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[object, ...], ...]
-
-    def column(self, name: str, **where: object) -> FloatArray:
-        """Return a column's numbers, NaN for none, of the rows in which others are as given."""
-        place = self.head.index(name)
-        wanted = {self.head.index(key): value for key, value in where.items()}
-        rows = [row for row in self.rows if all(row[at] == value for at, value in wanted.items())]
-        cells: list[Any] = [row[place] for row in rows]
-        return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)
 
 
 def distinct_hypotheses(run: Run) -> tuple[int, int, int]:

@@ -1,16 +1,43 @@
 """Tables and claims of a study's report, as Markdown and as files."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import polars as pl
 
+from trackweave.arrays import FloatArray
 from trackweave.io.encoding import encode_table
 from trackweave.studies import Claim
 
-__all__ = ["claims_text", "csv_table", "text_table"]
+__all__ = ["Table", "claims_text", "csv_table", "text_table"]
 
 HOLDS = {True: "**holds**", False: "**does not hold**", None: "cannot be told"}
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Numbers of a part.
+
+    Parameters
+    ----------
+    head
+        Names of the columns.
+    rows
+        The cells.
+    """
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[object, ...], ...]
+
+    def column(self, name: str, **where: object) -> FloatArray:
+        """Return a column's numbers, NaN for none, of the rows in which others are as given."""
+        place = self.head.index(name)
+        wanted = {self.head.index(key): value for key, value in where.items()}
+        rows = [row for row in self.rows if all(row[at] == value for at, value in wanted.items())]
+        cells: list[Any] = [row[place] for row in rows]
+        return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:

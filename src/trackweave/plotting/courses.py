@@ -1,0 +1,127 @@
+"""Figures of studies: plots, courses and estimates, on a plan or over time."""
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import matplotlib as mpl
+import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from trackweave.arrays import FloatArray
+
+__all__ = ["CoursePanel", "Layer", "Look", "picture_of_courses"]
+
+DOTS_PER_INCH = 150
+WIDTH_IN, HEIGHT_IN = 4.6, 5.0
+Look = Literal[
+    "false", "plot", "wrong", "missed", "mark", "fused", "truth", "estimate", "other estimate"
+]
+# Okabe and Ito's colours by what is shown, on top of one another in the order of the layers.
+LOOKS: dict[Look, dict[str, Any]] = {
+    "false": {"marker": ".", "markersize": 2.5, "linestyle": "", "color": "#B8B8B8"},
+    "plot": {"marker": ".", "markersize": 4.0, "linestyle": "", "color": "#0072B2"},
+    "wrong": {
+        "marker": "o", "markersize": 6.0, "linestyle": "", "color": "#D55E00",
+        "markerfacecolor": "none", "markeredgewidth": 1.1,
+    },
+    "missed": {
+        "marker": "s", "markersize": 5.0, "linestyle": "", "color": "#E69F00",
+        "markerfacecolor": "none", "markeredgewidth": 1.1,
+    },
+    "mark": {"linestyle": ":", "linewidth": 1.0, "color": "#666666"},
+    "fused": {
+        "marker": "x", "markersize": 4.0, "linestyle": "", "color": "#56B4E9",
+        "markeredgewidth": 1.0,
+    },
+    "truth": {"linestyle": "--", "linewidth": 1.2, "color": "#000000"},
+    "estimate": {"linestyle": "-", "linewidth": 1.5, "color": "#D55E00"},
+    "other estimate": {"linestyle": "-", "linewidth": 1.5, "color": "#009E73"},
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """Points or a line.
+
+    Parameters
+    ----------
+    name
+        What the legend calls it; empty for what is in it already.
+    look
+        What is shown.
+    x, y
+        Its points, each of shape (points,); a line has a gap where one is not finite.
+    """
+
+    name: str
+    look: Look
+    x: FloatArray
+    y: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class CoursePanel:
+    """Layers over one pair of axes.
+
+    Parameters
+    ----------
+    title, x_name, y_name
+        What stands above and beside it.
+    layers
+        What it shows, the lowest first.
+    is_plan
+        Whether both axes have one scale.
+    """
+
+    title: str
+    x_name: str
+    y_name: str
+    layers: tuple[Layer, ...]
+    is_plan: bool = True
+
+
+def picture_of_courses(panels: Sequence[CoursePanel]) -> bytes:
+    """Return panels side by side, each with its legend below, as PNG.
+
+    Parameters
+    ----------
+    panels
+        At least one.
+
+    Returns
+    -------
+    The file's bytes; equal panels give equal bytes with one version of matplotlib.
+    """
+    # The user's own style files must not change the picture.
+    with matplotlib.style.context("default"), mpl.rc_context():
+        figure = Figure(
+            figsize=(WIDTH_IN * len(panels), HEIGHT_IN), facecolor="white", layout="constrained"
+        )
+        every = figure.subplots(1, len(panels), squeeze=False)[0]
+        for axes, panel in zip(every, panels, strict=True):
+            _draw(axes, panel)
+        FigureCanvasAgg(figure)
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return file.getvalue()
+
+
+def _draw(axes: Axes, panel: CoursePanel) -> None:
+    for layer in panel.layers:
+        # A name that begins with an underscore stays out of the legend.
+        axes.plot(layer.x, layer.y, label=layer.name or "_", **LOOKS[layer.look])
+    axes.set_title(panel.title, loc="left", fontsize=10)
+    axes.set_xlabel(panel.x_name, fontsize=9)
+    axes.set_ylabel(panel.y_name, fontsize=9)
+    if panel.is_plan:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=8)
+    axes.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=2, frameon=False, fontsize=8
+    )
