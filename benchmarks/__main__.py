@@ -30,6 +30,7 @@ SCRIPTS = {
     "opensky": ["opensky.py"],
     "manoeuvres": ["manoeuvres.py"],
     "simulated": ["simulated.py"],
+    "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],

@@ -1,4 +1,4 @@
-"""Simulated sensors of every kind: turning, moving, failing, and those that see directions alone.
+"""Simulated sensors of every kind: turning, moving and failing.
 
 A target is tracked while a track that is not tentative lies within the scene's cutoff, taken one
 to one at each second; a track without a target is false. A switch is a target whose track has
@@ -190,17 +190,6 @@ def fading(seeds: Sequence[int]) -> str:
     return table(["detection probability", *HEAD[1:]], rows)
 
 
-def bearings(seeds: Sequence[int]) -> str:
-    rows = []
-    for count in (5, 20):
-
-        def make(seed: int, count: int = count) -> Scene:
-            return scenes.bearings(seed, targets=count)
-
-        rows.append(repeated(f"{count} targets", make, (10.0, 60.0), seeds, 300.0))
-    return table(HEAD, rows)
-
-
 PARTS: dict[str, tuple[str, Callable[[Sequence[int]], str]]] = {
     "rotating": (
         "Ten radars turn in 4 to 4.36 s; 30 aircraft over a square of 200 km, 120 s; 70 m and "
@@ -216,11 +205,6 @@ PARTS: dict[str, tuple[str, Callable[[Sequence[int]], str]]] = {
         "Ten targets over a square of 2 km, σ = 10 m, ten false alarms a scan; P_D is 0.9 for 60 "
         "scans, then 0.4. Judged over the second half.",
         fading,
-    ),
-    "bearings": (
-        "Four sensors around a square of 10 km report bearings alone, each second with 0.2°, P_D "
-        "0.9 and two false alarms a scan.",
-        bearings,
     ),
 }
 

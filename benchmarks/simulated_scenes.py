@@ -206,6 +206,9 @@ def bearings(
             "clutter_density": false / np.radians(70), "scan_period": 1.0,
             "field_of_view": {"max_range_m": 16e3},
         }},
-        "lifecycle": {"new_target_density": 1e-9, "initial_target_density": targets / side**2},
-        "window": {"depth": 4, "max_scans": 16},
+        "lifecycle": {
+            "new_target_density": 1e-8, "initial_target_density": targets / side**2,
+            "survival": 0.99,
+        },
+        "window": {"depth": 6, "max_scans": 24},
     })  # fmt: skip

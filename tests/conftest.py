@@ -13,7 +13,7 @@ SOURCE = ROOT / "src" / "trackweave"
 # No kernel imports from these, so that editing them need not compile anything anew.
 WITHOUT_KERNELS = {
     "cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
-    "simulation",
+    "simulation", "studies",
 }  # fmt: skip
 
 

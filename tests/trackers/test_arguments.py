@@ -92,7 +92,7 @@ def test_takes_a_window_by_its_depth(depth):
         {"deadline": "soon"},
         {"deadline": True},
     ],
-    ids=str,
+    ids=lambda wrong: next(iter(wrong)),
 )
 def test_a_refused_step_changes_nothing(wrong):
     scans = scene(1)

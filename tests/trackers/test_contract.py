@@ -111,7 +111,7 @@ def test_refuses_a_part_of_another_kind(make, wrong):
         {"deadline": 0},
         {"deadline": "soon"},
     ],
-    ids=str,
+    ids=lambda wrong: next(iter(wrong)),
 )
 def test_a_refused_step_changes_nothing(make, wrong):
     scans = scene(1, times=range(9))
