@@ -113,7 +113,8 @@ def trackweave(*arguments: object, **options: object) -> "subprocess.Popen[str]"
 def test_control_c_is_status_130_and_leaves_nothing(tmp_path: Path) -> None:
     reports = write_reports(tmp_path / "reports.csv", n_scans=20_000)
     process = trackweave("track", reports, "--out", tmp_path / "out")
-    time.sleep(2.5)
+    # Long enough to have begun even beside other tests, far from long enough to end.
+    time.sleep(6.0)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
-from trackweave.run.collect import Rows
+from trackweave.run.collect import Assigned, Rows
 
 
 def rows(time: float, n_tracks: int) -> TrackTable:
@@ -40,3 +40,10 @@ def test_a_period_thins_the_rows(period: float | None, times: list[float]) -> No
 
 def test_a_run_without_tracks_has_an_empty_table() -> None:
     assert len(Rows().table(3)) == 0
+
+
+def test_reports_of_tracks_that_nobody_knows_become_false_alarms() -> None:
+    assigned = Assigned(np.array([3, -1, 7, 3]), np.array([0.9, np.nan, 0.8, 0.7]))
+    assigned.drop_all_but({3})
+    assert assigned.track.tolist() == [3, -1, -1, 3]
+    assert np.isnan(assigned.probability[2])

@@ -71,6 +71,9 @@ def test_nearest_neighbour_tracks_scan_by_scan_without_fusing():
     assert {scan["sensor"] for scan in result.run["scans"]} == set("ABC")
     assert "tuples" not in result.run["scans"][0]
     assert result.run["configuration"]["tracker"]["pairing"] == "one-to-one"
+    # What no confirmed track holds is a false alarm, in the assignments too.
+    known = set(result.tracks.filter(result.tracks["status"] != "tentative")["track"].to_list())
+    assert set(result.assignments["track"].drop_nulls().to_list()) <= known
 
 
 def test_nothing_is_entered_that_nobody_asked_for():

@@ -121,5 +121,8 @@ def test_says_nothing_of_bearings_whose_sensor_is_known() -> None:
         "sigma": {"bearing_deg": 0.5}, "detection_probability": 0.9, "clutter_density": 0.1,
         "position": [0.0, 0.0],
     }  # fmt: skip
-    settings, _ = settle(table(bearings), load_configuration({"sensors": {"default": known}}))
+    elsewhere = {"default": known, "B": {"position": [1000.0, 0.0]}}
+    settings, _ = settle(table(bearings), load_configuration({"sensors": elsewhere}))
     assert not any("bearings" in note for note in settings.notes)
+    settings, _ = settle(table(bearings), load_configuration({"sensors": {"default": known}}))
+    assert any("cross nowhere" in note for note in settings.notes)

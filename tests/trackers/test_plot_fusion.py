@@ -280,3 +280,14 @@ def test_a_fused_sensor_for_every_set_that_may_look_together():
         fuser().fused_sensors(1.0, combinations=[("Z",)])
     with pytest.raises(InvalidInputError, match="reads like several"):
         fuser(["A", "B", "A+B"]).fused_sensors(1.0)
+
+
+def test_reports_without_numbers_are_counted_by_sensor() -> None:
+    sensors = [Sensor(name, sigma=10.0, clutter_density=1e-7, scan_period=1.0) for name in "AB"]
+    rule = PlotsRule(object_density=1e-6, negative_only=True)
+    fused = PlotFuser(sensors, rule)(
+        [Scan(0.0, "B", [[5.0, 0.0]]), Scan(0.0, "A", [[0.0, 0.0], [9e3, 9e3]])],
+        rng=np.random.default_rng(1),
+    )
+    assert [members.tolist() for members in fused.members] == [[0, 2]]
+    assert fused.alone.tolist() == [1]

@@ -51,7 +51,8 @@ def grow_tuples(
 
     Returns
     -------
-    The tuples; None if there are more, or growing them takes more steps.
+    The tuples; None if there are more, or growing them takes more steps. Of chains, each plot
+    with its nearest alone, the first so many.
     """
     n_sensors, dim = table.miss.shape[0], table.value.shape[1]
     path, choice = _new_path(n_sensors, dim), _new_choice(table, limits)
@@ -59,12 +60,13 @@ def grow_tuples(
     n_steps, at_once = 0, THIN_STEPS if limits.most else STEPS
     while (state := grow_sets(table, views, limits, path, choice, rows, at_once)) != DONE:
         n_steps += at_once
-        if n_steps > max_steps:
-            return None
-        if state == FULL:
-            n_rows = rows.cost.shape[0]
-            if n_rows > max_tuples:
+        n_rows = rows.cost.shape[0]
+        if n_steps > max_steps or (state == FULL and n_rows > max_tuples):
+            if not limits.is_chain:
                 return None
+            # Nothing is left to leave out: those of the first plots, in their order.
+            return _resized(rows, min(int(path.counter[N_ROWS]), max_tuples))
+        if state == FULL:
             rows = _resized(rows, min(2 * n_rows, max_tuples + 1))
     n_rows = int(path.counter[N_ROWS])
     return _resized(rows, n_rows)
@@ -72,12 +74,12 @@ def grow_tuples(
 
 def grow_nearest(
     table: PlotTable, views: Views, limits: PlotLimits, max_tuples: int
-) -> tuple[TupleRows, bool] | None:
+) -> tuple[TupleRows, bool]:
     """Return all tuples, or, if they are too many, those of the plots nearest to each other.
 
     Each set is grown by so many plots of each sensor, the nearest, that the tuples are few
-    enough: half as many again and again, at last one and no set without it. A sample tells
-    beforehand where they are far too many.
+    enough: half as many again and again, at last one and no set without it, and of these sets the
+    first. A sample tells beforehand where they are far too many.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def grow_nearest(
 
     Returns
     -------
-    The tuples, and whether they are all; None if even the fewest are too many.
+    The tuples, and whether they are all.
     """
     n_plots, n_sensors = table.value.shape[0], table.miss.shape[0]
     max_steps = (n_sensors + STEPS_BESIDE) * (n_plots + max_tuples)
@@ -108,7 +110,10 @@ def grow_nearest(
         rows = grow_tuples(table, views, thinned, max_tuples, max_steps)
         if rows is not None:
             return rows, thinned.most == 0
-    return None
+    chains = limits._replace(most=1, is_chain=True)
+    rows = grow_tuples(table, views, chains, max_tuples, max_steps)
+    assert rows is not None
+    return rows, False
 
 
 def _thinner(table: PlotTable, limits: PlotLimits) -> Iterator[PlotLimits]:
@@ -118,7 +123,6 @@ def _thinner(table: PlotTable, limits: PlotLimits) -> Iterator[PlotLimits]:
     while most > 0:
         yield limits._replace(most=most)
         most //= 2
-    yield limits._replace(most=1, is_chain=True)
 
 
 def _new_choice(table: PlotTable, limits: PlotLimits) -> Choice:

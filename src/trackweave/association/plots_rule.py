@@ -169,17 +169,15 @@ class PlotsRule:
         table = plot_table(sensors, dim, with_evidence=self.cost == "evidence")
         views, limits = views_of(sensors), self._limits(dim)
         if self.overflow == "thin":
-            found = grow_nearest(table, views, limits, self.max_tuples)
-        else:
-            every = grow_tuples(table, views, limits, self.max_tuples)
-            found = None if every is None else (every, True)
-        if found is None:
+            rows, is_complete = grow_nearest(table, views, limits, self.max_tuples)
+            return ScoredTuples(rows.plot, rows.cost, rows.mean, rows.covariance, is_complete)
+        every = grow_tuples(table, views, limits, self.max_tuples)
+        if every is None:
             raise InvalidInputError(
                 f"plots: more than {self.max_tuples} tuples lie in the gate; expected fewer "
                 "plots, a smaller gate, a greater max_tuples or, to thin them, overflow='thin'"
             )
-        rows, is_complete = found
-        return ScoredTuples(rows.plot, rows.cost, rows.mean, rows.covariance, is_complete)
+        return ScoredTuples(every.plot, every.cost, every.mean, every.covariance)
 
     def _limits(self, dim: int) -> PlotLimits:
         low, high = np.full(dim, -np.inf), np.full(dim, np.inf)

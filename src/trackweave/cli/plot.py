@@ -186,13 +186,16 @@ def _series(run: RunFiles) -> ScanSeries:
 def _assigned(scans: list[dict[str, Any]], time: FloatArray, table: AssignedReports) -> FloatArray:
     """Return how many reports of each scan have a track.
 
-    A report belongs to its sensor's first scan that does not end before it.
+    A report belongs to its sensor's first scan that does not end before it. Scans of several
+    sensors that were taken together are named for all of them.
     """
     counts = np.zeros(time.size)
-    sensors = np.array([str(scan.get("sensor")) for scan in scans], dtype=object)
+    named = [str(scan.get("sensor")) for scan in scans]
     of_track = table.track >= 0
-    for name in dict.fromkeys(sensors.tolist()):
-        own = np.flatnonzero(sensors == name)
+    known = np.unique(table.sensor.astype(str)).tolist()
+    looks = {text: {text, *text.split("+")} for text in dict.fromkeys(named)}
+    for name in known:
+        own = np.array([row for row, text in enumerate(named) if name in looks[text]], dtype=int)
         own = own[np.argsort(time[own], kind="stable")]
         when = table.time[of_track & (table.sensor == name)]
         place = np.searchsorted(time[own], when - SAME_TIME_S)

@@ -14,6 +14,11 @@ from trackweave.studies import study_of
 
 __all__ = ["ReproduceRequest", "run_reproduce"]
 
+QUICK = (
+    "**Quick run: a fraction of the scenes, and the smallest sizes alone.** What the claims below "
+    "say rests on few scenes; leave out `--quick` to judge them."
+)
+
 
 @dataclass(frozen=True, slots=True)
 class ReproduceRequest:
@@ -56,8 +61,12 @@ def run_reproduce(request: ReproduceRequest, voice: Voice) -> dict[str, Any]:
         "claims": claims,
         "timing": {"wall_ms": round(1e3 * time_s, 3)},
     }
-    place.write({**found.files, "report.md": found.report.encode()}, record)
-    marks = {True: "holds", False: "does not hold", None: "not claimed"}
+    report = found.report
+    if request.quick:
+        title, _, rest = report.partition("\n")
+        report = f"{title}\n\n{QUICK}\n{rest}"
+    place.write({**found.files, "report.md": report.encode()}, record)
+    marks = {True: "holds", False: "does not hold", None: "cannot be told"}
     voice.table(f"What {request.preset} says", [(c.text, marks[c.holds]) for c in found.claims])
     return {
         "preset": request.preset,

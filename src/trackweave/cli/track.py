@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
@@ -55,6 +56,7 @@ class Request:
 
 def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     """Track a file of reports and write what was found; return the run's totals."""
+    begin = perf_counter()
     place = OutputDirectory(request.out, "track")
     place.check([request.reports, request.config, request.priors])
     if request.deadline_ms is not None and not 0 < request.deadline_ms < float("inf"):
@@ -86,7 +88,7 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     place.write(tables(result), record)
     for line in [*what_was_assumed(record), *record["notes"]]:
         voice.say(line)
-    found = summary(record, request.out)
+    found = {**summary(record, request.out), "time_s": perf_counter() - begin}
     voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
     return found
 

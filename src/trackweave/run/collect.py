@@ -1,6 +1,6 @@
 """What a run leaves behind scan by scan."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -77,6 +77,13 @@ class Assigned:
         """Enter what a tracker says of some reports."""
         self.track[known.report] = known.track
         self.probability[known.report] = known.probability
+
+    def drop_all_but(self, known: Container[int]) -> None:
+        """Make false alarms of the reports of tracks that are not among those known."""
+        unknown = [track for track in np.unique(self.track).tolist() if track not in known]
+        dropped = np.isin(self.track, unknown)
+        self.track[dropped] = -1
+        self.probability[dropped] = np.nan
 
     def by_row(self) -> dict[int, int]:
         """Return the track of each row that has one."""

@@ -25,6 +25,8 @@ __all__ = ["filled", "observe", "positions_in", "settle"]
 FEWEST_MOMENTS = 20
 # A gap between directions is a sector that is not watched where chance would not leave it [rad].
 WIDEST_CHANCE_GAP = np.radians(60.0)
+# Sensors no farther apart than this stand at one place [m].
+SAME_PLACE = 1.0
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
 
@@ -77,6 +79,7 @@ def settle(
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += _notes_on_bearings(observed, filled)
+    notes += _notes_on_places(reports, observed, places)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
@@ -100,6 +103,26 @@ def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings)
             "begins without another sensor or --priors"
         )
     return notes
+
+
+def _notes_on_places(
+    reports: ReportTable,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, tuple[float, ...]],
+) -> list[str]:
+    """Return a sentence where all sensors see directions alone, and from one place."""
+    names = list(observed)
+    if len(names) < 2 or any(
+        seen.measurement is not MeasurementKind.BEARING for seen in observed.values()
+    ):
+        return []
+    stands = platforms_of(reports, places)[:, :2]
+    if not np.all(np.ptp(stands, axis=0) < SAME_PLACE):
+        return []
+    return [
+        f"sensors {', '.join(names)}: all see directions from one place, so that their bearings "
+        "cross nowhere; no track begins without a sensor elsewhere or --priors"
+    ]
 
 
 def positions_in(

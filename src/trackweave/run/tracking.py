@@ -13,7 +13,7 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.tracks import TrackTable
+from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import assignments_frame, tracks_frame
@@ -21,7 +21,7 @@ from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
 from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
-from trackweave.run.course import course_of
+from trackweave.run.course import Course, course_of
 from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
@@ -154,25 +154,12 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
     course = course_of(table, settings, rotations, begun)
-    tracker, steps = course.tracker, course.steps
     limit = settings.deadline if deadline is None else deadline
     if limit is not None:
         # The first scan's deadline is not for compiling.
         warm_up(settings.search or Auto(), copy.deepcopy(rng))
-    rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
-    for number, scans in enumerate(steps, start=1):
-        cpu, wall = clock.process_time(), clock.perf_counter()
-        if isinstance(tracker, FusedPlotsTracker):
-            hypothesis: Hypothesis = tracker.step(scans, rng=rng, deadline=limit)
-        else:
-            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit)
-        log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
-        rows.add(hypothesis.tracks, hypothesis.time)
-        assigned.enter(hypothesis.final)
-        if progress is not None:
-            progress(number, len(steps))
+    rows, log, assigned = _followed(course, table, settings, (rng, limit), progress)
     tracks = rows.table(table.dim)
-    assigned.enter(tracker.pending())
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
@@ -188,6 +175,37 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         run=record,
         values=values,
     )
+
+
+def _followed(
+    course: Course,
+    table: ReportTable,
+    settings: Settings,
+    search: tuple[np.random.Generator, float | None],
+    progress: Progress | None,
+) -> tuple[Rows, ScanLog, Assigned]:
+    """Take all steps of a course, with a source of randomness and a deadline for each."""
+    tracker, (rng, limit) = course.tracker, search
+    rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
+    confirmed: set[int] = set()
+    for number, scans in enumerate(course.steps, start=1):
+        cpu, wall = clock.process_time(), clock.perf_counter()
+        if isinstance(tracker, FusedPlotsTracker):
+            hypothesis: Hypothesis = tracker.step(scans, rng=rng, deadline=limit)
+        else:
+            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit)
+        log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
+        rows.add(hypothesis.tracks, hypothesis.time)
+        assigned.enter(hypothesis.final)
+        shown = hypothesis.tracks
+        confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
+        if progress is not None:
+            progress(number, len(course.steps))
+    assigned.enter(tracker.pending())
+    if settings.tracker.kind == "nearest-neighbour":
+        # It begins a track with every report left over; those never confirmed were false alarms.
+        assigned.drop_all_but(confirmed)
+    return rows, log, assigned
 
 
 def settings_for(

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,8 @@ ALL_BUT_BLIND = 0.1
 NOWHERE = FieldOfView(min_range=1e15, max_range=2e15)
 CLOCK_NOISE = 1e-6
 """Scans no further apart than this are simultaneous [s]: times are sums of periods."""
+LEFT_OUT = "tuples left out"
+"""Why a search ends that saw only some of the tuples in the gate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +162,8 @@ class PlotFuser:
         scans
             One scan of each sensor that looked, in any order, at least one; their common time is
             that of the last. A sensor that looked and saw nothing has an empty scan, and what it
-            covers was missed; one without a scan did not look.
+            covers was missed; one without a scan did not look. Reports without numbers are
+            counted on from the greatest one, or from 0, in the order of the sensors.
         rng
             The only source of randomness.
         stop
@@ -179,7 +182,7 @@ class PlotFuser:
         InvalidInputError
             If scans are not of different known sensors, or do not fit them or each other.
         """
-        looked = self.checked(scans)
+        looked = _numbered(self.checked(scans))
         time = max(scan.time for scan in looked)
         known = self._dimensions(looked)
         dim = known or 2
@@ -207,7 +210,7 @@ class PlotFuser:
             alone=every[~np.isin(every, np.concatenate([every[:0], *held]))],
             certificate=_certificate(answer, is_complete=tuples.is_complete),
             evaluations=answer.evaluations,
-            stop_reason=answer.stop_reason,
+            stop_reason=answer.stop_reason if tuples.is_complete else LEFT_OUT,
             n_tuples=len(tuples),
             is_complete=tuples.is_complete,
         )
@@ -352,6 +355,19 @@ class PlotFuser:
 def fused_name(scans: Sequence[Scan]) -> str:
     """Return the name of the sensor of an instant's fused reports: its sensors' joined by "+"."""
     return "+".join(scan.sensor for scan in scans)
+
+
+def _numbered(scans: list[Scan]) -> list[Scan]:
+    """Return scans whose reports all have numbers."""
+    following = 1 + max(int(scan.report.max(initial=-1)) for scan in scans)
+    numbered = []
+    for scan in scans:
+        without = np.flatnonzero(scan.report < 0)
+        report = scan.report.copy()
+        report[without] = following + np.arange(without.shape[0])
+        following += without.shape[0]
+        numbered.append(replace(scan, report=report))
+    return numbered
 
 
 def _every_set(names: Sequence[str]) -> list[tuple[str, ...]]:
