@@ -91,6 +91,13 @@ def test_a_preset_fills_what_the_file_leaves_out() -> None:
     assert isinstance(settings.search, Genetic)
 
 
+def test_says_where_the_file_and_the_preset_differ() -> None:
+    said = {"plots": {"fuse": False}, "tracker": {"pairing": "nearest"}}
+    notes = filled(said, preset="wiranto-2018").notes
+    differ = [note for note in notes if note.startswith("preset wiranto-2018")]
+    assert differ == ["preset wiranto-2018: the configuration says otherwise of plots.fuse"]
+
+
 def test_another_method_than_the_presets_takes_none_of_its_options() -> None:
     settings = filled({"search": {"method": "dual"}}, preset="hillis-1997")
     assert isinstance(settings.search, Dual)

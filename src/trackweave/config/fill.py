@@ -209,7 +209,7 @@ def fill(
     plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
-    notes += _doubts(ledger, estimates) + doubts
+    notes += _doubts(ledger, estimates) + doubts + _overruled(ledger, preset)
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")
@@ -231,6 +231,19 @@ def _doubts(ledger: Ledger, estimates: Estimates | None) -> list[str]:
         if used:
             notes.append(f"sensor {name}: {doubt}; better give {', '.join(used)}")
     return notes
+
+
+def _overruled(ledger: Ledger, preset: str | None) -> list[str]:
+    """Return a sentence where the file says otherwise than the preset."""
+    others = [
+        f"{table}.{key}"
+        for table, keys in ledger.preset.items()
+        for key, value in keys.items()
+        if value_at(ledger.file, (table, key)) not in (None, value)
+    ]
+    if not others:
+        return []
+    return [f"preset {preset}: the configuration says otherwise of {', '.join(others)}"]
 
 
 def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
