@@ -98,6 +98,13 @@ def test_says_where_the_file_and_the_preset_differ() -> None:
     assert differ == ["preset wiranto-2018: the configuration says otherwise of plots.fuse"]
 
 
+def test_says_that_plots_are_not_fused_unless_asked_for() -> None:
+    words = "plots: without fuse = true nothing follows from within"
+    assert words in filled({"plots": {"within": 2.0}}).notes
+    assert words not in filled({"plots": {"within": 2.0, "fuse": True}}).notes
+    assert words not in filled({"plots": {"within": 2.0}}, preset="wiranto-2018").notes
+
+
 def test_another_method_than_the_presets_takes_none_of_its_options() -> None:
     settings = filled({"search": {"method": "dual"}}, preset="hillis-1997")
     assert isinstance(settings.search, Dual)

@@ -102,3 +102,9 @@ def test_every_study_is_a_preset_and_others_are_refused_by_name(
         study_of("hillis-1997")
     with pytest.raises(InvalidInputError, match="did you mean huo-2008"):
         study_of("huo2008")
+
+
+def test_a_difference_within_its_own_doubt_tells_nothing() -> None:
+    assert huo_2008._is_above(np.array([1.0, 1.2, np.nan, 0.9])) is True
+    assert huo_2008._is_above(-np.array([1.0, 1.2, 0.9])) is False
+    assert huo_2008._is_above(np.array([-5.0, 10.0, 0.6, -3.0])) is None

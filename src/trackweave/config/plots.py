@@ -87,9 +87,9 @@ def tracker_of_ledger(ledger: Ledger) -> tuple[TrackerSettings, list[str]]:
     """
     usual = TrackerSettings()
     if not _is_given(ledger, "tracker"):
-        return usual, []
+        return usual, _unused(ledger)
     kind = ledger.choose(("tracker", "kind"), default=usual.kind)
-    notes = []
+    notes = _unused(ledger)
     if kind == "nearest-neighbour":
         pairing = ledger.choose(("tracker", "pairing"), default=usual.pairing)
         if ledger.file.get("window"):
@@ -137,6 +137,15 @@ def plots_of_ledger(
         max_tuples=choose("max_tuples", USUAL_TUPLES),
     )
     return settings if is_fused else None
+
+
+def _unused(ledger: Ledger) -> list[str]:
+    """Return a sentence on keys of plots that nobody asks to be fused."""
+    said = [key for key in ledger.file.get("plots", {}) if key != "fuse"]
+    fused = value_at(ledger.file, ("plots", "fuse")), value_at(ledger.preset, ("plots", "fuse"))
+    if not said or fused[0] or (fused[0] is None and fused[1]):
+        return []
+    return [f"plots: without fuse = true nothing follows from {', '.join(said)}"]
 
 
 def _is_given(ledger: Ledger, table: str) -> bool:
