@@ -1,6 +1,5 @@
 """Figures of studies: plots, courses and estimates, on a plan or over time."""
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -8,14 +7,13 @@ from typing import Any, Literal
 import matplotlib as mpl
 import matplotlib.style
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting._png import png_of
 
 __all__ = ["CoursePanel", "Layer", "Look", "picture_of_courses"]
 
-DOTS_PER_INCH = 150
 WIDTH_IN, HEIGHT_IN = 4.6, 5.0
 Look = Literal[
     "false", "plot", "wrong", "missed", "mark", "fused", "truth", "estimate", "other estimate"
@@ -104,10 +102,7 @@ def picture_of_courses(panels: Sequence[CoursePanel]) -> bytes:
         every = figure.subplots(1, len(panels), squeeze=False)[0]
         for axes, panel in zip(every, panels, strict=True):
             _draw(axes, panel)
-        FigureCanvasAgg(figure)
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return file.getvalue()
+        return png_of(figure)
 
 
 def _draw(axes: Axes, panel: CoursePanel) -> None:

@@ -1,19 +1,17 @@
 """Figures of studies: some curves over one axis."""
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import matplotlib as mpl
 import matplotlib.style
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting._png import png_of
 
 __all__ = ["Curve", "Sheet", "picture_of_curves"]
 
-DOTS_PER_INCH = 150
 SIZE_IN = (7.2, 4.4)
 # Told apart without colour too.
 MARKS = "os^Dv*P"
@@ -86,7 +84,4 @@ def picture_of_curves(sheet: Sheet, curves: Mapping[str, Curve]) -> bytes:
             axes.set_xticks(list(sheet.ticks), list(sheet.ticks.values()))
         axes.grid(visible=True, linewidth=0.4, alpha=0.6)
         axes.legend(frameon=False, fontsize=9)
-        FigureCanvasAgg(figure)
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return file.getvalue()
+        return png_of(figure)

@@ -1,6 +1,5 @@
 """Figures of hypotheses: reports as circles, and arrows from each to the next of its track."""
 
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,14 +8,13 @@ from itertools import pairwise
 import matplotlib as mpl
 import matplotlib.style
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting._png import png_of
 
 __all__ = ["Drawing", "picture_of_hypotheses"]
 
-DOTS_PER_INCH = 150
 WIDTH_IN, HEIGHT_IN = 3.5, 1.75
 # Okabe and Ito's colours, told apart by colour-blind people; lines differ too.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
@@ -76,10 +74,7 @@ def picture_of_hypotheses(drawings: Sequence[Drawing], columns: int) -> bytes:
             axes.set_xlabel("x [m]", fontsize=8)
         for axes in grid[:, 0]:
             axes.set_ylabel("y [m]", fontsize=8)
-        FigureCanvasAgg(figure)
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return file.getvalue()
+        return png_of(figure)
 
 
 def _draw(axes: Axes, drawing: Drawing) -> None:

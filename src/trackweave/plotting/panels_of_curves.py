@@ -1,6 +1,5 @@
 """Figures of studies: panels of curves side by side, each curve with its spread."""
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,14 +8,13 @@ import matplotlib as mpl
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting._png import png_of
 
 __all__ = ["Panel", "SpreadCurve", "picture_of_panels"]
 
-DOTS_PER_INCH = 150
 WIDTH_IN, HEIGHT_IN = 3.6, 3.6
 # Okabe and Ito's colours; marks and lines tell the curves apart without them.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#E69F00", "#56B4E9")
@@ -92,10 +90,7 @@ def picture_of_panels(panels: Sequence[Panel]) -> bytes:
                 [known[name] for name in names], names, loc="outside lower center",
                 ncols=min(len(names), 2 * len(panels)), frameon=False, fontsize=8,
             )  # fmt: skip
-        FigureCanvasAgg(figure)
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return file.getvalue()
+        return png_of(figure)
 
 
 def _draw(axes: Axes, panel: Panel, names: Sequence[str]) -> dict[str, Any]:
