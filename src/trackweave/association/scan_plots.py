@@ -6,11 +6,11 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, is_number, require_instance
 from trackweave.association.sensor_plots import SensorPlots
-from trackweave.association.window_rule import swept
+from trackweave.association.window_rule import coverage_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
-from trackweave.models.coverage import Coverage, FieldOfView, everywhere
+from trackweave.models.coverage import Coverage, FieldOfView
 from trackweave.models.extent import extent
 from trackweave.models.measurements import to_position
 from trackweave.models.sensors import Sensor
@@ -78,7 +78,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
     kind, count = sensor.measurement, len(scan)
     moves = scan.platform is not None and scan.platform.size > 0
     platform = np.asarray(scan.platform) if moves else sensor.platform
-    view = _view(sensor, np.atleast_2d(platform)[0] if moves else None, start, scan.time)
+    view = coverage_of(sensor, scan, start)
     if volume is None and dim == 2:
         volume = extent(view, kind) or None
     density = sensor.clutter_density * _width_ignored(sensor, dim, ignored_width)
@@ -141,20 +141,6 @@ def _sigmas(scan: Scan, sensor: Sensor, dim: int) -> FloatArray:
     """Return the standard deviation of each number of the reports."""
     usual = np.broadcast_to(sensor.sigmas(dim), (len(scan), sensor.sigmas(dim).shape[0]))
     return np.where(np.isnan(scan.sigma), usual, scan.sigma) if len(scan) else usual.copy()
-
-
-def _view(
-    sensor: Sensor, platform: FloatArray | None, start: float | None, end: float
-) -> Coverage:
-    """Return where the scan looked, about where it says that the sensor was."""
-    view = sensor.field_of_view
-    coverage = everywhere() if view is None else view.coverage()
-    if platform is not None:
-        coverage = coverage._replace(position=platform[:2].copy())
-    if sensor.rotation is None or start is None or end - start >= sensor.rotation.period:
-        return coverage
-    here = sensor.platform if platform is None else platform
-    return swept(coverage, here[:2], sensor.rotation.sector(start, end))
 
 
 def _field_of_view(coverage: Coverage) -> FieldOfView | None:

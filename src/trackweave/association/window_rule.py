@@ -25,7 +25,7 @@ from trackweave.models.measurements import to_position
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 
-__all__ = ["Context", "scan_input", "swept", "window_rule", "without_reports"]
+__all__ = ["Context", "coverage_of", "scan_input", "swept", "window_rule", "without_reports"]
 
 GATE_PROBABILITY = 0.9997
 """How many of an object's own reports the gate lets through."""
@@ -133,7 +133,7 @@ def scan_input(
             spread = covariance
     setting, noise, used = _settings(covariance[order], platforms[:count][order])
     start = _start(scan, context.start)
-    coverage = _coverage(sensor, scan, start)
+    coverage = coverage_of(sensor, scan, start)
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
@@ -222,8 +222,22 @@ def _start(scan: Scan, given: float | None) -> float | None:
     return float(scan.moments.min(initial=scan.time))
 
 
-def _coverage(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
-    """Return where a scan looked: the field of view about the sensor, as far as its beam went."""
+def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
+    """Return where a scan looked: the field of view about the sensor, as far as its beam went.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    scan
+        Its scan, which may say where the sensor was.
+    start
+        When the beam of a turning sensor began with the scan [s]; None for a whole turn ago.
+
+    Returns
+    -------
+    What was covered.
+    """
     view = sensor.field_of_view
     coverage = everywhere() if view is None else view.coverage()
     platform, end = sensor.platform, scan.time
