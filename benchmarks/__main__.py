@@ -5,6 +5,7 @@
     python -m benchmarks --only association   # the solvers on assignment problems
     python -m benchmarks --only plots         # plots of one instant, some fifteen minutes
     python -m benchmarks --only fusion        # tracks of many sensors, some twenty minutes
+    python -m benchmarks --only performance   # capacity, deadlines, and what each part gains
     python -m benchmarks --peers-python peers/bin/python
 
 Text between ``<!-- begin NAME -->`` and ``<!-- end NAME -->`` is replaced; the rest is written by
@@ -19,7 +20,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-PAGES = HERE.parent / "docs" / "explanation"
+PAGES = HERE.parent / "docs"
 # The peers come first: tracking.py sets its own figures beside theirs.
 SCRIPTS = {
     "peers": ["peers.py"],
@@ -65,9 +66,15 @@ SCRIPTS = {
     "fusion-autoferry": ["fusion_autoferry.py"],
     "fusion-capacity": ["fusion_capacity.py"],
 }
+PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.
-GROUPS = {"association": "association.md", "fusion": "fusion.md", "plots": "plots.md"}
-OWN_PAGES = {"recordings": "recordings.md"}
+GROUPS = {
+    "association": "explanation/association.md",
+    "fusion": "explanation/fusion.md",
+    "performance": "performance.md",
+    "plots": "explanation/plots.md",
+}
+OWN_PAGES = {"recordings": "explanation/recordings.md"}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -79,7 +86,7 @@ ONE_THREAD = {
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
     parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *GROUPS], default=list(SCRIPTS))
-    parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the pages")
+    parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the documents")
     parser.add_argument(
         "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
     )
@@ -99,7 +106,7 @@ def main() -> int:
         if done.returncode:
             failed.append(name)
         elif not done.stdout.startswith("Skipped"):
-            page = GROUPS.get(group) or OWN_PAGES.get(name, "measurements.md")
+            page = GROUPS.get(group) or OWN_PAGES.get(name, PAGE)
             enter(arguments.pages / page, name, done.stdout.strip())
     if failed:
         print(f"Failed: {', '.join(failed)}", file=sys.stderr)
