@@ -43,9 +43,7 @@ def within_reach(
         low = min(low, mean[mode, 0] - reach)
         high = max(high, mean[mode, 0] + reach)
     first = np.searchsorted(position[:, 0], low)
-    last = first
-    while last < position.shape[0] and position[last, 0] <= high:
-        last += 1
+    last = first + np.searchsorted(position[first:, 0], high, side="right")
     return int(first), int(last)
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._crowding import Crowding, admit, nearest_of
 from trackweave.association._gating import (
     is_beside,
     is_reachable,
@@ -51,6 +52,7 @@ def propose(
     rule: WindowRule,
     candidates: Candidates,
     missed: Misses,
+    crowding: Crowding,
     general: State | None,
 ) -> int:
     """Write every gated child to ``candidates`` and what a miss makes of each to ``missed``.
@@ -67,8 +69,13 @@ def propose(
     expected = room_for_expectation(motion, n_components)
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
+    crowding.left_out[:], crowding.dearest[0] = 0, -1
+    stride = 1
+    if not scan.is_located:
+        stride = max(1, -(-n_reports // max(crowding.looks, crowding.looks_anywhere)))
     count = 0
     for node in range(n_nodes):
+        begin = count
         missed.tail[node] = nodes.tail[node]
         missed.misses[node] = nodes.misses[node]
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
@@ -79,7 +86,9 @@ def propose(
         if general is not None:
             is_line = nodes.is_line[node] == 1
             if is_line:
-                count = _propose_crossings(nodes, node, scan, rule, candidates, count, general)
+                count = _propose_crossings(
+                    nodes, node, scan, rule, candidates, count, crowding, general
+                )
         if not is_line:
             interval = scan.reference - nodes.time[node]
             if general is None:
@@ -99,8 +108,17 @@ def propose(
                 low, high = within_reach(
                     scan.position, scan.gate, state.mean, state.covariance, broad[0], slack
                 )
+                if high - low > crowding.looks:
+                    reached = high - low
+                    low, high = nearest_of(
+                        scan.position, low, high, crowding.looks, scan.gate, state.mean,
+                        state.covariance, broad[1], slack,
+                    )  # fmt: skip
+                    crowding.left_out[0] += reached - (high - low)
             known = -1
-            for index in range(low if seen > 0.0 else high, high):
+            if stride > 1:
+                crowding.left_out[0] += n_reports - n_reports // stride
+            for index in range(low + node % stride if seen > 0.0 else high, high, stride):
                 if scan.is_located and not (
                     is_beside(
                         scan.position[index, 1], scan.gate, state.mean, state.covariance,
@@ -156,23 +174,20 @@ def propose(
                     )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
-                if count < candidates.node.shape[0]:
-                    candidates.node[count] = node
-                    candidates.report[count] = index
-                    candidates.cost[count] = (
-                        nodes.cost[node]
-                        + nodes.tail[node]
-                        + scan.survival_cost
-                        - log_likelihood
-                        + scan.log_clutter
-                        - math.log(seen)
-                        - scan.evidence[index]
-                        + identity_cost(
-                            scan.identity[index], nodes.identity[node], nodes.former[node],
-                            scan.identity_gain, scan.identity_loss,
-                        )
-                    )  # fmt: skip
-                count += 1
+                cost = (
+                    nodes.cost[node]
+                    + nodes.tail[node]
+                    + scan.survival_cost
+                    - log_likelihood
+                    + scan.log_clutter
+                    - math.log(seen)
+                    - scan.evidence[index]
+                    + identity_cost(
+                        scan.identity[index], nodes.identity[node], nodes.former[node],
+                        scan.identity_gain, scan.identity_loss,
+                    )
+                )  # fmt: skip
+                count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
             missed.tail[node] -= math.log(1.0 - seen)
@@ -189,35 +204,34 @@ def propose(
 @jit
 def _propose_crossings(
     nodes: Nodes, node: int, scan: ScanInput, rule: WindowRule, candidates: Candidates,
-    count: int, moved: State,
+    count: int, crowding: Crowding, moved: State,
 ) -> int:  # fmt: skip
     """Write the reports that say where an object on a line is; return how many there are now."""
     if abs(scan.time - nodes.time[node]) > rule.crossing_time:
         return count
-    for index in range(scan.measurement.shape[0]):
+    begin, n_reports = count, scan.measurement.shape[0]
+    stride = max(1, -(-n_reports // crowding.looks))
+    for index in range(node % stride, n_reports, stride):
         evidence = cross_line(nodes, node, scan, index, rule, moved.mean[0], moved.covariance[0])
         if evidence == -math.inf:
             continue
-        if count < candidates.node.shape[0]:
-            candidates.node[count] = node
-            candidates.report[count] = index
-            candidates.cost[count] = (
-                nodes.covariance[node, 0, 0, 0]
-                + nodes.tail[node]
-                + scan.survival_cost
-                + scan.log_clutter
-                - math.log(scan.detection_probability)
-                - evidence
-                - scan.evidence[index]
-                + identity_cost(
-                    scan.identity[index],
-                    nodes.identity[node],
-                    nodes.former[node],
-                    scan.identity_gain,
-                    scan.identity_loss,
-                )
+        cost = (
+            nodes.covariance[node, 0, 0, 0]
+            + nodes.tail[node]
+            + scan.survival_cost
+            + scan.log_clutter
+            - math.log(scan.detection_probability)
+            - evidence
+            - scan.evidence[index]
+            + identity_cost(
+                scan.identity[index],
+                nodes.identity[node],
+                nodes.former[node],
+                scan.identity_gain,
+                scan.identity_loss,
             )
-        count += 1
+        )
+        count = admit(candidates, begin, count, crowding, node, index, cost)
     return count
 
 

@@ -50,6 +50,23 @@ def rank_bounds(
 
 
 @jit
+def part_ties(group: IntArray, excess: FloatArray, keep: IntArray) -> None:
+    """Give excess to the later of those at their group's bound that are too many, in place.
+
+    Without it a thousand equal reports would all be kept: no rank tells them apart.
+    """
+    room = keep.copy()
+    for entry in range(group.shape[0]):
+        if excess[entry] < 0.0:
+            room[group[entry]] -= 1
+    for entry in range(group.shape[0]):
+        if excess[entry] == 0.0:
+            room[group[entry]] -= 1
+            if room[group[entry]] < 0:
+                excess[entry] = math.inf
+
+
+@jit
 def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
     """Mark every ancestor of a marked node."""
     for node in range(n_nodes - 1, -1, -1):

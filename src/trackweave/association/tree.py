@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._crowding import Crowding
 from trackweave.association._growth import append_children, append_roots, propose
 from trackweave.association._nodes import (
     Candidates,
@@ -24,6 +25,7 @@ from trackweave.association._pruning import (
     crossings,
     keep_ancestors,
     keep_below,
+    part_ties,
     raise_ancestors,
     rank_bounds,
 )
@@ -31,6 +33,16 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import AssignmentProblem
 
 __all__ = ["AssociationTree", "Beginning"]
+
+CHILDREN, LOOKS = 4, 10
+"""Continuations kept and reports looked at in a scan, by all sequences, for each of the greatest
+number of sequences: so a gate with thousands of reports takes bounded time and memory."""
+SHARE_IN_CROWDS = 4
+"""Of the greatest number of sequences no more than this part is kept where some could not look at
+all reports in their gate: what is to be told apart there cannot be, and costs most to solve."""
+FEWEST, FEWEST_LOOKS, FEWEST_ANYWHERE = 4, 32, 1_000
+"""What every sequence may keep and look at all the same; the last of scans that do not tell
+places, where the nearest reports cannot be picked out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +109,8 @@ class AssociationTree:
         """For each family the slot of its last report among those fixed last; -1 for none."""
         self.general: State | None = None
         """Room for states that are not plain; None as long as all are."""
+        self.is_crowded = False
+        """Whether sequences could not look at all reports in their gates at the last scan."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
@@ -151,11 +165,15 @@ class AssociationTree:
         alive = nodes.cost[:n_old] + missed.tail + priced
         ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
         grown = candidates.cost + priced[candidates.node]
-        bound = self._bounds(candidates, group, np.concatenate([ended, grown]))[group]
-        excess = np.concatenate([ended, grown]) - bound
+        rank = np.concatenate([ended, grown])
+        bound, room = self._bounds(candidates, group, rank)
+        bound = bound[group]
+        excess = rank - bound
+        part_ties(group, excess, room)
         excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
         parent = np.concatenate([nodes.parent[:n_old], candidates.node])
-        kept = _kept(parent, excess, max(0, self.limits.max_nodes - n_new))
+        most = self.limits.max_nodes // (SHARE_IN_CROWDS if self.is_crowded else 1)
+        kept = _kept(parent, excess, max(0, most - n_new))
         chosen = np.flatnonzero(kept[n_old:])
         stopped = np.isfinite(missed.tail) & (alive > bound[:n_old])
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
@@ -262,8 +280,10 @@ class AssociationTree:
         parent = np.concatenate([nodes.parent[:n], candidates.node])
         return crossings(parent, nodes.is_line[:n], family, self.n_families)
 
-    def _bounds(self, candidates: Candidates, group: IntArray, rank: FloatArray) -> FloatArray:
-        """Return the worst rank that each group keeps."""
+    def _bounds(
+        self, candidates: Candidates, group: IntArray, rank: FloatArray
+    ) -> tuple[FloatArray, IntArray]:
+        """Return the worst rank that each group keeps, and how many sequences."""
         limits, nodes, n = self.limits, self.nodes, self.n_nodes
         family = np.arange(self.n_families)
         if group.max(initial=-1) >= self.n_families:
@@ -272,28 +292,45 @@ class AssociationTree:
             family[: self.n_families] = np.arange(self.n_families)
             family[group] = every
         is_new = self.track[family] < 0
-        return rank_bounds(
-            group,
-            rank,
-            np.where(is_new, limits.new_margin, limits.margin),
-            np.where(is_new, limits.new_keep, limits.keep),
-            np.where(is_new, self.start_cost[family] + limits.new_ceiling, np.inf),
-        )
+        keep = np.where(is_new, limits.new_keep, limits.keep)
+        margin = np.where(is_new, limits.new_margin, limits.margin)
+        ceiling = np.where(is_new, self.start_cost[family] + limits.new_ceiling, np.inf)
+        return rank_bounds(group, rank, margin, keep, ceiling), keep
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         n = self.n_nodes
         missed = Misses(np.empty(n), np.empty(n), np.empty(n))
-        room, general = 2 * n + 64, self.general_for(scan)
+        room, general, crowding = 2 * n + 64, self.general_for(scan), self.crowding()
+        if scan.measurement.shape[0] > crowding.looks:
+            # A crowd is looked at only once.
+            room = max(room, int(crowding.children.sum()))
         while True:
             candidates = Candidates(
                 np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
             )
-            count = propose(self.nodes, n, scan, self.rule, candidates, missed, general)
+            count = propose(self.nodes, n, scan, self.rule, candidates, missed, crowding, general)
             if count <= room:
+                self.n_pruned += int(crowding.left_out.sum())
+                self.is_crowded = bool(crowding.left_out[0] > 0)
                 return Candidates(
                     candidates.node[:count], candidates.report[:count], candidates.cost[:count]
                 ), missed
             room = count
+
+    def crowding(self) -> Crowding:
+        """Return what a sequence may look at and keep of a scan, so that all of them can."""
+        nodes, n, limits = self.nodes, self.n_nodes, self.limits
+        n_growing = max(1, int(np.count_nonzero(np.isfinite(nodes.tail[:n]))))
+        most = max(FEWEST, CHILDREN * limits.max_nodes // n_growing)
+        # No family keeps more children of a sequence than sequences in all.
+        is_new = self.track[nodes.family[:n]] < 0
+        children = np.minimum(np.where(is_new, limits.new_keep, limits.keep), most)
+        # Below a line every child is a group of its own.
+        children[nodes.is_line[:n] == 1] = most
+        return Crowding(
+            max(FEWEST_LOOKS, LOOKS * limits.max_nodes // n_growing), FEWEST_ANYWHERE, children,
+            np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]

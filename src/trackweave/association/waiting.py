@@ -46,7 +46,8 @@ def waited(
     for place, scan in enumerate(scans):
         missed = Misses(np.empty(count), np.empty(count), np.empty(count))
         unseen = without_reports(scan)
-        propose(nodes, count, unseen, patient, nobody, missed, tree.general_for(unseen))
+        general = tree.general_for(unseen)
+        propose(nodes, count, unseen, patient, nobody, missed, tree.crowding(), general)
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]

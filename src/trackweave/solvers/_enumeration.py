@@ -61,6 +61,10 @@ class Walk(NamedTuple):
     limit: FloatArray
 
 
+MANY = 2_000
+"""More families are not arranged by who is in whose way: it takes the square of their number."""
+
+
 @jit
 def open_options(component: Component, price: FloatArray, gap: float) -> Options:
     """Return what each family can take in a selection that costs at most L(π) + gap."""
@@ -359,7 +363,7 @@ def enumerate_open(
         families = np.flatnonzero(options.group == group)
         is_over, known = False, math.inf
         for attempt in range(2):
-            if is_over:
+            if is_over or (attempt == 1 and families.shape[0] > MANY):
                 break
             # In order of options a good answer comes soon; by who is in whose way, the proof.
             walk = begin_walk(component, price, options, families, 1, attempt == 0)
