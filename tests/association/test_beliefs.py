@@ -71,18 +71,18 @@ def cut(window, n_reports):
 @pytest.mark.parametrize("seed", range(6))
 def test_one_shared_report_is_believed_exactly(seed, n_known):
     window = Windows(seed, n_known=n_known)
-    count = cut(window, 1)
+    cut(window, 1)
     tree = window.tree()
     expected = exact(tree)
-    beliefs = believe(tree, window.times[-1], count, max_iterations=100)
+    beliefs = believe(tree, window.times[-1], max_iterations=100)
     np.testing.assert_allclose(beliefs.probability, expected, atol=2e-3)
 
 
 def error(window):
     """Return how far the beliefs of a window are from the exact ones, per sequence."""
-    count = cut(window, 5)
+    cut(window, 5)
     tree = window.tree()
-    beliefs = believe(tree, window.times[-1], count)
+    beliefs = believe(tree, window.times[-1])
     return np.abs(beliefs.probability - exact(tree))
 
 
@@ -115,7 +115,7 @@ def test_probabilities_add_up(seed):
     window = Windows(seed, n_known=2)
     tree = window.tree()
     count = sum(len(look.positions) for look in window.looks)
-    beliefs = believe(tree, window.times[-1], count, max_iterations=200)
+    beliefs = believe(tree, window.times[-1], max_iterations=200)
     n, family = tree.n_nodes, tree.nodes.family[: tree.n_nodes]
     of_family = np.bincount(family, beliefs.probability, minlength=tree.n_families)
     is_track = tree.track >= 0
@@ -140,9 +140,8 @@ def test_probabilities_add_up(seed):
 def test_the_mean_state_is_that_of_the_mixture(seed):
     window = Windows(seed, n_known=1)
     tree = window.tree()
-    count = sum(len(look.positions) for look in window.looks)
     time = window.times[-1] + 2.0
-    beliefs = believe(tree, time, count)
+    beliefs = believe(tree, time)
     families = choices(tree)
     for family, members in enumerate(families):
         parts = []
@@ -190,8 +189,7 @@ def test_many_improbable_sequences_keep_their_spread():
 def test_leaves_the_prices_for_the_trees_growth():
     window = Windows(4, n_known=2)
     tree = window.tree()
-    count = sum(len(look.positions) for look in window.looks)
-    believe(tree, window.times[-1], count)
+    believe(tree, window.times[-1])
     prices = tree.nodes.price[: tree.n_nodes]
     assert np.all(prices >= -1e-12)
     assert prices.max() > 0.0
@@ -202,10 +200,9 @@ def test_leaves_the_prices_for_the_trees_growth():
 def test_probabilities_that_the_search_tells_are_summed_by_association(seed):
     window = Windows(seed, n_known=2)
     tree = window.tree()
-    count = sum(len(look.positions) for look in window.looks)
     known = np.random.default_rng(seed).random(tree.n_nodes) / tree.n_nodes
-    told = believe(window.tree(), window.times[-1], count, known)
-    own = believe(tree, window.times[-1], count)
+    told = believe(window.tree(), window.times[-1], known)
+    own = believe(tree, window.times[-1])
     wanted = np.zeros(len(own.edge_probability))
     for node in range(tree.n_nodes):
         climb = node

@@ -126,7 +126,7 @@ class KindWindow:
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
             chances=zero, tail=zero, misses=zero, identity=nobody, former=nobody, sensor=nobody,
-            is_line=np.zeros(count, dtype=np.int64),
+            is_line=np.zeros(count, dtype=np.int64), slot=nobody,
         )  # fmt: skip
 
     def sequences(self, tree):

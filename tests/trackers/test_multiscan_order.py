@@ -13,14 +13,14 @@ SOUTH = [(-1e4, 0.0), (1e4, 0.0), (1e4, -1e4), (-1e4, -1e4)]
 
 def totals(target):
     """Return what each set of reports of the tracker's window costs."""
-    tree, report_of = target._tree, target._open.reports()
+    tree, slots = target._tree, target._slots
     costs = {}
     for node, total in enumerate(tree.totals()):
         track = int(tree.track[tree.nodes.family[node]])
         reports = set()
         while node >= 0:
             if tree.nodes.report[node] >= 0:
-                reports.add(int(report_of[tree.nodes.report[node]]))
+                reports.add(int(slots.report[tree.nodes.report[node] - slots.origin]))
             node = int(tree.nodes.parent[node])
         costs[track, frozenset(reports)] = float(total)
     return costs

@@ -27,27 +27,32 @@ class Edges(NamedTuple):
 
 
 @jit
-def find_edges(nodes: Nodes, n_nodes: int, n_reports: int, n_families: int) -> Edges:
-    """Give a number to each pair of family and report that some sequence has."""
+def find_edges(
+    family_of: IntArray, place: IntArray, n_nodes: int, n_reports: int, n_families: int
+) -> Edges:
+    """Give a number to each pair of family and report that some sequence has.
+
+    ``place`` is each node's report among those that some node has, -1 for none.
+    """
     start = np.zeros(n_reports + 1, dtype=np.int64)
     for node in range(n_nodes):
-        if nodes.report[node] >= 0:
-            start[nodes.report[node] + 1] += 1
+        if place[node] >= 0:
+            start[place[node] + 1] += 1
     for report in range(n_reports):
         start[report + 1] += start[report]
     fill = start[:-1].copy()
     by_report = np.empty(start[n_reports], dtype=np.int64)
     for node in range(n_nodes):
-        if nodes.report[node] >= 0:
-            by_report[fill[nodes.report[node]]] = node
-            fill[nodes.report[node]] += 1
+        if place[node] >= 0:
+            by_report[fill[place[node]]] = node
+            fill[place[node]] += 1
     of_node = np.full(n_nodes, -1, dtype=np.int64)
     edge_report = np.empty(by_report.shape[0], dtype=np.int64)
     seen_at = np.full(n_families, -1, dtype=np.int64)
     edge_of = np.empty(n_families, dtype=np.int64)
     n_edges = 0
     for node in by_report:
-        family, report = nodes.family[node], nodes.report[node]
+        family, report = family_of[node], place[node]
         if seen_at[family] != report:
             seen_at[family] = report
             edge_of[family] = n_edges

@@ -294,6 +294,7 @@ def append_children(
         nodes.misses[child] = 0.0
         nodes.counted[child] = 1.0
         nodes.price[child] = 0.0
+        nodes.belief[child] = 0.0
         nodes.time[child] = scan.moment[index]
         nodes.chances[child] = nodes.chances[above]
         if interval != 0.0 or nodes.report[above] < 0:
@@ -344,6 +345,7 @@ def append_roots(
         nodes.misses[node] = 0.0
         nodes.counted[node] = 1.0
         nodes.price[node] = 0.0
+        nodes.belief[node] = 0.0
         nodes.time[node] = scan.moment[index]
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]

@@ -1,8 +1,9 @@
 """What the kernels of a tree share: sequences, scans, rules."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.measurements import MeasurementKind
@@ -20,7 +21,8 @@ class Nodes(NamedTuple):
     one instant give one chance, of which ``counted`` is the share already counted at this
     instant; ``chances`` counts those up to and with the last report, from the object's first.
     ``price`` is what holding the last report against others is worth [nats], as far as they were
-    known. ``identity`` is whom the last report that said so was of, ``former`` whom another one
+    known, and ``belief`` how probable it was then that this is what its object did and that it
+    lives. ``identity`` is whom the last report that said so was of, ``former`` whom another one
     before it; -1 for nobody. ``sensor`` is the last report's, -1 for none.
 
     ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
@@ -45,10 +47,30 @@ class Nodes(NamedTuple):
     counted: FloatArray
     chances: FloatArray
     price: FloatArray
+    belief: FloatArray
     time: FloatArray
     mean: FloatArray
     covariance: FloatArray
     weight: FloatArray
+
+
+class Families(NamedTuple):
+    """What is known of each family of sequences; see ``association.tree``.
+
+    ``track`` is its identifier, -1 for one that begins in the window, and ``start_cost`` what its
+    first report cost then, at least 0 [nats]. ``fixed_slot`` is the slot of its last report among
+    those fixed, -1 for none. The rest is the last hypothesis's: under which ``name`` its chosen
+    sequence is known, -1 for none, how probable it is that its object lives (``existence``),
+    whether that is ``confirmed``, and what its fixed reports cost (``score``) [nats].
+    """
+
+    track: IntArray
+    start_cost: FloatArray
+    fixed_slot: IntArray
+    name: IntArray
+    existence: FloatArray
+    confirmed: np.ndarray
+    score: FloatArray
 
 
 class ScanInput(NamedTuple):
@@ -161,6 +183,58 @@ def is_plain(scan: ScanInput, motion: MotionRule) -> bool:
         and motion.kind.tolist() == [CONSTANT_VELOCITY]
         and motion.prior.shape[0] == 2 * motion.dim
     )
+
+
+def allocate(capacity: int, modes: int, size: int) -> Nodes:
+    """Return room for nodes of states of so many modes and numbers."""
+
+    def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
+        return np.empty((capacity, *shape), dtype=dtype)
+
+    whole = (
+        "parent", "report", "family", "hits", "chosen", "identity", "former", "sensor", "is_line",
+    )  # fmt: skip
+    real = ("cost", "tail", "misses", "counted", "chances", "price", "belief", "time")
+    return Nodes(
+        **{name: column(dtype=np.int64) for name in whole},
+        **{name: column() for name in real},
+        mean=column(modes, size),
+        covariance=column(modes, size, size),
+        weight=column(modes),
+    )
+
+
+def larger(nodes: Nodes, n_nodes: int, capacity: int) -> Nodes:
+    """Return the first nodes in a larger room."""
+    room = allocate(capacity, *nodes.mean.shape[1:])
+    for old, new in zip(nodes, room, strict=True):
+        new[:n_nodes] = old[:n_nodes]
+    return room
+
+
+def new_families(track: IntArray, start_cost: FloatArray) -> Families:
+    """Return families of which no hypothesis has spoken yet."""
+    count = track.shape[0]
+    nobody, nothing = np.full(count, -1, dtype=np.int64), np.zeros(count)
+    return Families(
+        track=track,
+        start_cost=start_cost,
+        fixed_slot=nobody,
+        name=nobody,
+        existence=nothing,
+        confirmed=np.zeros(count, dtype=np.bool_),
+        score=nothing,
+    )
+
+
+def part_of(families: Families, which: IntArray | NDArray[np.bool_]) -> Families:
+    """Return some families, in the order asked for."""
+    return Families._make(column[which] for column in families)
+
+
+def joined(first: Families, second: Families) -> Families:
+    """Return families and others behind them."""
+    return Families._make(np.concatenate(pair) for pair in zip(first, second, strict=True))
 
 
 def workspace(motion: MotionRule) -> State:

@@ -50,11 +50,10 @@ class Beliefs:
 def believe(
     tree: AssociationTree,
     time: float,
-    n_reports: int,
     known: FloatArray | None = None,
     max_iterations: int = 15,
 ) -> Beliefs:
-    """Return the beliefs at a time, and leave the reports' prices in the tree for its growth.
+    """Return the beliefs at a time; leave prices and beliefs in the tree's nodes.
 
     Parameters
     ----------
@@ -62,8 +61,6 @@ def believe(
         The sequences.
     time
         Time of the mean states [s].
-    n_reports
-        Number of the window's slots.
     known
         How probable the search found each sequence to be, shape (nodes,); None where it does not
         tell. Then the probabilities of associations are summed from it; all else is propagated.
@@ -75,7 +72,9 @@ def believe(
     The beliefs. With loops in the graph they are approximate.
     """
     nodes, n, n_families = tree.nodes, tree.n_nodes, tree.n_families
-    edges: Edges = find_edges(nodes, n, n_reports, n_families)
+    slots, place = tree.slots()
+    n_reports = slots.shape[0]
+    edges: Edges = find_edges(nodes.family, place, n, n_reports, n_families)
     weight, alive = np.empty(n), np.empty(n)
     log_weights(nodes, n, tree.rule.end_cost, weight, alive)
     probability, edge_probability = np.empty(n), np.empty(edges.report.shape[0])
@@ -86,10 +85,11 @@ def believe(
     if known is not None:
         sum_edges(nodes, n, edges, known, edge_probability)
     _, size = n_modes_and_size(tree.rule.motion)
+    np.multiply(probability, alive, out=nodes.belief[:n])
     existence = np.empty(n_families)
     mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
     average_states(
-        nodes, n, n_families, probability * alive, time, tree.rule.motion,
+        nodes, n, n_families, nodes.belief, time, tree.rule.motion,
         existence, mean, covariance, tree.general,
     )  # fmt: skip
     # Sums of many shares of one can come out above it by rounding.

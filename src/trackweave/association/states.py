@@ -3,11 +3,11 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._beliefs import move_states
-from trackweave.association._nodes import n_modes_and_size
+from trackweave.association._beliefs import average_states, move_states
+from trackweave.association._nodes import Nodes, n_modes_and_size
 from trackweave.association.tree import AssociationTree
 
-__all__ = ["states_at"]
+__all__ = ["average_at", "states_at"]
 
 
 def states_at(
@@ -33,4 +33,49 @@ def states_at(
     moments = tree.nodes.time[node] if time is None else np.full(node.shape[0], time)
     mean, covariance = np.empty((node.shape[0], size)), np.empty((node.shape[0], size, size))
     move_states(tree.nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
+    return mean, covariance
+
+
+def average_at(
+    source: tuple[Nodes, int, int],
+    node: IntArray,
+    time: float,
+    tree: AssociationTree,
+    *,
+    by_belief: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the states of sequences of another room, or of their families.
+
+    Parameters
+    ----------
+    source
+        The room, how many nodes it has and how many families.
+    node
+        A node of each family.
+    time
+        When [s].
+    tree
+        Whose rule and room to work in apply.
+    by_belief
+        Whether a state is the average over its family's sequences, or the node's own.
+
+    Returns
+    -------
+    Means and covariances, as of ``states_at``.
+    """
+    nodes, n_nodes, n_families = source
+    count, (_, size) = node.shape[0], n_modes_and_size(tree.rule.motion)
+    mean, covariance = np.empty((count, size)), np.empty((count, size, size))
+    if not by_belief:
+        moments = np.full(count, time)
+        move_states(nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
+        return mean, covariance
+    number = np.full(n_families, -1, dtype=np.int64)
+    number[nodes.family[node]] = np.arange(count)
+    own = number[nodes.family[:n_nodes]]
+    weight = np.where(own >= 0, nodes.belief[:n_nodes], 0.0)
+    average_states(
+        nodes._replace(family=np.maximum(own, 0)), n_nodes, count, weight, time,
+        tree.rule.motion, np.empty(count), mean, covariance, tree.general,
+    )  # fmt: skip
     return mean, covariance

@@ -9,15 +9,22 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._crowding import Crowding
 from trackweave.association._growth import append_children, append_roots, propose
+from trackweave.association._moving import copy_nodes, held_slots
 from trackweave.association._nodes import (
     Candidates,
+    Families,
     Misses,
     Nodes,
     ScanInput,
     State,
     WindowRule,
+    allocate,
     is_plain,
+    joined,
+    larger,
     n_modes_and_size,
+    new_families,
+    part_of,
     workspace,
 )
 from trackweave.association._pruning import (
@@ -66,6 +73,8 @@ class Beginning:
         Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
     is_line
         1 for an object that has been seen by its bearing alone.
+    slot
+        The slot of its last report, -1 where there was none.
     """
 
     track: IntArray
@@ -81,11 +90,16 @@ class Beginning:
     former: IntArray
     sensor: IntArray
     is_line: IntArray
+    slot: IntArray
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Return the names of what a tree's nodes hold of it."""
+        return tuple(each.name for each in fields(cls) if each.name not in ("track", "slot"))
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return what a tree's nodes hold of it, by name."""
-        names = (each.name for each in fields(self))
-        return {name: getattr(self, name) for name in names if name != "track"}
+        return {name: getattr(self, name) for name in self.names()}
 
 
 class AssociationTree:
@@ -100,13 +114,8 @@ class AssociationTree:
         self.rule = rule
         self.limits = limits
         self.n_nodes = 0
-        self.nodes = _allocate(256, *n_modes_and_size(rule.motion))
-        self.track = np.empty(0, dtype=np.int64)
-        """Identifier of each family's track; -1 for families that begin in the window."""
-        self.start_cost = np.empty(0)
-        """What each family's first report cost if it began in the window, at least 0 [nats]."""
-        self.fixed_slot = np.empty(0, dtype=np.int64)
-        """For each family the slot of its last report among those fixed last; -1 for none."""
+        self.nodes = allocate(256, *n_modes_and_size(rule.motion))
+        self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
         self.general: State | None = None
         """Room for states that are not plain; None as long as all are."""
         self.is_crowded = False
@@ -117,7 +126,12 @@ class AssociationTree:
     @property
     def n_families(self) -> int:
         """Number of families."""
-        return self.track.shape[0]
+        return int(self.families.track.shape[0])
+
+    @property
+    def track(self) -> IntArray:
+        """Identifier of each family's track; -1 for families that begin in the window."""
+        return self.families.track
 
     def general_for(self, scan: ScanInput) -> State | None:
         """Return room for states of every kind from the first scan on that is not plain."""
@@ -136,15 +150,21 @@ class AssociationTree:
         nodes.parent[span] = -1
         nodes.report[span] = -1
         nodes.family[span] = np.arange(self.n_families, self.n_families + count)
-        nodes.chosen[span] = 0
+        nodes.chosen[span] = 1
         nodes.cost[span] = 0.0
         nodes.counted[span] = 0.0
         nodes.price[span] = 0.0
+        nodes.belief[span] = 0.0
         for name, column in beginning.columns().items():
             getattr(nodes, name)[span] = column
         self.n_nodes += count
-        self.track = np.concatenate([self.track, beginning.track])
-        self.start_cost = np.concatenate([self.start_cost, np.zeros(count)])
+        families = new_families(beginning.track, np.zeros(count))
+        # They are what is believed as long as no hypothesis says otherwise.
+        self.add_families(families._replace(fixed_slot=beginning.slot, name=beginning.track))
+
+    def add_families(self, families: Families) -> None:
+        """Append families; they are numbered on from those there are."""
+        self.families = joined(self.families, families)
 
     def grow(self, scan: ScanInput, log_density: FloatArray) -> None:
         """Extend every sequence by the scan's reports, begin new objects, prune.
@@ -194,40 +214,50 @@ class AssociationTree:
         n = self.n_nodes
         return self.nodes.cost[:n] + np.minimum(self.nodes.tail[:n], self.rule.end_cost)
 
-    def problem(self, instant: IntArray) -> AssignmentProblem:
+    def slots(self) -> tuple[IntArray, IntArray]:
+        """Return which slots some sequence has.
+
+        Returns
+        -------
+        The slots, ascending, and each node's place among them, -1 for one without a report.
+        """
+        return held_slots(self.nodes.report, self.n_nodes)
+
+    def problem(self, slots: tuple[IntArray, IntArray], instant: IntArray) -> AssignmentProblem:
         """Return the tree as an assignment problem.
 
-        Items are the window's reports by slot, then the tracks from before the window, which
-        must be covered, in the order of their families.
+        Items are the reports by slot, then the tracks from before the window, which must be
+        covered, in the order of their families.
 
         Parameters
         ----------
+        slots
+            What ``slots`` returns.
         instant
-            Rank in time of each slot; equal where reports are of one instant.
+            Rank in time of each slot held; equal where reports are of one instant.
 
         Returns
         -------
         The problem; its nodes are the tree's.
         """
-        n, n_reports = self.n_nodes, instant.shape[0]
+        n, n_reports, place = self.n_nodes, slots[0].shape[0], slots[1]
         is_track = self.track >= 0
         n_tracks = int(is_track.sum())
         own_item = np.full(self.n_families, -1, dtype=np.int64)
         own_item[is_track] = n_reports + np.arange(n_tracks)
-        report = self.nodes.report[:n]
         must_cover = np.zeros(n_reports + n_tracks, dtype=np.bool_)
         must_cover[n_reports:] = True
         return AssignmentProblem(
             parent=self.nodes.parent[:n].copy(),
-            item=np.where(report >= 0, report, own_item[self.nodes.family[:n]]),
+            item=np.where(place >= 0, place, own_item[self.nodes.family[:n]]),
             cost=self.nodes.cost[:n].copy(),
             total=self.totals(),
             must_cover=must_cover,
             instant=np.concatenate([instant, np.full(n_tracks, -1, dtype=np.int64)]),
         )
 
-    def fix(self, root: IntArray, track: IntArray, n_fixed: int) -> None:
-        """Make the assignments of the oldest ``n_fixed`` slots final and forget those slots.
+    def fix(self, root: IntArray, track: IntArray, first_open: int) -> None:
+        """Make the assignments of the slots before ``first_open`` final and forget those slots.
 
         Parameters
         ----------
@@ -236,38 +266,76 @@ class AssociationTree:
             without one goes on only if it begins after the fixed slots.
         track
             Identifier for each family that has a root.
-        n_fixed
-            How many slots, the oldest, are fixed.
+        first_open
+            The first slot that stays open.
         """
         nodes, n = self.nodes, self.n_nodes
-        keep = keep_below(nodes, n, root, n_fixed)
+        keep = keep_below(nodes, n, root, first_open)
         roots = root[root >= 0]
         base = np.zeros(self.n_families)
         base[nodes.family[roots]] = nodes.cost[roots]
         nodes.cost[:n] -= base[nodes.family[:n]]
         lines = roots[nodes.is_line[roots] == 1]
         nodes.covariance[lines, 0, 0, 0] -= base[nodes.family[lines]]
-        self.fixed_slot = np.where(root >= 0, nodes.report[root], -1)
+        slot = nodes.report[root]
+        fixed_slot = np.where((root >= 0) & (slot >= 0), slot, self.families.fixed_slot)
         nodes.parent[roots] = -1
         nodes.report[roots] = -1
         nodes.price[roots] = 0.0
-        self.track = np.where(root >= 0, track, self.track)
+        self.families = self.families._replace(
+            track=np.where(root >= 0, track, self.track), fixed_slot=fixed_slot
+        )
         # A family that can neither grow nor choose between sequences is over.
         n_kept = np.bincount(nodes.family[:n][keep], minlength=self.n_families)
         can_grow = np.zeros(self.n_families, dtype=np.bool_)
         can_grow[nodes.family[:n][keep & np.isfinite(nodes.tail[:n])]] = True
         goes_on = can_grow | (n_kept > 1)
-        keep &= goes_on[nodes.family[:n]]
-        self._compact(keep)
-        n = self.n_nodes
+        self.keep(keep & goes_on[nodes.family[:n]])
+
+    def keep(self, kept: NDArray[np.bool_]) -> None:
+        """Drop all other nodes, of which none may be an ancestor of one kept, and empty families.
+
+        Parameters
+        ----------
+        kept
+            Which nodes stay, shape (nodes,).
+        """
+        self._compact(kept)
+        family = self.nodes.family[: self.n_nodes]
         present = np.zeros(self.n_families, dtype=np.bool_)
-        present[nodes.family[:n]] = True
-        number = np.cumsum(present) - 1
-        nodes.family[:n] = number[nodes.family[:n]]
-        self.track, self.start_cost = self.track[present], self.start_cost[present]
-        self.fixed_slot = self.fixed_slot[present]
-        report = nodes.report[:n]
-        report[report >= 0] -= n_fixed
+        present[family] = True
+        family[:] = (np.cumsum(present) - 1)[family]
+        self.families = part_of(self.families, present)
+
+    def take_in(
+        self, source: Nodes, rows: IntArray, parent: IntArray, families: Families
+    ) -> slice:
+        """Append nodes of another room, and their families.
+
+        Parameters
+        ----------
+        source
+            Where they are; their families count from 0.
+        rows
+            Which of them.
+        parent
+            The parent of each, counted from the first of them; -1 for none.
+        families
+            Their families.
+
+        Returns
+        -------
+        Where they are now.
+        """
+        count, first = rows.shape[0], self.n_nodes
+        self._reserve(count)
+        copy_nodes(source, rows, self.nodes, first)
+        span = slice(first, first + count)
+        self.nodes.parent[span] = np.where(parent >= 0, parent + first, -1)
+        self.nodes.family[span] += self.n_families
+        self.n_nodes += count
+        self.add_families(families)
+        return span
 
     def _groups(self, candidates: Candidates) -> IntArray:
         """Return for each sequence, then each candidate, among which it has to hold its own."""
@@ -294,7 +362,7 @@ class AssociationTree:
         is_new = self.track[family] < 0
         keep = np.where(is_new, limits.new_keep, limits.keep)
         margin = np.where(is_new, limits.new_margin, limits.margin)
-        ceiling = np.where(is_new, self.start_cost[family] + limits.new_ceiling, np.inf)
+        ceiling = np.where(is_new, self.families.start_cost[family] + limits.new_ceiling, np.inf)
         return rank_bounds(group, rank, margin, keep, ceiling), keep
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
@@ -339,19 +407,14 @@ class AssociationTree:
             self.nodes, first, scan, self.rule, self.n_families, log_density, self.general
         )
         self.n_nodes += count
-        self.track = np.concatenate([self.track, np.full(count, -1, dtype=np.int64)])
         start = np.maximum(self.nodes.cost[first : self.n_nodes], 0.0)
-        self.start_cost = np.concatenate([self.start_cost, start])
+        self.add_families(new_families(np.full(count, -1, dtype=np.int64), start))
 
     def _reserve(self, count: int) -> None:
         capacity = self.nodes.parent.shape[0]
         if self.n_nodes + count <= capacity:
             return
-        size = n_modes_and_size(self.rule.motion)
-        larger = _allocate(max(2 * capacity, self.n_nodes + count), *size)
-        for old, new in zip(self.nodes, larger, strict=True):
-            new[: self.n_nodes] = old[: self.n_nodes]
-        self.nodes = larger
+        self.nodes = larger(self.nodes, self.n_nodes, max(2 * capacity, self.n_nodes + count))
 
     def _compact(self, keep: NDArray[np.bool_]) -> None:
         """Drop the nodes that are not kept; order stays."""
@@ -359,8 +422,8 @@ class AssociationTree:
         if rows.shape[0] == self.n_nodes:
             return
         number = np.cumsum(keep) - 1
-        for column in self.nodes:
-            column[: rows.shape[0]] = column[rows]
+        # In place: each node goes to where it is or before.
+        copy_nodes(self.nodes, rows, self.nodes, 0)
         parent = self.nodes.parent[: rows.shape[0]]
         parent[parent >= 0] = number[parent[parent >= 0]]
         self.n_nodes = rows.shape[0]
@@ -379,20 +442,3 @@ def _kept(parent: IntArray, excess: FloatArray, room: int) -> NDArray[np.bool_]:
         inside[best] = True
         kept &= inside
     return kept
-
-
-def _allocate(capacity: int, modes: int, size: int) -> Nodes:
-    def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
-        return np.empty((capacity, *shape), dtype=dtype)
-
-    whole = (
-        "parent", "report", "family", "hits", "chosen", "identity", "former", "sensor", "is_line",
-    )  # fmt: skip
-    real = ("cost", "tail", "misses", "counted", "chances", "price", "time")
-    return Nodes(
-        **{name: column(dtype=np.int64) for name in whole},
-        **{name: column() for name in real},
-        mean=column(modes, size),
-        covariance=column(modes, size, size),
-        weight=column(modes),
-    )

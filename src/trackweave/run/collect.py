@@ -31,6 +31,12 @@ class Rows:
     _time: float = 0.0
     _written: float | None = None
 
+    def wants(self, time: float, following: float | None) -> bool:
+        """Tell whether rows at a time are written if the next come at a following one, if any."""
+        if self._waiting is not None and time > self._time:
+            self._write()
+        return (following is None or following > time) and self._is_due(time)
+
     def add(self, tracks: TrackTable, time: float) -> None:
         """Take the rows after a scan that ends at ``time``."""
         if self._waiting is not None and time > self._time:
@@ -44,13 +50,16 @@ class Rows:
         return TrackTable.concatenate(self._parts, dim)
 
     def _write(self) -> None:
-        # Times are sums of periods, so that a row due may come a rounding error early.
-        wait = 0.0 if self.period is None else self.period * (1 - 1e-9)
-        if self._written is not None and self._time < self._written + wait:
+        if not self._is_due(self._time):
             return
         if self._waiting is not None:
             self._parts.append(self._waiting)
         self._waiting, self._written = None, self._time
+
+    def _is_due(self, time: float) -> bool:
+        # Times are sums of periods, so that a row due may come a rounding error early.
+        wait = 0.0 if self.period is None else self.period * (1 - 1e-9)
+        return self._written is None or time >= self._written + wait
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +125,7 @@ class ScanLog:
                 "sensor": "+".join(scan.sensor for scan in scans),
                 "reports": sum(len(scan) for scan in scans),
                 **fused,
-                "tracks": len(hypothesis.tracks),
+                "tracks": hypothesis.n_tracks,
                 "sequences": hypothesis.n_sequences,
                 "pruned": hypothesis.n_pruned,
                 "evaluations": hypothesis.evaluations,

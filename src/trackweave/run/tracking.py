@@ -187,23 +187,30 @@ def _followed(
     """Take all steps of a course, with a source of randomness and a deadline for each."""
     tracker, (rng, limit) = course.tracker, search
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
+    # It begins a track with every report left over; those never confirmed were false alarms.
+    is_nearest = settings.tracker.kind == "nearest-neighbour"
     confirmed: set[int] = set()
-    for number, scans in enumerate(course.steps, start=1):
+    ends = [max(scan.time for scan in scans) for scans in course.steps]
+    for number, (scans, end, following) in enumerate(
+        zip(course.steps, ends, [*ends[1:], None], strict=True), start=1
+    ):
         cpu, wall = clock.process_time(), clock.perf_counter()
+        wanted = rows.wants(end, following) or is_nearest
         if isinstance(tracker, FusedPlotsTracker):
             hypothesis: Hypothesis = tracker.step(scans, rng=rng, deadline=limit)
         else:
-            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit)
+            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit, tracks=wanted)
         log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
-        rows.add(hypothesis.tracks, hypothesis.time)
+        if wanted:
+            rows.add(hypothesis.tracks, hypothesis.time)
         assigned.enter(hypothesis.final)
-        shown = hypothesis.tracks
-        confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
+        if is_nearest:
+            shown = hypothesis.tracks
+            confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
         if progress is not None:
             progress(number, len(course.steps))
     assigned.enter(tracker.pending())
-    if settings.tracker.kind == "nearest-neighbour":
-        # It begins a track with every report left over; those never confirmed were false alarms.
+    if is_nearest:
         assigned.drop_all_but(confirmed)
     return rows, log, assigned
 

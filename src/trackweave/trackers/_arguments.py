@@ -3,7 +3,7 @@
 Values come as ``object``, because a caller's types are not to be trusted.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
 
 import numpy as np
@@ -120,7 +120,7 @@ def checked_dim(
 
 
 def checked_scan(
-    scan: Scan, sensors: Mapping[str, Sensor], dim: int | None, used: IntArray, first: int
+    scan: Scan, sensors: Mapping[str, Sensor], dim: int | None, used: Set[int], first: int
 ) -> tuple[IntArray, int | None]:
     """Return a number for each report, none of them used, and the dimensions as far as known."""
     if scan.sensor not in sensors:
@@ -134,8 +134,8 @@ def checked_scan(
     report[~is_given] = first + np.arange(len(scan) - given.shape[0])
     # Counting on never meets a number again.
     if given.shape[0]:
-        both = np.concatenate([given, used])
-        if np.unique(both).shape[0] < both.shape[0]:
+        numbers = set(given.tolist())
+        if len(numbers) < given.shape[0] or not numbers.isdisjoint(used):
             raise InvalidInputError("scan: a report's number was used before; expected new ones")
     return report, dim
 

@@ -28,7 +28,12 @@ class ScanTracker(Protocol):
     """Turns scans into tracks: ``MultiScanTracker``, ``NearestNeighbourTracker`` or another."""
 
     def step(
-        self, scan: Scan, *, rng: np.random.Generator, deadline: float | None = None
+        self,
+        scan: Scan,
+        *,
+        rng: np.random.Generator,
+        deadline: float | None = None,
+        tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it."""
         ...

@@ -66,7 +66,10 @@ class Hypothesis:
     time
         End of the scan [s].
     tracks
-        The live tracks at that time, tentative ones too.
+        The live tracks at that time, tentative ones too; no rows where the step was told to leave
+        them out.
+    n_tracks
+        How many live tracks there are.
     amendments
         What changed of earlier hypotheses.
     final
@@ -87,6 +90,7 @@ class Hypothesis:
 
     time: float
     tracks: TrackTable
+    n_tracks: int
     amendments: tuple[Amendment, ...]
     final: Assignments
     late: tuple[int, ...]
@@ -117,7 +121,7 @@ def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:
     final = Assignments(report=nobody, track=nobody, probability=np.empty(0))
     if last is None:
         nothing, tracks = Certificate(0.0, 0.0, Status.OPTIMAL), TrackTable.empty(dim)
-        return Hypothesis(scan.time, tracks, (), final, late, nothing, 0, "late scan", 0, 0)
+        return Hypothesis(scan.time, tracks, 0, (), final, late, nothing, 0, "late scan", 0, 0)
     return replace(
         last, amendments=(), final=final, late=late, evaluations=0,
         stop_reason="late scan", n_pruned=0,

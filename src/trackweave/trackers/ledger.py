@@ -1,7 +1,6 @@
-"""What becomes of tracks: identifiers, confirmation, rows, final assignments."""
+"""What becomes of tracks: identifiers, confirmation, assignments, and which are over."""
 
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -11,24 +10,19 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.beliefs import Beliefs
 from trackweave.association.states import states_at
 from trackweave.association.tree import AssociationTree
-from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+from trackweave.domain.tracks import TrackTable
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.slots import Slots
 
 __all__ = ["Chosen", "Ledger", "LostTrack"]
-
-TENTATIVE_EXISTENCE = 0.5
-"""A tentative track is shown while its object lives at least as probably as not."""
-COASTING_EXISTENCE = 0.01
-"""A confirmed track is shown until it is all but certain that its object is gone."""
 
 
 @dataclass(slots=True)
 class _Record:
-    """What is known of a live track beyond the tree: its fixed part."""
+    """What is known of a live track beyond the tree: the chances its fixed reports took."""
 
     confirmed: bool = False
-    score: float = 0.0
     chances: list[float] = field(default_factory=list)
 
 
@@ -93,10 +87,8 @@ class Ledger:
         self._lifecycle = lifecycle
         self._records: dict[int, _Record] = {}
         self._next_track = 1
-        self._names = np.empty(0, dtype=np.int64)
-        self._known: set[int] = set()
-        self.assignment: dict[int, tuple[int, float]] = {}
-        """Track and probability of each report of the window; absent = false alarm."""
+        self._dropped: set[int] = set()
+        """Names that no sequence has had since the window moved."""
 
     def begin(self, priors: TrackTable) -> None:
         """Enter tracks known beforehand, as confirmed."""
@@ -108,11 +100,11 @@ class Ledger:
         self,
         tree: AssociationTree,
         leaf: IntArray,
-        report_of: IntArray,
-        time: float,
+        slots: Slots,
+        concerned: IntArray,
         beliefs: Beliefs | None,
-    ) -> tuple[TrackTable, tuple[Amendment, ...]]:
-        """Enter a new hypothesis; return the rows of the live tracks and the amendments.
+    ) -> tuple[Amendment, ...]:
+        """Enter a new hypothesis into the tree's families and the slots.
 
         Parameters
         ----------
@@ -120,26 +112,40 @@ class Ledger:
             The sequences.
         leaf
             The last node of each chosen one.
-        report_of
-            Report number of each slot of the window.
-        time
-            Time of the rows [s].
+        slots
+            The window's reports.
+        concerned
+            The slots of which the hypothesis speaks, ascending; the others stay as they are.
         beliefs
-            Probabilities and average states; None to report the chosen sequences' own states.
+            Probabilities; None where only the chosen sequences count.
 
         Returns
         -------
-        The rows in order of identifier, and what changed of the last hypothesis.
+        What changed of the last hypothesis.
         """
         chosen = Chosen.of(tree, leaf)
-        chosen = replace(chosen, track=self._name(chosen, report_of))
-        before, self.assignment = self.assignment, _assignment(chosen, report_of, beliefs)
+        chosen = replace(chosen, track=self._name(tree, chosen, slots))
+        rows = concerned - slots.origin
+        before, is_known = slots.track[rows], slots.is_known[rows]
+        _assign(chosen, slots, rows, beliefs)
+        if beliefs is not None:
+            tree.families = tree.families._replace(existence=beliefs.existence)
         self._confirm(tree, chosen, beliefs)
-        rows = self._rows(tree, chosen, time, beliefs)
-        return rows, self._amendments(before, report_of.tolist())
+        after = slots.track[rows]
+        changed = rows[is_known & (before != after)]
+        slots.is_known[rows] = True
+        return tuple(
+            Amendment(report, _or_none(old), _or_none(new))
+            for report, old, new in zip(
+                slots.report[changed].tolist(),
+                before[is_known & (before != after)].tolist(),
+                slots.track[changed].tolist(),
+                strict=True,
+            )
+        )
 
-    def fix(self, tree: AssociationTree, leaf: IntArray, n_fixed: int) -> tuple[LostTrack, ...]:
-        """Make the chosen sequences' oldest slots final in the tree; return what was lost.
+    def fix(self, tree: AssociationTree, leaf: IntArray, first_open: int) -> tuple[LostTrack, ...]:
+        """Make the chosen sequences' slots before the first open one final; return what was lost.
 
         Parameters
         ----------
@@ -147,8 +153,8 @@ class Ledger:
             The sequences.
         leaf
             The last node of each one chosen at the last ``update``.
-        n_fixed
-            How many slots, the oldest, become final.
+        first_open
+            The first slot that stays open.
 
         Returns
         -------
@@ -156,47 +162,46 @@ class Ledger:
         """
         nodes = tree.nodes
         chosen = Chosen.of(tree, leaf)
+        name = tree.families.name[chosen.family]
         # A path stands leaf first, so the last fixed node is the first below the limit.
-        is_fixed = (chosen.path >= 0) & (chosen.slot < n_fixed)
+        is_fixed = (chosen.path >= 0) & (chosen.slot < first_open)
         has_root = np.flatnonzero(is_fixed.any(axis=0))
         last_fixed = chosen.path[is_fixed.argmax(axis=0), np.arange(leaf.shape[0])][has_root]
-        for index, node in zip(has_root.tolist(), last_fixed.tolist(), strict=True):
-            record = self._records[int(self._names[index])]
-            record.score += float(nodes.cost[node])
+        rooted = chosen.family[has_root]
+        is_new = ~tree.families.confirmed[rooted] & (nodes.report[last_fixed] >= 0)
+        for index in has_root[is_new].tolist():
+            record = self._records[int(name[index])]
             count = int(np.count_nonzero(is_fixed[:, index] & (chosen.slot[:, index] >= 0)))
             record.chances = self._lifecycle.recent(
                 record.chances + chosen.chances(tree, index)[:count]
             )
-        mean, covariance = states_at(tree, leaf)
-        states = {
-            name: _lost(mean[row, : tree.dim], covariance[row], float(nodes.time[leaf[row]]))
-            for row, name in enumerate(self._names.tolist())
-        }
+        tree.families.score[rooted] += nodes.cost[last_fixed]
         root, track = np.full(tree.n_families, -1, dtype=np.int64), tree.track.copy()
-        root[chosen.family[has_root]] = last_fixed
-        track[chosen.family[has_root]] = self._names[has_root]
-        tree.fix(root, track, n_fixed)
-        live = set(tree.track.tolist()) | set(np.delete(self._names, has_root).tolist())
-        return tuple(self._strike(live, states))
+        root[rooted] = last_fixed
+        track[rooted] = name[has_root]
+        mean, covariance = states_at(tree, leaf)
+        last_seen = nodes.time[leaf]
+        tree.fix(root, track, first_open)
+        live = {*tree.track.tolist(), *np.delete(name, has_root).tolist()}
+        lost = []
+        for row, number in enumerate(name.tolist()):
+            if number not in live and self._records.pop(number).confirmed:
+                spread = covariance[row, : tree.dim, : tree.dim]
+                lost.append(_lost(mean[row, : tree.dim], spread, float(last_seen[row])))
+        for number in self._dropped - live:
+            self._records.pop(number, None)
+        self._dropped.clear()
+        return tuple(lost)
 
-    def _strike(self, live: set[int], states: dict[int, LostTrack]) -> Iterable[LostTrack]:
-        """Forget the tracks that are not live any more; yield the confirmed ones."""
-        for track in [name for name in self._records if name not in live]:
-            record = self._records.pop(track)
-            if record.confirmed and track in states:
-                yield states[track]
-
-    def _name(self, chosen: Chosen, report_of: IntArray) -> IntArray:
+    def _name(self, tree: AssociationTree, chosen: Chosen, slots: Slots) -> IntArray:
         """Return an identifier for each sequence; each serves once."""
         # What begins in the window keeps the name under which most of its reports were known.
         names = chosen.track.copy()
         used = set(names[names >= 0].tolist())
         for index in np.flatnonzero(names < 0).tolist():
             own = chosen.slot[:, index]
-            holders = (self.assignment.get(report) for report in report_of[own[own >= 0]].tolist())
-            known = Counter(
-                holder[0] for holder in holders if holder is not None and holder[0] not in used
-            )
+            holders = slots.track[own[own >= 0] - slots.origin].tolist()
+            known = Counter(holder for holder in holders if holder >= 0 and holder not in used)
             if known:
                 name = max(sorted(known), key=lambda key: known[key])
             else:
@@ -204,14 +209,19 @@ class Ledger:
             names[index] = name
             used.add(name)
             self._records.setdefault(name, _Record())
-        self._names = names
+        before = tree.families.name
+        self._dropped |= set(before[before >= 0].tolist())
+        self._dropped -= used
+        after = np.full(tree.n_families, -1, dtype=np.int64)
+        after[chosen.family] = names
+        tree.families = tree.families._replace(name=after)
         return names
 
     def _confirm(self, tree: AssociationTree, chosen: Chosen, beliefs: Beliefs | None) -> None:
         """Confirm the tracks that have been seen often enough, or are certain."""
         lifecycle = self._lifecycle
-        for index, name in enumerate(chosen.track.tolist()):
-            record = self._records[name]
+        records = [self._records[name] for name in chosen.track.tolist()]
+        for index, record in enumerate(records):
             if record.confirmed:
                 continue
             if beliefs is not None:
@@ -220,75 +230,29 @@ class Ledger:
                     record.confirmed = bool(existence >= lifecycle.certain_probability)
                 if existence < lifecycle.confirm_probability:
                     continue
-            chances = record.chances + chosen.chances(tree, index)
-            record.confirmed = record.confirmed or lifecycle.is_confirmed_by(chances)
+            if not record.confirmed:
+                chances = record.chances + chosen.chances(tree, index)
+                record.confirmed = lifecycle.is_confirmed_by(chances)
+        confirmed = np.zeros(tree.n_families, dtype=np.bool_)
+        confirmed[chosen.family] = [record.confirmed for record in records]
+        tree.families = tree.families._replace(confirmed=confirmed)
 
-    def _rows(
-        self, tree: AssociationTree, chosen: Chosen, time: float, beliefs: Beliefs | None
-    ) -> TrackTable:
-        """Return a row for each live track."""
-        nodes = tree.nodes
-        known = [self._records[name].confirmed for name in chosen.track.tolist()]
-        is_known = np.array(known, dtype=np.bool_)
-        if beliefs is not None:
-            needed = np.where(is_known, COASTING_EXISTENCE, TENTATIVE_EXISTENCE)
-            live = beliefs.existence[chosen.family] >= needed
-        else:
-            tail = nodes.tail[chosen.leaf]
-            live = tail <= np.where(is_known, np.finfo(np.float64).max, tree.rule.end_cost)
-        live &= nodes.is_line[chosen.leaf] == 0
-        order = np.flatnonzero(live)[np.argsort(chosen.track[live], kind="stable")]
-        leaf, track, family = chosen.leaf[order], chosen.track[order], chosen.family[order]
-        if beliefs is not None:
-            mean, covariance = beliefs.mean[family], beliefs.covariance[family]
-        else:
-            mean, covariance = states_at(tree, leaf, time)
-        size, ahead = 2 * tree.dim, tree.rule.motion.acceleration_at
-        missed = nodes.misses[leaf] >= 0.5
-        fixed_score = np.array([self._records[name].score for name in track.tolist()])
-        return TrackTable(
-            time=np.full(track.shape[0], time),
-            track=track,
-            status=np.where(is_known[order], np.where(missed, COASTING, CONFIRMED), TENTATIVE),
-            mean=mean[:, :size],
-            covariance=covariance[:, :size, :size],
-            score=fixed_score + nodes.cost[leaf],
-            hits=nodes.hits[leaf],
-            last_update=nodes.time[leaf],
-            acceleration=mean[:, ahead : ahead + tree.dim] if ahead >= 0 else mean[:, :0],
-        )
 
-    def _amendments(
-        self, before: dict[int, tuple[int, float]], reports: list[int]
-    ) -> tuple[Amendment, ...]:
-        """Return what changed of the last hypothesis among the window's reports."""
-        after = self.assignment
-        changed = []
-        for report in reports:
-            old = before.get(report, (None, 0.0))[0]
-            new = after.get(report, (None, 0.0))[0]
-            if old != new and report in self._known:
-                changed.append(Amendment(report, old, new))
-        self._known = set(reports)
-        return tuple(changed)
+def _or_none(track: int) -> int | None:
+    return track if track >= 0 else None
 
 
 def _lost(position: FloatArray, covariance: FloatArray, time: float) -> LostTrack:
-    dim = position.shape[0]
-    spread = 3.0 * float(np.sqrt(np.trace(covariance[:dim, :dim])))
+    spread = 3.0 * float(np.sqrt(np.trace(covariance)))
     return LostTrack(position, spread, time)
 
 
-def _assignment(
-    chosen: Chosen, report_of: IntArray, beliefs: Beliefs | None
-) -> dict[int, tuple[int, float]]:
-    """Return the track and the probability of each report that a sequence takes."""
+def _assign(chosen: Chosen, slots: Slots, rows: IntArray, beliefs: Beliefs | None) -> None:
+    """Enter the track and the probability of the reports that sequences take."""
+    slots.track[rows] = -1
+    slots.probability[rows] = np.nan
     taken = chosen.slot >= 0
-    holder = np.broadcast_to(chosen.track, chosen.slot.shape)[taken]
-    if beliefs is None:
-        probability = np.full(holder.shape[0], np.nan)
-    else:
-        probability = beliefs.edge_probability[beliefs.edge[chosen.path[taken]]]
-    number = report_of[chosen.slot[taken]]
-    pairs = zip(holder.tolist(), probability.tolist(), strict=True)
-    return dict(zip(number.tolist(), pairs, strict=True))
+    own = chosen.slot[taken] - slots.origin
+    slots.track[own] = np.broadcast_to(chosen.track, chosen.slot.shape)[taken]
+    if beliefs is not None:
+        slots.probability[own] = beliefs.edge_probability[beliefs.edge[chosen.path[taken]]]

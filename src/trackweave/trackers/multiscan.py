@@ -1,5 +1,6 @@
 """The multi-scan tracker: a sliding window over an association tree."""
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -7,11 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.beliefs import believe
+from trackweave.arrays import IntArray
+from trackweave.association._nodes import ScanInput
+from trackweave.association.beliefs import Beliefs, believe
+from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
-from trackweave.association.problem import Answer
+from trackweave.association.problem import Answer, Status
 from trackweave.association.tree import AssociationTree, Beginning
+from trackweave.association.window_rule import without_reports
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -37,10 +41,15 @@ from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.opening import Opener, begun, rooted, rule_of
+from trackweave.trackers.rows import live_leaves, live_rows
+from trackweave.trackers.slots import Slots
 from trackweave.trackers.undetected import Undetected
-from trackweave.trackers.window import OpenScan, OpenScans, Window
+from trackweave.trackers.window import OpenScans, Window
 
 __all__ = ["MultiScanTracker"]
+
+REMEMBERED_SCANS = 512
+"""So many scans before the window tell a late one what tracks have missed."""
 
 
 class MultiScanTracker:
@@ -129,22 +138,38 @@ class MultiScanTracker:
         )
         self._undetected_before = self._undetected.copy()
         self._ledger = Ledger(self._lifecycle)
+        self._slots = Slots()
+        self._closed: deque[ScanInput] = deque(maxlen=REMEMBERED_SCANS)
+        """What was closed while tracks may have waited, which a late scan asks for."""
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
         self._tree: AssociationTree | None = None
-        self._beginning: Beginning | None = None
-        self._prices: FloatArray = np.empty(0)
+        self._concerned: IntArray = np.empty(0, dtype=np.int64)
+        """The slots of which the next hypothesis speaks."""
+        self._gap = 0.0
+        self._beliefs: Beliefs | None = None
         self._last: Hypothesis | None = None
         self._next_report = 0
         self._is_whole = True
 
     def pending(self) -> Assignments:
         """Return the assignments of the window's reports, which later scans may amend."""
-        return self._assignments(self._open.reports())
+        return self._assignments(self._open.first_slot, self._open.end_slot)
+
+    def tracks(self) -> TrackTable:
+        """Return the live tracks after the last scan, tentative ones too, by identifier."""
+        if self._tree is None:
+            return TrackTable.empty(self._dim or 2)
+        return live_rows(self._tree, self._dormant, self._beliefs, self._open.last_time)
 
     def step(
-        self, scan: Scan, *, rng: np.random.Generator, deadline: float | None = None
+        self,
+        scan: Scan,
+        *,
+        rng: np.random.Generator,
+        deadline: float | None = None,
+        tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it.
 
@@ -158,6 +183,10 @@ class MultiScanTracker:
         deadline
             Seconds of wall clock after which the best hypothesis so far is returned, above 0;
             None for none.
+        tracks
+            Whether the hypothesis holds the live tracks. A table of thousands takes as long as
+            the scan of a part of them; where not every scan is shown, leave it out and ask
+            ``tracks`` when it is.
 
         Returns
         -------
@@ -177,34 +206,37 @@ class MultiScanTracker:
         end = None if deadline is None else perf_counter() + deadline
         scan = self._checked(scan)
         if self._is_late(scan):
-            return self._unchanged(scan)
+            return self._unchanged(scan, tracks=tracks)
         self._is_whole = False
         pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scan)
         tree = self._take_in(scan)
-        problem = tree.problem(self._open.instants())
+        slots = tree.slots()
+        problem = tree.problem(slots, self._slots.instants(slots[0]))
         answer = self._search(
             problem,
             rng=rng,
-            hint=self._hint(tree, problem.n_items),
+            hint=self._hint(tree, slots[0], problem.n_items),
             stop=None if end is None else lambda: perf_counter() >= end,
         )
-        self._remember(tree, answer)
-        time, report_of = self._open.last_time, self._open.reports()
-        beliefs = None
+        self._remember(tree, slots[0], answer)
+        time = self._open.last_time
         if self._averaging:
-            beliefs = believe(tree, time, report_of.shape[0], answer.node_probability)
-        tracks, amendments = self._ledger.update(tree, answer.nodes, report_of, time, beliefs)
+            self._beliefs = believe(tree, time, answer.node_probability)
+        amendments = self._ledger.update(
+            tree, answer.nodes, self._slots, self._concerned, self._beliefs
+        )
         self._last = Hypothesis(
             time=time,
-            tracks=tracks,
+            tracks=self.tracks() if tracks else TrackTable.empty(tree.dim),
+            n_tracks=self._n_live(tree),
             amendments=amendments,
             final=final,
             late=(),
-            certificate=answer.certificate,
+            certificate=self._dormant.certificate(answer.certificate),
             evaluations=answer.evaluations,
             stop_reason=answer.stop_reason,
-            n_sequences=tree.n_nodes,
+            n_sequences=tree.n_nodes + self._dormant.n_nodes,
             n_pruned=max(0, tree.n_pruned - pruned),
         )
         self._is_whole = True
@@ -219,7 +251,7 @@ class MultiScanTracker:
     def _checked(self, scan: Scan) -> Scan:
         """Return the scan with dimensions, and with numbers for its reports."""
         report, dim = checked_scan(
-            scan, self._sensors, self._dim, self._open.reports(), self._next_report
+            scan, self._sensors, self._dim, self._open.numbers, self._next_report
         )
         self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
         self._dim = dim
@@ -233,14 +265,13 @@ class MultiScanTracker:
         )
         priors = self._priors if self._priors is not None else TrackTable.empty(dim)
         self._ledger.begin(priors)
-        self._beginning = begun(priors, self._rule)
-        return self._planted()
+        return self._planted(begun(priors, self._rule))
 
-    def _planted(self) -> AssociationTree:
+    def _planted(self, beginning: Beginning) -> AssociationTree:
         """Return a tree of the tracks from before the window alone, and make it the tracker's."""
-        assert self._beginning is not None
         self._tree = AssociationTree(self._rule, self._limits)
-        self._tree.add_tracks(self._beginning)
+        self._tree.add_tracks(beginning)
+        self._dormant = Dormant(self._rule, self._period)
         return self._tree
 
     def _take_in(self, scan: Scan) -> AssociationTree:
@@ -251,97 +282,121 @@ class MultiScanTracker:
             tree = self._begun_anew(dim)
         same = self._open.find(scan.sensor, scan.time)
         last = self._open.last_time
-        if scan.time >= last and same is None:
-            self._open.insert(self._opener.open(scan, dim))
-            newest = self._looked(len(self._open.scans) - 1, last, self._undetected)
-            tree.grow(newest.data, newest.log_density)
-            self._prices = np.concatenate([self._prices, np.zeros(len(scan))])
-            return tree
+        if scan.time < last or same is not None:
+            return self._taken_late(tree, scan, same)
+        self._open.insert(self._opener.open(scan, dim))
+        data, waited = self._timed(len(self._open.scans) - 1, last)
+        self._dormant.exchange(tree, data, self._gap)
+        self._fix(tree, last)
+        density = self._undetected.look(data, waited)
+        self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
+        self._concerned = np.concatenate([tree.slots()[0], data.slot])
+        tree.grow(data, density)
+        return tree
+
+    def _taken_late(self, tree: AssociationTree, scan: Scan, same: int | None) -> AssociationTree:
+        """Return the tree grown anew with a scan in its place in time."""
+        self._dormant.bring_back(tree, self._open.last_time)
+        self._fix(tree, self._open.last_time)
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
-        self._open.insert(self._opener.open(scan, dim))
-        return self._grown_anew()
+        self._open.insert(self._opener.open(scan, tree.dim))
+        self._slots.relay(self._open.first_slot, self._open.reports(), self._open.times())
+        beginning, families = rooted(tree, self._closed)
+        tree = self._planted(beginning)
+        tree.families = families
+        return self._grown_anew(tree)
 
     def _begun_anew(self, dim: int) -> AssociationTree:
         """Return the tree after empty scans that did not tell their number of dimensions."""
         for place, known in enumerate(self._open.scans):
             scan = with_dimensions(known.scan, self._sensors[known.sensor], dim)
             self._open.scans[place] = self._opener.open(scan, dim)
-        self._begin(dim)
-        return self._grown_anew()
+        return self._grown_anew(self._begin(dim))
 
-    def _grown_anew(self) -> AssociationTree:
-        """Return the tree grown by the window's scans as if they had come in order."""
-        assert self._beginning is not None
+    def _grown_anew(self, tree: AssociationTree) -> AssociationTree:
+        """Return a planted tree grown by the window's scans as if they had come in order."""
         self._undetected = self._undetected_before.copy()
-        tree, last = self._planted(), self._open.fixed_until
+        last = self._open.fixed_until
         for place in range(len(self._open.scans)):
-            known = self._looked(place, last, self._undetected)
-            tree.grow(known.data, known.log_density)
-            last = known.data.time
-        self._prices = np.zeros(self._open.n_slots)
+            data, waited = self._timed(place, last)
+            self._dormant.exchange(tree, data, 0.0)
+            tree.grow(data, self._undetected.look(data, waited))
+            last = data.time
+        self._dormant.bring_back(tree, last)
+        self._concerned = np.arange(self._open.first_slot, self._open.end_slot)
         return tree
 
-    def _looked(self, place: int, last: float, undetected: Undetected) -> OpenScan:
-        """Return a scan of the window, ready to grow by; ``last`` is when the one before was."""
+    def _timed(self, place: int, last: float) -> tuple[ScanInput, float]:
+        """Return a scan of the window ready to grow by, and how long after the last it was [s]."""
         known = self._open.scans[place]
         waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
         living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)
         data = known.data._replace(survival_cost=float(living))
-        density = undetected.look(data, waited)
-        self._open.scans[place] = replace(known, data=data, log_density=density)
-        return self._open.scans[place]
+        self._open.scans[place] = replace(known, data=data)
+        return data, waited
 
     def _slide(self, scan: Scan) -> Assignments:
-        """Fix what leaves the window before a scan comes in; return its assignments."""
+        """Close what leaves the window before a scan comes in; return its assignments."""
         count = 0
         if scan.time > self._open.last_time and self._tree is not None:
             count = self._open.n_closing(scan.sensor, scan.time)
-        if count == 0 or self._tree is None:
-            return self._assignments(np.empty(0, dtype=np.int64))
-        n_fixed = sum(known.report.shape[0] for known in self._open.scans[:count])
-        final = self._assignments(self._open.reports()[:n_fixed])
-        for lost in self._ledger.fix(self._tree, self._chosen(self._tree), n_fixed):
-            for undetected in (self._undetected, self._undetected_before):
-                undetected.lose(lost.position, lost.spread, lost.time, self._open.last_time)
-        last = self._open.fixed_until
-        for place in range(count):
-            last = self._looked(place, last, self._undetected_before).data.time
-        closing = [known.data for known in self._open.scans[:count]]
-        assert self._beginning is not None
-        self._beginning = rooted(self._tree, self._beginning, closing)
-        self._open.close(count)
-        self._prices = self._prices[n_fixed:]
-        return final
+        before, last = self._open.first_slot, self._open.fixed_until
+        for known in self._open.close(count):
+            waited = known.data.time - last if np.isfinite(last) else 0.0
+            self._undetected_before.pass_over(known.data, waited)
+            self._closed.append(without_reports(known.data)._replace(slot=known.data.slot))
+            last = known.data.time
+        patience = (self._lifecycle.delete_after_misses + 1.0) * self._period
+        while self._closed and self._closed[0].time < last - patience:
+            self._closed.popleft()
+        return self._assignments(before, self._open.first_slot)
 
-    def _assignments(self, report: IntArray) -> Assignments:
-        """Return what the last hypothesis says of reports of the window."""
-        known = [self._ledger.assignment.get(number, (-1, np.nan)) for number in report.tolist()]
+    def _fix(self, tree: AssociationTree, last: float) -> None:
+        """Make final what the window has left; ``last`` is the time of the last scan [s]."""
+        for lost in self._ledger.fix(tree, self._chosen(tree), self._open.first_slot):
+            for undetected in (self._undetected, self._undetected_before):
+                undetected.lose(lost.position, lost.spread, lost.time, last)
+
+    def _assignments(self, first: int, end: int) -> Assignments:
+        """Return what the last hypothesis says of a span of slots."""
+        rows = slice(first - self._slots.origin, end - self._slots.origin)
         return Assignments(
-            report=report,
-            track=np.array([track for track, _ in known], dtype=np.int64),
-            probability=np.array([probability for _, probability in known], dtype=np.float64),
+            report=self._slots.report[rows].copy(),
+            track=self._slots.track[rows].copy(),
+            probability=self._slots.probability[rows].copy(),
         )
 
-    def _remember(self, tree: AssociationTree, answer: Answer) -> None:
+    def _remember(self, tree: AssociationTree, slots: IntArray, answer: Answer) -> None:
         """Keep what starts the next search: the answer and the reports' prices."""
         tree.nodes.chosen[: tree.n_nodes] = 0
         tree.nodes.chosen[answer.nodes] = 1
-        self._prices = answer.prices[: self._open.n_slots]
+        self._slots.price[slots - self._slots.origin] = answer.prices[: slots.shape[0]]
+        is_open = answer.status is not Status.OPTIMAL
+        self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 
     def _chosen(self, tree: AssociationTree) -> IntArray:
         """Return the last answer's nodes, as far as they are still there."""
         return np.flatnonzero(tree.nodes.chosen[: tree.n_nodes])
 
-    def _hint(self, tree: AssociationTree, n_items: int) -> Hint:
-        """Return what the last window's answer says of this one."""
+    def _hint(self, tree: AssociationTree, slots: IntArray, n_items: int) -> Hint:
+        """Return what the last answer says of this problem."""
         prices = np.zeros(n_items)
-        prices[: self._prices.shape[0]] = self._prices
+        prices[: slots.shape[0]] = self._slots.price[slots - self._slots.origin]
         return Hint(prices=prices, nodes=self._chosen(tree))
 
-    def _unchanged(self, scan: Scan) -> Hypothesis:
+    def _n_live(self, tree: AssociationTree) -> int:
+        """Return how many tracks are live."""
+        leaves = live_leaves(tree, self._dormant, by_belief=self._averaging)
+        return sum(leaf.shape[0] for leaf in leaves)
+
+    def _unchanged(self, scan: Scan, *, tracks: bool) -> Hypothesis:
         """Return the last hypothesis after a scan that came too late."""
-        return left_out(scan, self._last, self._dim or 2)
+        last = self._last
+        if last is not None:
+            rows = self.tracks() if tracks else TrackTable.empty(last.tracks.dim)
+            last = replace(last, tracks=rows)
+        return left_out(scan, last, self._dim or 2)
 
 
 def _reference(slowest: Sensor | None) -> tuple[str | None, float]:

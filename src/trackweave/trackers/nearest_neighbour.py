@@ -149,7 +149,12 @@ class NearestNeighbourTracker:
         return Assignments(report=nobody, track=nobody, probability=np.empty(0))
 
     def step(
-        self, scan: Scan, *, rng: np.random.Generator, deadline: float | None = None
+        self,
+        scan: Scan,
+        *,
+        rng: np.random.Generator,
+        deadline: float | None = None,
+        tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it.
 
@@ -163,6 +168,8 @@ class NearestNeighbourTracker:
             Not used: a scan is decided without chance. Here so that trackers can be exchanged.
         deadline
             Not used either: what is decided at once takes no time to speak of.
+        tracks
+            Whether the hypothesis holds the live tracks, or only their number.
 
         Returns
         -------
@@ -194,10 +201,12 @@ class NearestNeighbourTracker:
         pairing = self._paired(tree, data, children, n_tracks)
         track = self._settle(tree, data, children, pairing)
         self._used.append(scan.report)
+        rows = self._roster.rows(tree, scan.time)
         self._last_time = scan.time
         self._last = Hypothesis(
             time=scan.time,
-            tracks=self._roster.rows(tree, scan.time),
+            tracks=rows if tracks else TrackTable.empty(tree.dim),
+            n_tracks=len(rows),
             amendments=(),
             final=Assignments(opened.report, track, np.full(track.shape[0], np.nan)),
             late=(),
@@ -219,7 +228,7 @@ class NearestNeighbourTracker:
 
     def _checked(self, scan: Scan) -> Scan:
         """Return the scan with dimensions, and with numbers for its reports."""
-        used = np.concatenate([np.empty(0, dtype=np.int64), *self._used])
+        used = {number for numbers in self._used for number in numbers.tolist()}
         report, self._dim = checked_scan(scan, self._sensors, self._dim, used, self._next_report)
         self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
         sensor = self._sensors[scan.sensor]

@@ -1,11 +1,11 @@
 """Scans as they come become scans that a tree grows by."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from trackweave.association._nodes import ScanInput, WindowRule
+from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
 from trackweave.association.tree import AssociationTree, Beginning
 from trackweave.association.waiting import waited
 from trackweave.association.window_rule import Context, scan_input, window_rule
@@ -166,36 +166,36 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
         former=nobody,
         sensor=nobody,
         is_line=np.zeros(count, dtype=np.int64),
+        slot=nobody,
     )
 
 
-def rooted(tree: AssociationTree, before: Beginning, closing: list[ScanInput]) -> Beginning:
-    """Return the tracks as they enter the window behind the scans that close.
+def rooted(tree: AssociationTree, closed: Sequence[ScanInput]) -> tuple[Beginning, Families]:
+    """Return the tracks as they enter the window behind scans that are closed.
 
     Parameters
     ----------
     tree
         The sequences, fixed up to those scans.
-    before
-        The tracks as they entered the window before.
-    closing
-        The scans that close.
+    closed
+        The last scans that were closed.
 
     Returns
     -------
-    The tracks, with what they missed since their last report.
+    The tracks, with what they missed since their last report, as far back as the scans go; and
+    their families.
     """
     nodes, n = tree.nodes, tree.n_nodes
     rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
-    track, slot = tree.track[nodes.family[rows]], tree.fixed_slot[nodes.family[rows]]
-    # A track without a report among the closing ones goes on waiting as it did before.
-    place = {name: row for row, name in enumerate(before.track.tolist())}
-    old = [place[name] for name in track[slot < 0].tolist()]
-    tail, misses = np.zeros((2, rows.shape[0]))
-    tail[slot < 0] = before.tail[old]
-    misses[slot < 0] = before.misses[old]
-    end = np.cumsum([data.slot.shape[0] for data in closing])
-    first = np.where(slot < 0, 0, np.searchsorted(end, slot, side="right") + 1)
-    held = {name: getattr(nodes, name)[rows] for name in before.columns()}
-    last = replace(Beginning(track=track, **held), tail=tail, misses=misses)
-    return waited(last, first, closing, tree.rule)
+    families = part_of(tree.families, nodes.family[rows])
+    slot = families.fixed_slot
+    # A track without a report among those scans has waited through all of them.
+    end = np.array([data.slot[-1] + 1 if data.slot.size else -1 for data in closed], dtype=float)
+    end = np.maximum.accumulate(end) if end.size else end
+    oldest = min((int(data.slot[0]) for data in closed if data.slot.size), default=0)
+    first = np.where(slot < oldest, 0, np.searchsorted(end, slot, side="right") + 1)
+    nothing = np.zeros(rows.shape[0])
+    held = {name: getattr(nodes, name)[rows] for name in Beginning.names()}
+    begins = Beginning(track=families.track, slot=slot, **held)
+    begins = replace(begins, tail=nothing, misses=nothing)
+    return waited(begins, first, closed, tree.rule), families

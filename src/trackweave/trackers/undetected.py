@@ -91,14 +91,23 @@ class Undetected:
         if interval > 0:
             self.wait(scan.time, interval)
         density = self.log_density(scan.position, scan.time)
+        self._take_out(scan, interval)
+        return density
+
+    def pass_over(self, scan: ScanInput, interval: float) -> None:
+        """Do the same where nobody asks for the density."""
+        if interval > 0:
+            self.wait(scan.time, interval)
+        self._take_out(scan, interval)
+
+    def _take_out(self, scan: ScanInput, interval: float) -> None:
         if not scan.is_located and not self._by_bearings:
-            return density
+            return
         detected = scan.detection_probability
         if not scan.is_silence_telling:
             # Lone reports come to a look at everything over a period, not each by itself.
             detected = 1.0 - (1.0 - detected) ** min(interval / self._period, 1.0)
         self.scanned(detected, scan.coverage)
-        return density
 
     def log_density(self, position: FloatArray, time: float) -> FloatArray:
         """Return the log density at each position, shape (positions,) [m⁻² or m⁻³]."""

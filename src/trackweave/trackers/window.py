@@ -1,5 +1,6 @@
 """The scans that are still open to change."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,20 +66,27 @@ class OpenScan:
 
 
 class OpenScans:
-    """The scans of the window in order of time; a report's slot is its place in that order."""
+    """The scans of the window in order of time; slots count their reports in that order.
+
+    Slots are numbered on over a tracker's life: closing scans renumbers nothing.
+    """
 
     def __init__(self, window: Window, reference: str | None, period: float = 0.0) -> None:
         self._window = window
         self._reference = reference
         self._period = period
+        self._marks: list[float] = []
+        """When the scans that the window counts ended, each moment once, ascending [s]."""
+        self._share = 0.0
         self.scans: list[OpenScan] = []
+        self.numbers: set[int] = set()
+        """The numbers of the window's reports."""
         self.fixed_until = -np.inf
         """Time up to which nothing can change any more [s]."""
-
-    @property
-    def n_slots(self) -> int:
-        """Number of reports in the window."""
-        return sum(scan.report.shape[0] for scan in self.scans)
+        self.first_slot = 0
+        """The oldest report's slot."""
+        self.end_slot = 0
+        """One more than the newest report's slot."""
 
     @property
     def last_time(self) -> float:
@@ -89,28 +97,40 @@ class OpenScans:
         """Return the report number of each slot."""
         return np.concatenate([np.empty(0, dtype=np.int64), *(scan.report for scan in self.scans)])
 
-    def instants(self) -> IntArray:
-        """Return the rank in time of each slot, equal within an instant."""
-        times = np.array([scan.data.time for scan in self.scans])
+    def times(self) -> FloatArray:
+        """Return when the scan of each slot ended [s]."""
         sizes = [scan.report.shape[0] for scan in self.scans]
-        return np.repeat(np.unique(times, return_inverse=True)[1], sizes).astype(np.int64)
+        return np.repeat(np.array([scan.data.time for scan in self.scans], dtype=float), sizes)
 
     def find(self, sensor: str, time: float) -> int | None:
         """Return the place of a sensor's scan of that time, None where there is none."""
-        for place, scan in enumerate(self.scans):
-            if scan.sensor == sensor and scan.data.time == time:
+        place = bisect_left(self.scans, time, key=_time)
+        while place < len(self.scans) and self.scans[place].data.time == time:
+            if self.scans[place].sensor == sensor:
                 return place
+            place += 1
         return None
 
     def insert(self, scan: OpenScan) -> None:
         """Put a late scan into its place in time, behind those of its instant; renumber."""
-        place = sum(other.data.time <= scan.data.time for other in self.scans)
+        place = bisect_right(self.scans, scan.data.time, key=_time)
         self.scans.insert(place, scan)
+        self.numbers.update(scan.report.tolist())
+        self._share += scan.share
+        if self._counts(scan.sensor):
+            mark = bisect_left(self._marks, scan.data.time)
+            if mark == len(self._marks) or self._marks[mark] != scan.data.time:
+                self._marks.insert(mark, scan.data.time)
+        self.end_slot += scan.report.shape[0]
         self._renumber(place)
 
     def remove(self, place: int) -> OpenScan:
         """Take a scan out and return it; renumber."""
         scan = self.scans.pop(place)
+        self.numbers.difference_update(scan.report.tolist())
+        self._share -= scan.share
+        self.end_slot -= scan.report.shape[0]
+        self._marks = sorted({s.data.time for s in self.scans if self._counts(s.sensor)})
         self._renumber(place)
         return scan
 
@@ -129,25 +149,21 @@ class OpenScans:
         -------
         How many of the oldest scans have to go.
         """
-        marks = {
-            scan.data.time
-            for scan in self.scans
-            if self._reference is None or scan.sensor == self._reference
-        }
-        if self._reference is None or sensor == self._reference:
-            marks.add(time)
-        ordered = self._scan_ends(sorted(marks))
+        ordered = self._scan_ends([*self._marks, time] if self._counts(sensor) else self._marks)
         depth = self._window.depth
         boundary = ordered[-depth - 1] if len(ordered) > depth else -np.inf
-        closing = sum(scan.data.time <= boundary for scan in self.scans)
+        closing = bisect_right(self.scans, boundary, key=_time)
         excess = self._n_excess()
         if excess > closing:
             limit = self.scans[excess - 1].data.time
-            closing = sum(scan.data.time <= limit for scan in self.scans)
-            if limit == time:
-                # More sensors see one instant than the window holds: it stays as it is.
-                closing = sum(scan.data.time < limit for scan in self.scans)
+            # Where more sensors see one instant than the window holds, it stays as it is.
+            side = bisect_left if limit == time else bisect_right
+            closing = side(self.scans, limit, key=_time)
         return closing
+
+    def _counts(self, sensor: str) -> bool:
+        """Tell whether the window goes by the scans of a sensor."""
+        return self._reference is None or sensor == self._reference
 
     def _scan_ends(self, marks: list[float]) -> list[float]:
         """Return the last moments of whole scans: sectors of one turn are one scan."""
@@ -160,28 +176,32 @@ class OpenScans:
     def _n_excess(self) -> int:
         """Return how many of the oldest scans are too many beside one that comes in."""
         room = self._window.max_scans - 1.0 + 1e-9
-        for place in range(len(self.scans), 0, -1):
-            room -= self.scans[place - 1].share
-            if room < 0.0:
-                return place
-        return 0
+        held, place = self._share, 0
+        while held > room and place < len(self.scans):
+            held -= self.scans[place].share
+            place += 1
+        return place
 
-    def close(self, count: int) -> int:
-        """Forget the oldest scans; return how many slots they had."""
-        closing, self.scans = self.scans[:count], self.scans[count:]
+    def close(self, count: int) -> list[OpenScan]:
+        """Forget the oldest scans and return them."""
+        closing = self.scans[:count]
+        del self.scans[:count]
+        for scan in closing:
+            self.numbers.difference_update(scan.report.tolist())
         if closing:
             self.fixed_until = float(closing[-1].data.time)
-        n_slots: int = sum(scan.report.shape[0] for scan in closing)
-        # In place: a window of many sectors is too long to be written anew for each of them.
-        for scan in self.scans:
-            scan.data.slot[:] -= n_slots
+        self._marks = self._marks[bisect_right(self._marks, self.fixed_until) :]
+        self.first_slot += sum(scan.report.shape[0] for scan in closing)
+        # Summed anew once in a while: what is added and taken away leaves roundings behind.
+        self._share = sum(scan.share for scan in self.scans) if closing else self._share
         if self.scans and self.scans[0].data.time == self.fixed_until:
+            self._marks = sorted({s.data.time for s in self.scans if self._counts(s.sensor)})
             self._renumber(0)
-        return n_slots
+        return closing
 
     def _renumber(self, place: int) -> None:
         """Give slots to the scans from a place on, and say which of them begin an instant."""
-        first = sum(scan.report.shape[0] for scan in self.scans[:place])
+        first = self.end_slot - sum(scan.report.shape[0] for scan in self.scans[place:])
         instant = self.scans[place - 1].data.time if place else self.fixed_until
         for scan in self.scans[place:]:
             count = scan.report.shape[0]
@@ -190,3 +210,7 @@ class OpenScans:
             )
             self.scans[place] = replace(scan, data=data)
             first, instant, place = first + count, scan.data.time, place + 1
+
+
+def _time(scan: OpenScan) -> float:
+    return scan.data.time

@@ -1,0 +1,268 @@
+"""Components that no scan concerns for a while: put aside, so that nobody goes over them."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._dormant import Whereabouts, concerned, label_families, locate
+from trackweave.association._gating import most_moved
+from trackweave.association._moving import copy_nodes
+from trackweave.association._nodes import (
+    Nodes,
+    ScanInput,
+    WindowRule,
+    allocate,
+    joined,
+    larger,
+    n_modes_and_size,
+    new_families,
+    part_of,
+)
+from trackweave.association.problem import Certificate, Status
+from trackweave.association.tree import AssociationTree
+
+__all__ = ["Dormant"]
+
+LITTLE = 500
+"""So few sequences are sooner gone over than put aside."""
+
+
+@dataclass(slots=True)
+class _Components:
+    """The components put aside, a row each.
+
+    ``first`` and ``count`` say where its nodes are, ``first_family`` and ``n_families`` where its
+    families; ``living`` is what living on had cost until then, ``cost`` what its part of the
+    answer costs [nats], and ``debt`` under which number its gap is owed, -1 for none.
+    """
+
+    first: IntArray
+    count: IntArray
+    first_family: IntArray
+    n_families: IntArray
+    living: FloatArray
+    cost: FloatArray
+    debt: IntArray
+    time: FloatArray
+    begin: FloatArray
+    end: FloatArray
+    radius: FloatArray
+
+    @classmethod
+    def none(cls) -> Self:
+        """Return no components."""
+        zero, nothing, place = np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 2))
+        return cls(zero, zero, zero, zero, nothing, nothing, zero, nothing, place, place, nothing)
+
+    def joined(self, other: Self) -> Self:
+        """Return these and others behind them."""
+        names = [field.name for field in fields(self)]
+        pairs = [(getattr(self, name), getattr(other, name)) for name in names]
+        return type(self)(*map(np.concatenate, pairs))
+
+    def part(self, which: Any) -> Self:
+        """Return some of them."""
+        return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def whereabouts(self) -> Whereabouts:
+        """Return where their objects are."""
+        return Whereabouts(self.time, self.begin, self.end, self.radius)
+
+
+class Dormant:
+    """Holds the components of a tree that the latest scans cannot have seen.
+
+    A component is families that share reports, directly or over others. Where a scan does not
+    look, nothing happens but that time passes: its sequences cost more by what living on costs,
+    and that is made up for when a scan concerns it again. So a scan costs as much as there is
+    where it looks, not as much as there is.
+
+    Parameters
+    ----------
+    rule
+        The tree's.
+    horizon
+        After so long a component is looked at whatever happens [s].
+    """
+
+    def __init__(self, rule: WindowRule, horizon: float) -> None:
+        self._rule = rule
+        self._horizon = horizon
+        self._components = _Components.none()
+        self._living = 0.0
+        self._last_time = -np.inf
+        self._debts: dict[int, float] = {}
+        self._next_debt = 0
+        self.nodes = allocate(256, *n_modes_and_size(rule.motion))
+        """The sequences: of a component the parents count from its first, and so do families
+        from the first of all. What has been brought back is neither chosen nor believed in."""
+        self.n_rows = 0
+        """How many rows of ``nodes`` are in use."""
+        self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of sequences put aside."""
+        return int(self._components.count.sum())
+
+    @property
+    def cost(self) -> float:
+        """What the parts of the answer that are put aside cost, as of then [nats]."""
+        return float(self._components.cost.sum())
+
+    @property
+    def gap(self) -> float:
+        """How much better they may be at most, by the bounds of then [nats]."""
+        return sum(self._debts.values())
+
+    def certificate(self, awake: Certificate) -> Certificate:
+        """Return the certificate of the whole, given that of what was looked at."""
+        if not self.n_nodes:
+            return awake
+        bound = awake.lower_bound + self.cost - self.gap
+        status = Status.FEASIBLE if self.gap > 0.0 else awake.status
+        return Certificate(awake.cost + self.cost, bound, status)
+
+    def exchange(self, tree: AssociationTree, scan: ScanInput, gap: float) -> None:
+        """Put aside what a scan cannot concern, and bring back what it may, before it is grown by.
+
+        Parameters
+        ----------
+        tree
+            The sequences looked at last; changed.
+        scan
+            The scan.
+        gap
+            How much better the last answer may be at most [nats].
+        """
+        if scan.coverage.everywhere:
+            self.bring_back(tree, scan.time)
+        else:
+            slack = float(most_moved(scan, self._rule.motion.max_speed))
+            if tree.n_nodes >= LITTLE:
+                self._put_aside(tree, scan, slack, gap)
+            told = self._concerned(self._components.whereabouts(), scan, slack)
+            self._take(tree, told, scan.time)
+        self._living += scan.survival_cost
+        self._last_time = scan.time
+
+    def bring_back(self, tree: AssociationTree, time: float) -> None:
+        """Bring back everything; ``time`` is that of the scan that comes next [s]."""
+        self._take(tree, np.ones(self._components.count.shape[0], dtype=np.bool_), time)
+
+    def _concerned(self, known: Whereabouts, scan: ScanInput, slack: float) -> NDArray[np.bool_]:
+        count = known.time.shape[0]
+        return concerned(known, count, scan.coverage, scan.reference, self._horizon, slack)
+
+    def _put_aside(self, tree: AssociationTree, scan: ScanInput, slack: float, gap: float) -> None:
+        """Put aside the components of the tree that a scan cannot concern."""
+        nodes, n = tree.nodes, tree.n_nodes
+        slots, place = tree.slots()
+        label, count = label_families(nodes.family, place, n, slots.shape[0], tree.n_families)
+        known = locate(
+            nodes, n, label, count, self._last_time, self._horizon, self._rule.motion, tree.general
+        )
+        is_over = ~self._concerned(known, scan, slack)
+        if not is_over.any():
+            return
+        chosen = np.flatnonzero(nodes.chosen[:n])
+        cost = np.zeros(count)
+        np.add.at(cost, label[nodes.family[chosen]], tree.totals()[chosen])
+        n_put = int(is_over.sum())
+        rows = _in_order(label[nodes.family[:n]], is_over)
+        family = _in_order(label, is_over)
+        put = _Components(
+            first=np.empty(0, dtype=np.int64),
+            count=np.bincount(label[nodes.family[:n]], minlength=count)[is_over],
+            first_family=np.empty(0, dtype=np.int64),
+            n_families=np.bincount(label, minlength=count)[is_over],
+            living=np.full(n_put, self._living),
+            cost=cost[is_over],
+            debt=np.full(n_put, self._owed(gap)),
+            **{name: getattr(known, name)[is_over] for name in Whereabouts._fields},
+        )
+        put.first = self.n_rows + _starts(put.count)
+        put.first_family = self.families.track.shape[0] + _starts(put.n_families)
+        self._store(nodes, rows, family, put)
+        self.families = joined(self.families, part_of(tree.families, family))
+        tree.keep(~is_over[label[nodes.family[:n]]])
+
+    def _store(self, nodes: Nodes, rows: IntArray, family: IntArray, put: _Components) -> None:
+        """Copy nodes of a tree behind those held."""
+        first, count = self.n_rows, rows.shape[0]
+        if first + count > self.nodes.parent.shape[0]:
+            self.nodes = larger(self.nodes, first, 2 * (first + count))
+        copy_nodes(nodes, rows, self.nodes, first)
+        span = slice(first, first + count)
+        number = np.empty(nodes.parent.shape[0], dtype=np.int64)
+        number[rows] = np.arange(count)
+        above = self.nodes.parent[span]
+        offset = np.repeat(put.first - first, put.count)
+        self.nodes.parent[span] = np.where(above >= 0, number[above] - offset, -1)
+        number[family] = self.families.track.shape[0] + np.arange(family.shape[0])
+        self.nodes.family[span] = number[self.nodes.family[span]]
+        self.n_rows += count
+        self._components = self._components.joined(put)
+
+    def _take(self, tree: AssociationTree, which: NDArray[np.bool_], time: float) -> None:
+        """Bring some components back into the tree."""
+        if not which.any():
+            return
+        taken = self._components.part(which)
+        rows = _spans(taken.first, taken.count)
+        parent = self.nodes.parent[rows]
+        parent = np.where(parent >= 0, parent + np.repeat(_starts(taken.count), taken.count), -1)
+        shift = taken.first_family - _starts(taken.n_families)
+        families = part_of(self.families, _spans(taken.first_family, taken.n_families))
+        self.nodes.family[rows] -= np.repeat(shift, taken.count)
+        span = tree.take_in(self.nodes, rows, parent, families)
+        tree.nodes.tail[span] += np.repeat(self._living - taken.living, taken.count)
+        slept = np.repeat(taken.time != time, taken.count)
+        tree.nodes.counted[span][slept] = 0.0
+        self.nodes.chosen[rows] = 0
+        self.nodes.belief[rows] = 0.0
+        self._components = self._components.part(~which)
+        self._tidy()
+
+    def _owed(self, gap: float) -> int:
+        """Enter a gap that stays open as long as any of the components now put aside does."""
+        if gap <= 0.0:
+            return -1
+        self._next_debt += 1
+        self._debts[self._next_debt] = gap
+        return self._next_debt
+
+    def _tidy(self) -> None:
+        """Forget gaps that are nobody's, and rows once more are free than in use."""
+        if self._debts:
+            held = set(self._components.debt.tolist())
+            self._debts = {debt: gap for debt, gap in self._debts.items() if debt in held}
+        kept = self._components
+        if self.n_rows < 2 * self.n_nodes + LITTLE:
+            return
+        rows = _spans(kept.first, kept.count)
+        copy_nodes(self.nodes, rows, self.nodes, 0)
+        self.n_rows = rows.shape[0]
+        shift = kept.first_family - _starts(kept.n_families)
+        self.nodes.family[: self.n_rows] -= np.repeat(shift, kept.count)
+        self.families = part_of(self.families, _spans(kept.first_family, kept.n_families))
+        kept.first, kept.first_family = _starts(kept.count), _starts(kept.n_families)
+
+
+def _starts(count: IntArray) -> IntArray:
+    """Return where each of some spans starts if they stand one behind the other."""
+    return np.cumsum(count) - count
+
+
+def _spans(first: IntArray, count: IntArray) -> IntArray:
+    """Return the numbers of all spans, one behind the other."""
+    return np.repeat(first - _starts(count), count) + np.arange(int(count.sum()))
+
+
+def _in_order(label: IntArray, which: NDArray[np.bool_]) -> IntArray:
+    """Return the places that have some labels, label after label."""
+    own = np.flatnonzero(which[label])
+    return own[np.argsort(label[own], kind="stable")]

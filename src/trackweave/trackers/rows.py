@@ -1,0 +1,131 @@
+"""The rows of the live tracks, those that are put aside included."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._nodes import Families, Nodes, WindowRule
+from trackweave.association.beliefs import Beliefs
+from trackweave.association.dormant import Dormant
+from trackweave.association.states import average_at, states_at
+from trackweave.association.tree import AssociationTree
+from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+
+__all__ = ["live_leaves", "live_rows"]
+
+TENTATIVE_EXISTENCE = 0.5
+"""A tentative track is shown while its object lives at least as probably as not."""
+COASTING_EXISTENCE = 0.01
+"""A confirmed track is shown until it is all but certain that its object is gone."""
+
+
+def live_leaves(
+    tree: AssociationTree, dormant: Dormant, *, by_belief: bool
+) -> tuple[IntArray, IntArray]:
+    """Return the chosen sequences of live tracks.
+
+    Parameters
+    ----------
+    tree
+        The sequences that were looked at.
+    dormant
+        Those that were not.
+    by_belief
+        Whether tracks are shown by how probable it is that their objects live, or by how long
+        they have not been seen.
+
+    Returns
+    -------
+    The last node of each: those of the tree, and those put aside.
+    """
+    rooms = (tree.nodes, tree.families, tree.n_nodes), (
+        dormant.nodes, dormant.families, dormant.n_rows
+    )  # fmt: skip
+    found = []
+    for nodes, families, count in rooms:
+        leaf = np.flatnonzero(nodes.chosen[:count])
+        found.append(leaf[_is_live(nodes, families, leaf, tree.rule, by_belief=by_belief)])
+    return found[0], found[1]
+
+
+def live_rows(
+    tree: AssociationTree, dormant: Dormant, beliefs: Beliefs | None, time: float
+) -> TrackTable:
+    """Return a row for each live track.
+
+    Parameters
+    ----------
+    tree
+        The sequences that were looked at.
+    dormant
+        Those that were not.
+    beliefs
+        Probabilities and average states; None to report the chosen sequences' own states.
+    time
+        Time of the rows [s].
+
+    Returns
+    -------
+    The rows in order of identifier.
+    """
+    by_belief, dim = beliefs is not None, tree.dim
+    leaf, aside = live_leaves(tree, dormant, by_belief=by_belief)
+    if beliefs is not None:
+        family = tree.nodes.family[leaf]
+        states = beliefs.mean[family], beliefs.covariance[family]
+    else:
+        states = states_at(tree, leaf, time)
+    parts = [_rows(tree.nodes, tree.families, leaf, states)]
+    if aside.size:
+        nodes, families = dormant.nodes, dormant.families
+        source = (nodes, dormant.n_rows, families.track.shape[0])
+        states = average_at(source, aside, time, tree, by_belief=by_belief)
+        parts.append(_rows(nodes, families, aside, states))
+    rows = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    order = np.argsort(rows[0], kind="stable")
+    track, status, mean, covariance, score, hits, last_update = (row[order] for row in rows)
+    size, ahead = 2 * dim, tree.rule.motion.acceleration_at
+    return TrackTable(
+        time=np.full(track.shape[0], time),
+        track=track,
+        status=status,
+        mean=mean[:, :size],
+        covariance=covariance[:, :size, :size],
+        score=score,
+        hits=hits,
+        last_update=last_update,
+        acceleration=mean[:, ahead : ahead + dim] if ahead >= 0 else mean[:, :0],
+    )
+
+
+def _is_live(
+    nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
+) -> np.ndarray:
+    """Tell which chosen sequences' tracks are shown."""
+    family = nodes.family[leaf]
+    is_known = families.confirmed[family]
+    if by_belief:
+        needed = np.where(is_known, COASTING_EXISTENCE, TENTATIVE_EXISTENCE)
+        live = families.existence[family] >= needed
+    else:
+        live = nodes.tail[leaf] <= np.where(is_known, np.finfo(np.float64).max, rule.end_cost)
+    shown: np.ndarray = live & (nodes.is_line[leaf] == 0)
+    return shown
+
+
+def _rows(
+    nodes: Nodes,
+    families: Families,
+    leaf: IntArray,
+    states: tuple[FloatArray, FloatArray],
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, IntArray, FloatArray]:
+    """Return the columns of a row for each chosen sequence, its identifier first."""
+    family = nodes.family[leaf]
+    seen = np.where(nodes.misses[leaf] >= 0.5, COASTING, CONFIRMED)
+    return (
+        families.name[family],
+        np.where(families.confirmed[family], seen, TENTATIVE),
+        *states,
+        families.score[family] + nodes.cost[leaf],
+        nodes.hits[leaf],
+        nodes.time[leaf],
+    )
