@@ -19,10 +19,15 @@ from trackweave.solvers._kernels import (
     repair,
     selection_cost,
 )
+from trackweave.solvers._narrowing import narrowed, whole, write_taken
 from trackweave.solvers._pricing import choose, price_nodes
 
 LARGE, FEW = 20_000, 25
 """In a component of more sequences an answer, which takes long, is made once in so many bounds."""
+NARROWING = 20
+"""Bounds between two looks at which sequences they leave open."""
+LIKELY = 0.1
+"""Answers are improved by sequences whose excess is at most this part of the gap."""
 
 
 class DualBudget(NamedTuple):
@@ -45,6 +50,22 @@ class Ascent(NamedTuple):
     value: FloatArray
     iteration: IntArray
     stalled: IntArray
+
+
+@jit
+def _likely(
+    component: Component, reduced: FloatArray, best: FloatArray, taken: IntArray, most: float
+) -> Component:
+    """Return the component with only those sequences free to be taken whose excess is little."""
+    total = component.total.copy()
+    for node in range(total.shape[0]):
+        family = component.family[node]
+        if reduced[node] - best[family] > most and taken[family] != node:
+            total[node] = math.inf
+    return Component(
+        component.parent, component.item, component.family, total,
+        component.members, component.start, component.must, component.n_items,
+    )  # fmt: skip
 
 
 @jit
@@ -105,10 +126,14 @@ def ascend(
             if count[item] > 0.0 or current[item] > 0.0:
                 norm += count[item] * count[item]
         due = iteration % FEW == 0 if n_nodes > LARGE else iteration % 4 == 0 or improved
+        due = due or iteration % NARROWING == 0
         if due or norm == 0.0:
             cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
-            if cost < upper:
-                cost = improve(component, trial, owner, 3)
+            # Before, few sequences are excluded: improving takes longer than all these bounds.
+            again = iteration % NARROWING == 0
+            if iteration >= NARROWING and (again or cost < upper):
+                likely = _likely(component, reduced, best, trial, LIKELY * (cost - bound))
+                cost = improve(likely, trial, owner, 3)
             if cost < upper:
                 upper = cost
                 selection[:] = trial
@@ -177,23 +202,49 @@ def solve_components(
     evaluations = 0
     for index in range(first, last):
         component = part_of(parts, index)
-        f0, f1 = parts.family_start[index], parts.family_start[index + 1]
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
-        selection = taken[f0:f1]
+        selection = taken[parts.family_start[index] : parts.family_start[index + 1]]
+        if selection.shape[0] == 1:
+            cost[index], lower[index] = _settle(component, own_price, selection, cost[index])
+            evaluations += 1
+            continue
         ascent = begin_ascent(own_price, cost[index], lower[index])
-        n = budget.iterations
-        ascend(component, own_price, selection, ascent, n, n, budget.tolerance)
+        n, tolerance = budget.iterations, budget.tolerance
+        over = ascend(component, own_price, selection, ascent, NARROWING, n, tolerance)
+        left = whole(component, selection)
+        while not over:
+            left = narrowed(left, own_price, ascent.value[0])
+            over = ascend(left.component, own_price, left.taken, ascent, NARROWING, n, tolerance)
         upper, bound = ascent.value[0], ascent.value[1]
         evaluations += ascent.iteration[0]
-        if upper - bound > budget.tolerance and budget.visits > 0:
+        if upper - bound > tolerance and budget.visits > 0:
             upper, complete, tried = enumerate_open(
-                component, own_price, selection, upper, budget.visits
+                left.component, own_price, left.taken, upper, budget.visits
             )
             evaluations += tried
             if complete:
                 bound = upper
+        write_taken(left, selection)
         cost[index], lower[index] = upper, min(bound, upper)
     return evaluations
+
+
+@jit
+def _settle(
+    component: Component, price: FloatArray, selection: IntArray, known: float
+) -> tuple[float, float]:
+    """Take the least sequence of the only family; its items, which no other wants, cost nothing.
+
+    Returns the cost and the bound, which are equal.
+    """
+    best, choice = math.inf if component.must[0] else 0.0, -1
+    for node in range(component.total.shape[0]):
+        if component.total[node] < best:
+            best, choice = component.total[node], node
+    price[:] = 0.0
+    if best < known:
+        selection[0] = choice
+    return best, best
 
 
 @jit

@@ -17,6 +17,8 @@ TOLERANCE = 1e-9
 """A gap below this [nats] is rounding, and so is one below 1e-4 of it per unit of cost."""
 LARGEST_WHOLE = 2.0**36
 """Beyond this, prices and bounds are not exact enough to tell whole numbers apart."""
+FAR = 1e3
+"""Prices of a hint are cut to so many times what the dearest sequence costs."""
 COARSE = 1e-6
 """Rounding beyond this part of what the whole costs leaves an answer unproven."""
 
@@ -58,7 +60,10 @@ class Components:
         if hint is not None and hint.prices is not None:
             given = float_array(hint.prices, "hint.prices", (problem.n_items,))
             require_finite(given, "hint.prices")
-            prices = np.maximum(given, 0.0)
+            # Beyond what sequences cost, sums of prices would only lose the digits of bounds.
+            known = np.abs(problem.total)
+            reach = FAR * float(np.max(known, where=np.isfinite(known), initial=1.0))
+            prices = np.clip(given, 0.0, reach)
         return cls(
             problem=problem,
             parts=parts,

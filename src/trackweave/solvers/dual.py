@@ -7,14 +7,14 @@ import numpy as np
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers._dual import (
-    LARGE,
+    NARROWING,
     DualBudget,
     ascend,
     begin_ascent,
     solve_components,
 )
 from trackweave.solvers._enumeration import enumerate_open
-from trackweave.solvers._kernels import cheapest_first
+from trackweave.solvers._narrowing import narrowed, whole, write_taken
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop, require_kinds
@@ -39,11 +39,11 @@ class Dual:
     """Lagrangian relaxation: every item gets a price, and the prices a bound.
 
     A hundred subgradient steps on the prices [1]_, with answers made greedily by reduced cost
-    and improved locally. Where a gap remains, the sequences that the prices do not exclude make
-    a smaller problem, which falls into smaller components; these are bounded anew, and
-    enumerated, which proves the answer when it completes. What is open then climbs by deflected
-    subgradients [2]_ and on the dual smoothed by a falling temperature [3]_, is reduced again
-    and enumerated.
+    and improved locally; after every twenty, sequences that the prices exclude are left out.
+    Where a gap remains, the others make a smaller problem, which falls into smaller components;
+    these are bounded anew, and enumerated, which proves the answer when it completes. What is
+    open then climbs by deflected subgradients [2]_ and on the dual smoothed by a falling
+    temperature [3]_, is reduced again and enumerated.
 
     Parameters
     ----------
@@ -104,7 +104,6 @@ class Dual:
         The relaxation with further levels, how many bounds were computed and steps of the
         enumeration taken, and whether it was stopped.
         """
-        self._begin_large(relaxation.rest)
         evaluations, stopped = self.bound(relaxation.rest, stop)
         left = self.iterations - QUICK
         for turn, stretch in enumerate(STRETCHES):
@@ -124,15 +123,6 @@ class Dual:
             if turn > 1 and progress < STALLED:
                 break
         return relaxation, evaluations, stopped
-
-    def _begin_large(self, components: Components) -> None:
-        """Answer greedily where making an answer from prices takes long."""
-        sizes = np.diff(components.parts.node_start)
-        for index in np.flatnonzero((sizes > LARGE) & np.isinf(components.cost)).tolist():
-            selection = components.taken[components.families(index)]
-            cost, lower = cheapest_first(components.component(index), selection)
-            components.cost[index] = cost
-            components.lower[index] = min(lower, cost)
 
     def _climb(
         self, components: Components, stretch: Stretch, stop: Stop | None
@@ -206,20 +196,25 @@ class Dual:
         price = components.price[components.items(index)]
         selection = components.taken[components.families(index)]
         known = float(components.cost[index]), float(components.lower[index])
-        ascent = begin_ascent(price, *known)
-        more = max(1, SLICE_WORK // component.parent.shape[0])
+        ascent, left = begin_ascent(price, *known), whole(component, selection)
         last = min(QUICK, self.iterations)
         over = stopped = False
         while not over and not stopped:
-            over = ascend(component, price, selection, ascent, more, last, TOLERANCE)
+            done = int(ascent.iteration[0]) % NARROWING
+            if done == 0 and ascent.iteration[0] > 0:
+                left = narrowed(left, price, float(ascent.value[0]))
+            more = max(1, SLICE_WORK // left.component.parent.shape[0])
+            more = min(more, NARROWING - done)
+            over = ascend(left.component, price, left.taken, ascent, more, last, TOLERANCE)
             stopped = stop()
         upper, lower = float(ascent.value[0]), float(ascent.value[1])
         evaluations = int(ascent.iteration[0])
         if upper - lower > TOLERANCE and self.visits > 0 and not stopped:
             upper, complete, tried = enumerate_open(
-                component, price, selection, upper, self.visits
+                left.component, price, left.taken, upper, self.visits
             )  # fmt: skip
             evaluations += tried
             lower = upper if complete else lower
+        write_taken(left, selection)
         components.cost[index], components.lower[index] = upper, min(lower, upper)
         return evaluations, stopped
