@@ -65,6 +65,8 @@ SCRIPTS = {
     "fusion-registration": ["fusion_registration.py"],
     "fusion-autoferry": ["fusion_autoferry.py"],
     "fusion-capacity": ["fusion_capacity.py"],
+    "performance-bench": ["beside_peers.py"],
+    "performance-gains": ["gains.py"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.
@@ -98,6 +100,8 @@ def main() -> int:
             continue
         print(f"==> {name}", flush=True)
         python = arguments.peers_python if name == "peers" else sys.executable
+        if name == "performance-bench":
+            options += ["--peers-python", arguments.peers_python]
         done = subprocess.run(
             [python, str(HERE / script), *options],
             check=False, stdout=subprocess.PIPE, text=True, env={**os.environ, **ONE_THREAD},
