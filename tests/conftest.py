@@ -12,8 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "trackweave"
 # No kernel imports from these, so that editing them need not compile anything anew.
 WITHOUT_KERNELS = {
-    "cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
-    "simulation", "studies",
+    "cli", "config", "config.py", "io", "metrics", "plotting", "run.py", "simulation", "studies",
 }  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """The one decorator that compiles kernels."""
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 
@@ -9,6 +9,11 @@ __all__ = ["jit"]
 
 _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
+
+# Nobody calls kernels from C: without the entry for that they compile a tenth sooner.
+_OPTIONS: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True}
+# Numba's types do not list all of its options.
+_njit: Any = numba.njit
 
 
 def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
@@ -28,9 +33,9 @@ def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Resu
     """
     compiled: Callable[_Parameters, _Result]
     try:
-        compiled = numba.njit(nogil=True, cache=True)(function)
+        compiled = _njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:
         # Numba refuses a function outright when neither the package's folder nor the user's
         # can be written, or when the user has no home.
-        compiled = numba.njit(nogil=True)(function)
+        compiled = _njit(**_OPTIONS)(function)
     return compiled

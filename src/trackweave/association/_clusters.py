@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 
@@ -146,9 +147,9 @@ def partition(
                 family[place] = family[begin + local[above]]
         family_start[component + 1] = first_family + n_families
         starts, inside = _group(family[begin : node_start[component + 1]], n_families)
-        members[begin : node_start[component + 1]] = inside
+        overwrite(members[begin : node_start[component + 1]], inside)
         offset = first_family + component
-        member_start[offset : offset + n_families + 1] = starts
+        overwrite(member_start[offset : offset + n_families + 1], starts)
     n_families = family_start[n_components]
     return Partition(
         order, node_start, parent_out, item_out, family, total_out, members,

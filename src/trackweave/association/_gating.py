@@ -32,6 +32,20 @@ def most_moved(scan: ScanInput, max_speed: float) -> float:
 
 
 @jit
+def _count_before(position: FloatArray, first: int, value: float, and_equal: bool) -> int:
+    """Return how many reports, in order, lie below a value; at least the first ones do."""
+    last = position.shape[0]
+    while first < last:
+        middle = (first + last) // 2
+        place = position[middle, 0]
+        if place < value or (and_equal and place == value):
+            first = middle + 1
+        else:
+            last = middle
+    return first
+
+
+@jit
 def within_reach(
     position: FloatArray, gate: float, mean: FloatArray, covariance: FloatArray,
     widest: float, slack: float,
@@ -42,9 +56,8 @@ def within_reach(
         reach = math.sqrt(gate * (covariance[mode, 0, 0] + widest)) + slack
         low = min(low, mean[mode, 0] - reach)
         high = max(high, mean[mode, 0] + reach)
-    first = np.searchsorted(position[:, 0], low)
-    last = first + np.searchsorted(position[first:, 0], high, side="right")
-    return int(first), int(last)
+    first = _count_before(position, 0, low, False)
+    return first, _count_before(position, first, high, True)
 
 
 @jit

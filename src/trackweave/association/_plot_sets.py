@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.filters._kernels import invert_sum, squared_distance, update
 from trackweave.jit import jit
@@ -231,7 +232,7 @@ def locate(table: PlotTable, limits: PlotLimits, path: Path, child: int) -> bool
             share /= 2.0
             if share < 1e-3:
                 return _is_in_front(table, limits, path, child)
-        mean[:] = trial
+        overwrite(mean, trial)
         distance = reached
         if table.drifts and step < FIXED_AFTER:
             _weigh(table, path, child, mean)

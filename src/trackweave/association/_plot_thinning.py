@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import kth_least
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._plot_sets import (
     Path,
@@ -47,7 +48,7 @@ def choose_nearest(
         for index in range(count):
             choice.near[depth, index] = choice.plot[index]
         return
-    bound = np.partition(choice.distance[:count], most - 1)[most - 1]
+    bound = kth_least(choice.distance[:count].copy(), most - 1)
     n_at_bound = most
     for index in range(count):
         n_at_bound -= 1 if choice.distance[index] < bound else 0

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from trackweave.association.plots_rule import PlotCost, PlotsRule
 from trackweave.config.ledger import Ledger, value_at
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
+
+if TYPE_CHECKING:
+    from trackweave.association.plots_rule import PlotCost, PlotsRule
 
 __all__ = ["PlotSettings", "TrackerSettings", "plots_of_ledger", "tracker_of_ledger"]
 
@@ -54,13 +56,15 @@ class PlotSettings:
     """
 
     within: float
-    cost: PlotCost
+    cost: "PlotCost"
     gate: float
     object_density: float
     max_tuples: int
 
-    def rule(self) -> PlotsRule:
+    def rule(self) -> "PlotsRule":
         """Return the rule of the plots: by evidence lone ones may stand, by eq. 1 never."""
+        from trackweave.association.plots_rule import PlotsRule
+
         return PlotsRule(
             object_density=self.object_density,
             cost=self.cost,
@@ -121,6 +125,8 @@ def plots_of_ledger(
     """
     if not _is_given(ledger, "plots"):
         return None
+    from trackweave.association.plots_rule import PlotsRule
+
     is_fused = ledger.choose(("plots", "fuse"), default=False)
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     within = max(CLOCK_NOISE, USUAL_SHARE * min(periods, default=0.0))

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.special import digamma, gammaln
-from scipy.stats import chi2
+from scipy.special import chdtr, digamma, gammaln
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
+from trackweave.estimation.trees import tree_of
 
 __all__ = ["Chains", "ball_volume", "chains_of", "detection_share", "local_density"]
 
@@ -80,7 +79,7 @@ def local_density(position: FloatArray) -> float:
     """
     if position.shape[0] <= NEIGHBOURS:
         return 0.0
-    distance = cKDTree(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
+    distance = tree_of(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
     volume = ball_volume(np.maximum(distance, 1e-9), position.shape[1])
     # The logarithm of so few neighbours is less on average than that of their number.
     return float(np.exp(np.mean(digamma(NEIGHBOURS) - np.log(volume))))
@@ -154,7 +153,7 @@ def detection_share(
         time = segment.frames.time[middle + around]
         place, spread = _continue(time, segment.points, segment.frames.time[middle], sigma)
         excess.append(_excess(segment.frames.position[middle], place, 3.0 * spread))
-    inside = float(chi2.cdf(9.0, found[0][0].points.shape[1]))
+    inside = float(chdtr(found[0][0].points.shape[1], 9.0))
     share = np.array(excess) / inside
     crowd = density * float(ball_volume(3.0 * sigma, found[0][0].points.shape[1]))
     return float(share.mean()), float(np.hypot(share.std() / np.sqrt(share.size), crowd / 2))

@@ -3,12 +3,12 @@
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import reach
+from trackweave.estimation.trees import tree_of
 
 __all__ = ["disagreements"]
 
@@ -90,8 +90,8 @@ def _mean_square(
 def _nearest(block: Frames, radius: float) -> FloatArray:
     """Return the squared distances of reports that are each other's nearest [m²]."""
     first, second = block.position
-    distance, other = cKDTree(second).query(first, distance_upper_bound=radius)
-    _, back = cKDTree(first).query(second)
+    distance, other = tree_of(second).query(first, distance_upper_bound=radius)
+    _, back = tree_of(first).query(second)
     rows = np.flatnonzero(np.isfinite(distance))
     mutual = rows[back[other[rows]] == rows]
     return np.asarray(distance[mutual] ** 2)

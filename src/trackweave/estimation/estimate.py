@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
@@ -13,6 +12,7 @@ from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.trees import tree_of
 from trackweave.models.strength import StrengthModel
 
 __all__ = ["Estimates", "SensorEstimate", "bounded", "covered_by", "digits", "estimate"]
@@ -333,7 +333,7 @@ def _spacing(position: FloatArray) -> float:
     places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
     if places.shape[0] < 2:
         return 100.0
-    distance, _ = cKDTree(places).query(places, k=2)
+    distance, _ = tree_of(places).query(places, k=2)
     return max(float(np.median(distance[:, 1])), 1e-4)
 
 
@@ -351,6 +351,8 @@ def covered_by(position: FloatArray, sigma: float) -> float:
     -------
     The area or volume [m², m³].
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     dim = position.shape[1]
     # Reports in one place or on a line still come from a surrounding as wide as their noise.
     sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)

@@ -1,10 +1,10 @@
 """How far objects come from scan to scan, and segments of tracks that stand out."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import Frames
+from trackweave.estimation.trees import tree_of
 
 __all__ = ["reach", "segments"]
 
@@ -39,7 +39,7 @@ def reach(blocks: list[Frames]) -> tuple[float, float] | None:
     radii = extent * 2.0 ** (-np.arange(N_SHELLS)[::-1] / 3)
     counts = np.zeros(N_SHELLS)
     for frames in blocks:
-        trees = [cKDTree(position) for position in frames.position]
+        trees = [tree_of(position) for position in frames.position]
         for before, after, gap in zip(trees, trees[1:], np.diff(frames.time), strict=False):
             counts += before.count_neighbors(after, radii * (gap / interval))
     chance = _chance_counts(everything, radii)
@@ -67,7 +67,7 @@ def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
     mixed = np.stack(
         [np.sort(axis)[_scatter(axis.size, k)] for k, axis in enumerate(some.T)], axis=1
     )
-    counts = cKDTree(some).count_neighbors(cKDTree(mixed), radii).astype(float)
+    counts = tree_of(some).count_neighbors(tree_of(mixed), radii).astype(float)
     # Few pairs are near: below a thousand, the volume tells better.
     enough = min(int(np.searchsorted(counts, min(1000.0, counts[-1] / 4))), radii.size - 1)
     near = radii[:enough] / radii[enough]
@@ -115,7 +115,7 @@ def segments(frames: Frames, start: int, length: int, speed: float) -> tuple[Int
     Index of each piece's report in each scan, shape (pieces, length), and the sum of squared
     residuals of each from a straight line [m²].
     """
-    trees = [cKDTree(position) for position in frames.position[start : start + length]]
+    trees = [tree_of(position) for position in frames.position[start : start + length]]
     time = frames.time[start : start + length] - frames.time[start]
     first, second = frames.position[start], frames.position[start + 1]
     near = min(NEAREST, second.shape[0])

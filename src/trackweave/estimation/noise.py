@@ -3,15 +3,13 @@
 import math
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from trackweave.arrays import FloatArray
+from trackweave.estimation._noise import WRONG, follow_chains
 
 __all__ = ["calm_noise", "noise_of_chains"]
 
-# Share of a chain's reports that may come from elsewhere.
-WRONG = 0.05
 # How far the search may go from where it starts, as logarithms of factors.
 FURTHEST = 12.0
 # Of reports, so many may be further off than one in a hundred should be.
@@ -148,6 +146,9 @@ def _fitted(
 
     starts = [np.array([level] if fixed else [level, 0.0]) for level in (-6.0, -2.0, 2.0)]
     best = min(starts, key=surprise)
+    # A run that has nothing to estimate need not wait for this import.
+    from scipy.optimize import minimize
+
     found = minimize(surprise, best, method="Nelder-Mead", options={"maxiter": 80, "fatol": 1e-3})
     scale = 1.0 if fixed else float(np.exp(found.x[-1] / 2))
     return sigma * scale, float(np.exp(found.x[0])) * unit
@@ -155,57 +156,14 @@ def _fitted(
 
 def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
     """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
-    return _filter(step, places, noise)[0]
+    variance, process, density = noise
+    return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
 
 
 def _far_share(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
     """Return the share of the objects' own reports that lie further off than one in a hundred."""
-    _, squares, trust = _filter(step, places, noise)
-    limit = chi2.ppf(0.99, places.shape[2])
-    return float(np.sum(trust * (squares > limit)) / max(np.sum(trust), 1e-9))
-
-
-def _filter(
-    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
-) -> tuple[float, FloatArray, FloatArray]:
-    """Run a Kalman filter over all chains at once.
-
-    Returns
-    -------
-    Minus the log-likelihood [nats], each report's squared distance from where it was expected,
-    and the probability that it is the object's own.
-    """
     variance, process, density = noise
-    first, second = places[:, 0], places[:, 1]
-    dt = step[:, 0]
-    position, velocity = second.copy(), (second - first) / dt[:, None]
-    # Two reports determine position and velocity exactly, with this covariance.
-    pp = np.full(dt.size, variance)
-    pv = variance / dt
-    vv = 2 * variance / dt**2 + process * dt / 3
-    total, all_squares, all_trust = 0.0, [], []
-    for k in range(2, places.shape[1]):
-        dt = step[:, k - 1]
-        alive = np.isfinite(dt)
-        if not alive.any():
-            break
-        dt = np.where(alive, dt, 1.0)
-        ahead = position + velocity * dt[:, None]
-        pp = pp + 2 * dt * pv + dt**2 * vv + process * dt**3 / 3
-        pv = pv + dt * vv + process * dt**2 / 2
-        vv = vv + process * dt
-        innovation = np.where(alive[:, None], places[:, k] - ahead, 0.0)
-        spread = pp + variance
-        squares = np.sum(innovation**2, axis=1) / spread
-        dim = places.shape[2]
-        own = np.log1p(-WRONG) - 0.5 * squares - 0.5 * dim * np.log(2 * np.pi * spread)
-        total -= float(np.logaddexp(own, np.log(WRONG * density))[alive].sum())
-        # A report from elsewhere must not pull the filter along.
-        trust = np.exp(own - np.logaddexp(own, np.log(WRONG * density)))
-        all_squares.append(squares[alive])
-        all_trust.append(trust[alive])
-        gain_p, gain_v = trust * pp / spread, trust * pv / spread
-        position = ahead + gain_p[:, None] * innovation
-        velocity = velocity + gain_v[:, None] * innovation
-        pp, pv, vv = pp * (1 - gain_p), pv * (1 - gain_p), vv - gain_v * pv
-    return total, np.concatenate(all_squares), np.concatenate(all_trust)
+    # The quantile of χ²; scipy.stats takes longer to import than all the rest.
+    limit = 2.0 * float(gammaincinv(places.shape[2] / 2.0, 0.99))
+    _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
+    return far / max(trusted, 1e-9)

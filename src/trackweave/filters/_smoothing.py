@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.filters._measuring import correct, innovation, invert, invert_many, measure
 from trackweave.filters._states import advance, changes, combine, linearise, mix
@@ -172,8 +173,8 @@ def _step_back(
             for inner in range(size):
                 spread[row, column] += moving[row, inner] * cross[inner, column]
             spread[column, row] = spread[row, column]
-    mean_out[:] = own_mean
-    covariance_out[:, :] = own
+    overwrite(mean_out, own_mean)
+    overwrite_rows(covariance_out, own)
     if not invert_many(spread, inverse) < math.inf:
         return
     _multiply(cross, inverse, gain)
@@ -254,7 +255,7 @@ def _part(
                         shift += own[row, column] * push[column]
                     fit += 0.5 * shift * push[row]
                     pairs.mean[before, after, row] = mean[row] + shift
-                pairs.covariance[before, after] = own
+                overwrite_rows(pairs.covariance[before, after], own)
                 pairs.weight[before, after] += fit
         best = max(best, pairs.weight[before, after])
     total = 0.0

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray
 from trackweave.filters._kernels import predict_first
 from trackweave.filters._turns import signed_noise, turn
@@ -40,9 +41,10 @@ def advance(
     """
     n_modes, size = mean.shape
     if interval == 0.0:
-        mean_out[:, :] = mean
-        covariance_out[:, :, :] = covariance
-        weight_out[:] = weight
+        overwrite_rows(mean_out, mean)
+        for mode in range(n_modes):
+            overwrite_rows(covariance_out[mode], covariance[mode])
+        overwrite(weight_out, weight)
         return
     if n_modes == 1:
         weight_out[0] = weight[0]
@@ -116,8 +118,8 @@ def combine(
     """Write the mean and covariance of the mixture of all modes."""
     n_modes, size = mean.shape
     if n_modes == 1:
-        mean_out[:] = mean[0]
-        covariance_out[:, :] = covariance[0]
+        overwrite(mean_out, mean[0])
+        overwrite_rows(covariance_out, covariance[0])
         return
     for row in range(size):
         total = 0.0

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.filters._kernels import invert_sum, predict, update
 from trackweave.filters._measuring import invert_many
@@ -35,8 +36,8 @@ def smooth_straight(
                 mean[moment - 1], covariance[moment - 1], time[moment] - time[moment - 1],
                 process_noise, mean[moment], covariance[moment],
             )  # fmt: skip
-        ahead_mean[moment] = mean[moment]
-        ahead[moment] = covariance[moment]
+        overwrite(ahead_mean[moment], mean[moment])
+        overwrite_rows(ahead[moment], covariance[moment])
         if has_report[moment] == 1:
             for axis in range(dim):
                 noise[0, axis, axis] = sigma[moment, axis] ** 2
@@ -49,8 +50,8 @@ def smooth_straight(
     for moment in range(length - 2, -1, -1):
         interval = time[moment + 1] - time[moment]
         if interval == 0.0:
-            mean[moment] = mean[moment + 1]
-            covariance[moment] = covariance[moment + 1]
+            overwrite(mean[moment], mean[moment + 1])
+            overwrite_rows(covariance[moment], covariance[moment + 1])
             continue
         if not invert_many(ahead[moment + 1], turned) < math.inf:
             continue

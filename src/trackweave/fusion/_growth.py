@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from trackweave._loops import ascending
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.fusion._pairs import Live, price_of
 from trackweave.fusion._statistic import CHAIN, Form, Rings, Room, evaluate, make_room, threshold
@@ -96,7 +97,7 @@ def _keep_best(
     count = np.zeros((n_roots, n_sensors + 1), dtype=np.int64)
     kept = np.empty(n, dtype=np.int64)
     n_kept = 0
-    for place in np.argsort(cost[:n], kind="mergesort"):
+    for place in ascending(cost[:n]):
         size = 0
         for column in range(n_sensors):
             size += member[place, column] >= 0

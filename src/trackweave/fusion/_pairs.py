@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from trackweave._loops import ascending
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.fusion._statistic import Form, Rings, evaluate, make_room, threshold
@@ -42,7 +43,7 @@ def sweep(live: Live, reach: FloatArray, most: float) -> tuple[IntArray, IntArra
     """
     n_tracks, n = live.mean.shape
     low = live.mean[:, 0] - reach
-    order = np.argsort(low, kind="mergesort")
+    order = ascending(low)
     first, second = np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int64)
     n_pairs = 0
     for turn in range(n_tracks):

@@ -28,39 +28,44 @@ def encode_json(document: Mapping[str, Any]) -> bytes:
     -------
     UTF-8 text that ends in a line break.
     """
-    lines = [f"  {_dump(str(key))}: {_value(_plain(item))}" for key, item in document.items()]
+    lines = [f"  {_dump(str(key))}: {_value(item)}" for key, item in document.items()]
     # Lone surrogates, which file names may have, survive only as escapes.
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode("utf-8", "backslashreplace")
 
 
 def _value(item: Any) -> str:
-    if isinstance(item, list) and item and all(isinstance(entry, dict) for entry in item):
-        return "[\n    " + ",\n    ".join(_dump(entry) for entry in item) + "\n  ]"
-    if isinstance(item, dict) and item:
-        entries = [f"    {_dump(key)}: {_dump(entry)}" for key, entry in item.items()]
+    # Object by object: a long run lists tens of thousands of scans.
+    if isinstance(item, list) and item and all(isinstance(entry, Mapping) for entry in item):
+        return "[\n    " + ",\n    ".join(_dump(_plain(entry)) for entry in item) + "\n  ]"
+    plain = _plain(item)
+    if isinstance(plain, dict) and plain:
+        entries = [f"    {_dump(key)}: {_dump(entry)}" for key, entry in plain.items()]
         return "{\n" + ",\n".join(entries) + "\n  }"
-    return _dump(item)
+    return _dump(plain)
 
 
-def _dump(item: Any) -> str:
-    return json.dumps(item, ensure_ascii=False, allow_nan=False)
+_AS_IT_IS = frozenset({bool, int, str})
+_dump = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
 def _plain(item: Any) -> Any:
     """Return the same value made of what JSON knows."""
+    # What nearly everything is comes first: a long run lists a million numbers.
+    if item is None or type(item) in _AS_IT_IS:
+        return item
     if isinstance(item, Enum):
         return _plain(item.value)
-    if isinstance(item, Mapping):
-        return {str(_plain(key)): _plain(value) for key, value in item.items()}
     if isinstance(item, np.ndarray | np.generic):
         return _plain(item.tolist())
+    if isinstance(item, float):
+        return item if math.isfinite(item) else None
+    if isinstance(item, (dict, Mapping)):
+        return {str(_plain(key)): _plain(value) for key, value in item.items()}
     if isinstance(item, list | tuple):
         return [_plain(entry) for entry in item]
     if isinstance(item, set | frozenset):
         return sorted(_plain(entry) for entry in item)
-    if isinstance(item, float):
-        return item if math.isfinite(item) else None
-    if item is None or isinstance(item, bool | int | str):
+    if isinstance(item, int | str):
         return item
     if isinstance(item, PurePath):
         return str(item)

@@ -6,11 +6,10 @@ import zlib
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 import polars as pl
-from narwhals.typing import IntoDataFrame
 
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import BadRow
@@ -19,7 +18,10 @@ from trackweave.errors import DataFormatError
 __all__ = ["ENDINGS", "OnBadRow", "RawTable", "TableSource", "file_ending", "load_table"]
 
 OnBadRow: TypeAlias = Literal["fail", "skip"]
-TableSource: TypeAlias = str | os.PathLike[str] | IntoDataFrame
+if TYPE_CHECKING:
+    from narwhals.typing import IntoDataFrame
+
+TableSource: TypeAlias = "str | os.PathLike[str] | IntoDataFrame"
 
 ENDINGS = (".csv", ".csv.gz", ".parquet")
 

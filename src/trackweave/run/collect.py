@@ -2,17 +2,22 @@
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.trackers.fused_plots import FusedHypothesis
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
 
+if TYPE_CHECKING:
+    from trackweave.trackers.fused_plots import FusedHypothesis
+
 __all__ = ["Assigned", "Rows", "ScanLog"]
+
+IN_A_BLOCK = 1000
+"""So many scans' rows are put into one table."""
 
 
 @dataclass
@@ -26,6 +31,7 @@ class Rows:
     """
 
     period: float | None = None
+    _blocks: list[TrackTable] = field(default_factory=list)
     _parts: list[TrackTable] = field(default_factory=list)
     _waiting: TrackTable | None = None
     _time: float = 0.0
@@ -47,13 +53,17 @@ class Rows:
         """Return all rows; ``dim`` serves a run without any."""
         if self._waiting is not None:
             self._write()
-        return TrackTable.concatenate(self._parts, dim)
+        return TrackTable.concatenate([*self._blocks, *self._parts], dim)
 
     def _write(self) -> None:
         if not self._is_due(self._time):
             return
         if self._waiting is not None:
             self._parts.append(self._waiting)
+        if len(self._parts) >= IN_A_BLOCK:
+            # A table of a row or two takes many times the room of its numbers.
+            self._blocks.append(TrackTable.concatenate(self._parts, self._parts[0].dim))
+            self._parts = []
         self._waiting, self._written = None, self._time
 
     def _is_due(self, time: float) -> bool:
@@ -116,9 +126,10 @@ class ScanLog:
         certificate = hypothesis.certificate
         time = max(scan.time for scan in scans)
         fused = {}
-        if isinstance(hypothesis, FusedHypothesis):
-            fused = {"tuples": hypothesis.n_tuples, "fused": hypothesis.n_fused}
-            self.n_thinned += not hypothesis.is_complete
+        plots = _of_plots(hypothesis)
+        if plots is not None:
+            fused = {"tuples": plots.n_tuples, "fused": plots.n_fused}
+            self.n_thinned += not plots.is_complete
         self.scans.append(
             {
                 "time": time,
@@ -157,3 +168,12 @@ class ScanLog:
             f"plots.max_tuples: at {self.n_thinned} of {len(self.scans)} instants more tuples lie "
             "in the gate; plots were joined with their nearest only, and nothing is proven there"
         ]
+
+
+def _of_plots(hypothesis: Hypothesis) -> "FusedHypothesis | None":
+    """Return a hypothesis as one of fused plots, None where no plots were fused."""
+    if type(hypothesis) is Hypothesis:
+        return None
+    from trackweave.trackers.fused_plots import FusedHypothesis
+
+    return hypothesis if isinstance(hypothesis, FusedHypothesis) else None

@@ -2,35 +2,27 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings
 from trackweave.config.plots import PlotSettings
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.estimation.estimate import covered_by
-from trackweave.models.extent import extent
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.instants import instants_of
-from trackweave.run.observing import filled
-from trackweave.run.placing import placed
 from trackweave.run.scans import complete_scans
 from trackweave.run.turns import with_turns
-from trackweave.solvers.auto import Auto
-from trackweave.trackers.fused_plots import FusedPlotsTracker, ScanTracker
+from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multiscan import MultiScanTracker
-from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
-from trackweave.trackers.plot_fusion import PlotFuser
+
+if TYPE_CHECKING:
+    from trackweave.trackers.fused_plots import FusedPlotsTracker, ScanTracker
 
 __all__ = ["Course", "course_of"]
-
-N_PLACES = 50
-"""Reports' places over which the chances of fused reports are averaged."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,11 +37,44 @@ class Course:
         What each step takes: one scan, or with fused plots the scans of an instant.
     notes
         Sentences on what a user should know of them.
+    is_fused
+        Whether the tracker takes the scans of an instant.
     """
 
-    tracker: ScanTracker | FusedPlotsTracker
+    tracker: "ScanTracker | FusedPlotsTracker"
     steps: Sequence[tuple[Scan, ...]]
     notes: tuple[str, ...] = ()
+    is_fused: bool = False
+
+    def take(
+        self,
+        scans: tuple[Scan, ...],
+        rng: np.random.Generator,
+        deadline: float | None,
+        *,
+        tracks: bool,
+    ) -> Hypothesis:
+        """Take a step and return the hypothesis after it.
+
+        Parameters
+        ----------
+        scans
+            One of the steps.
+        rng
+            The only source of randomness.
+        deadline
+            Seconds of wall clock, above 0; None for none.
+        tracks
+            Whether the tracks are to be told; where plots are fused, they always are.
+
+        Returns
+        -------
+        The hypothesis.
+        """
+        if self.is_fused:
+            return cast("FusedPlotsTracker", self.tracker).step(scans, rng=rng, deadline=deadline)
+        tracker = cast("ScanTracker", self.tracker)
+        return tracker.step(scans[0], rng=rng, deadline=deadline, tracks=tracks)
 
 
 def course_of(
@@ -84,20 +109,26 @@ def course_of(
         instants = instants_of(complete_scans(table, periods), settings.plots.within)
         notes = _doubts(reports, settings.plots, instants, rotations)
         if any(len(instant) > 1 for instant in instants):
-            fuser, assumed = _fuser(reports, settings, settings.plots)
-            sensors = _fused_sensors(reports, fuser, instants)
-            inside = _tracker(settings, sensors, priors, reports.dim)
-            return Course(FusedPlotsTracker(fuser, inside), instants, (*notes, *assumed))
+            # Runs that fuse nothing need not wait for the import of what fuses.
+            from trackweave.run.fused_course import fused_sensors, fuser_of
+            from trackweave.trackers.fused_plots import FusedPlotsTracker
+
+            fuser, assumed = fuser_of(reports, settings, settings.plots)
+            sensors = fused_sensors(reports, fuser, instants)
+            tracker = FusedPlotsTracker(fuser, _tracker(settings, sensors, priors, reports.dim))
+            return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
-    tracker = _tracker(settings, settings.sensors, priors, reports.dim)
-    return Course(tracker, [(scan,) for scan in scans], tuple(notes))
+    alone = _tracker(settings, settings.sensors, priors, reports.dim)
+    return Course(alone, [(scan,) for scan in scans], tuple(notes))
 
 
 def _tracker(
     settings: Settings, sensors: Sequence[Sensor], priors: TrackTable | None, dim: int
-) -> ScanTracker:
+) -> "ScanTracker":
     """Return the tracker of scans of some sensors."""
     if settings.tracker.kind == "nearest-neighbour":
+        from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
+
         return NearestNeighbourTracker(
             motion=settings.motion,
             sensors=list(sensors),
@@ -119,101 +150,6 @@ def _tracker(
         dim=dim,
         unscented=settings.unscented,
     )
-
-
-def _fuser(
-    reports: ReportTable, settings: Settings, plots: PlotSettings
-) -> tuple[PlotFuser, list[str]]:
-    """Return what fuses the plots, and sentences on fields of view that had to be assumed."""
-    sensors = [_standing(sensor, reports) for sensor in settings.sensors]
-    volumes, widths, notes = {}, {}, []
-    for index, sensor in enumerate(sensors):
-        measured = reports.measurement[reports.sensor == index]
-        kind = sensor.measurement
-        plain = _without_rate(kind)
-        if plain is not kind:
-            widths[sensor.name] = filled(kind, measured) / filled(plain, measured)
-        if plots.cost == "evidence":
-            continue
-        view = None if sensor.field_of_view is None else sensor.field_of_view.coverage()
-        if view is not None and reports.dim == 2 and extent(view, kind) is not None:
-            continue
-        if kind is MeasurementKind.POSITION:
-            volume = covered_by(measured, float(np.max(sensor.sigma)))
-        else:
-            volume = filled(plain, measured)
-        volumes[sensor.name] = volume
-        notes.append(
-            f"sensor {sensor.name}: no bounded field_of_view; equation 1 takes what its reports "
-            f"fill, {volume:.4g} {_unit(plain, reports.dim)}"
-        )
-    fuser = PlotFuser(
-        sensors,
-        plots.rule(),
-        settings.search or Auto(),
-        motion=settings.motion,
-        volumes=volumes,
-        ignored_widths=widths,
-        dim=reports.dim,
-    )
-    return fuser, notes
-
-
-def _fused_sensors(
-    reports: ReportTable, fuser: PlotFuser, instants: Sequence[tuple[Scan, ...]]
-) -> tuple[Sensor, ...]:
-    """Return the sensors of the fused reports, one for each set of sensors that looks at once."""
-    order = {sensor.name: place for place, sensor in enumerate(fuser.sensors)}
-    looking = {
-        tuple(sorted((s.sensor for s in instant), key=order.__getitem__)) for instant in instants
-    }
-    combinations = sorted(looking, key=lambda names: (-len(names), [order[n] for n in names]))
-    times = np.array([max(s.time for s in instant) for instant in instants if len(instant) > 1])
-    gaps = np.diff(times)
-    periods = [sensor.scan_period for sensor in fuser.sensors if sensor.scan_period is not None]
-    period = float(np.median(gaps)) if gaps.size else max(periods, default=1.0)
-    return fuser.fused_sensors(
-        # A single report of a sensor that does not scan says nothing of other objects.
-        period if periods else None,
-        combinations=combinations,
-        places=_places(reports, fuser.sensors),
-    )
-
-
-def _places(reports: ReportTable, sensors: Sequence[Sensor]) -> FloatArray | None:
-    """Return places of some reports, None where none tells any."""
-    stands = {s.name: s.position for s in sensors if s.position is not None}
-    position = placed(reports, stands).measurement
-    if position.shape[0] == 0:
-        return None
-    chosen = np.linspace(0, position.shape[0] - 1, min(N_PLACES, position.shape[0]))
-    return position[chosen.astype(np.int64), : reports.dim]
-
-
-def _standing(sensor: Sensor, reports: ReportTable) -> Sensor:
-    """Return a sensor that stands where its first report says, if nothing else does."""
-    index = reports.sensors.index(sensor.name)
-    rows = np.flatnonzero(reports.sensor == index)
-    if sensor.position is not None or reports.platform is None or rows.size == 0:
-        return sensor
-    place = np.nan_to_num(reports.platform[rows[0], :3])
-    return replace(sensor, position=tuple(place.tolist()))
-
-
-def _without_rate(kind: MeasurementKind) -> MeasurementKind:
-    """Return what a sensor measures beside range rates, which plots leave out."""
-    return {
-        MeasurementKind.RANGE_AZIMUTH_RATE: MeasurementKind.RANGE_AZIMUTH,
-        MeasurementKind.RANGE_AZIMUTH_ELEVATION_RATE: MeasurementKind.RANGE_AZIMUTH_ELEVATION,
-    }.get(kind, kind)
-
-
-def _unit(kind: MeasurementKind, dim: int) -> str:
-    if kind is MeasurementKind.POSITION:
-        return "m²" if dim == 2 else "m³"
-    if kind is MeasurementKind.BEARING:
-        return "rad"
-    return "m·rad²" if kind.has_elevation else "m·rad"
 
 
 def _doubts(

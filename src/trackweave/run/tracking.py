@@ -30,9 +30,6 @@ from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
 from trackweave.run.scans import notes_on_lone_reports, scan_ends
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.warming import warm_up
-from trackweave.trackers.fused_plots import FusedPlotsTracker
-from trackweave.trackers.hypothesis import Hypothesis
 
 __all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
 
@@ -156,6 +153,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     course = course_of(table, settings, rotations, begun)
     limit = settings.deadline if deadline is None else deadline
     if limit is not None:
+        from trackweave.solvers.warming import warm_up
+
         # The first scan's deadline is not for compiling.
         warm_up(settings.search or Auto(), copy.deepcopy(rng))
     rows, log, assigned = _followed(course, table, settings, (rng, limit), progress)
@@ -185,7 +184,7 @@ def _followed(
     progress: Progress | None,
 ) -> tuple[Rows, ScanLog, Assigned]:
     """Take all steps of a course, with a source of randomness and a deadline for each."""
-    tracker, (rng, limit) = course.tracker, search
+    rng, limit = search
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
     # It begins a track with every report left over; those never confirmed were false alarms.
     is_nearest = settings.tracker.kind == "nearest-neighbour"
@@ -196,10 +195,7 @@ def _followed(
     ):
         cpu, wall = clock.process_time(), clock.perf_counter()
         wanted = rows.wants(end, following) or is_nearest
-        if isinstance(tracker, FusedPlotsTracker):
-            hypothesis: Hypothesis = tracker.step(scans, rng=rng, deadline=limit)
-        else:
-            hypothesis = tracker.step(scans[0], rng=rng, deadline=limit, tracks=wanted)
+        hypothesis = course.take(scans, rng, limit, tracks=wanted)
         log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
         if wanted:
             rows.add(hypothesis.tracks, hypothesis.time)
@@ -209,7 +205,7 @@ def _followed(
             confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
         if progress is not None:
             progress(number, len(course.steps))
-    assigned.enter(tracker.pending())
+    assigned.enter(course.tracker.pending())
     if is_nearest:
         assigned.drop_all_but(confirmed)
     return rows, log, assigned

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite, total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -75,12 +76,12 @@ def deflect(
     for _ in range(min(more, last - climb.steps[0])):
         price_nodes(component, current, priced, reduced)
         choose(component, reduced, choice, best)
-        bound = best.sum() - current.sum()
+        bound = total_of(best) - total_of(current)
         climb.steps[0] += 1
         if bound > climb.value[0] + 1e-9 * abs(climb.value[0]):
             climb.value[0] = bound
             climb.steps[1] = 0
-            price[:] = current
+            overwrite(price, current)
         else:
             climb.steps[1] += 1
         gradient[:] = -1.0
@@ -93,7 +94,7 @@ def deflect(
         if climb.steps[1] >= PATIENCE:
             climb.value[1] *= SHRINK
             climb.steps[1] = 0
-            current[:] = price
+            overwrite(current, price)
             direction[:] = 0.0
             restarted = True
         norm = 0.0
@@ -144,7 +145,7 @@ def smooth(
         climb.steps[0] += 1
         if bound > climb.value[0]:
             climb.value[0] = bound
-            price[:] = current
+            overwrite(price, current)
         momentum = climb.value[1]
         following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum * momentum))
         agreement = 0.0
@@ -215,4 +216,4 @@ def _expect(
             cover[item[node]] += weight[node] / total[family_of[node]]
             if parent[node] >= 0:
                 weight[parent[node]] += weight[node]
-    return float(best.sum() - price.sum())
+    return total_of(best) - total_of(price)

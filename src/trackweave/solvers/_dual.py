@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import ascending, overwrite, total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
@@ -117,7 +118,7 @@ def ascend(
         improved = bound > lower + 1e-9
         if improved:
             lower = bound
-            price[:] = current
+            overwrite(price, current)
             stalled = 0
         else:
             stalled += 1
@@ -128,7 +129,7 @@ def ascend(
         due = iteration % FEW == 0 if n_nodes > LARGE else iteration % 4 == 0 or improved
         due = due or iteration % NARROWING == 0
         if due or norm == 0.0:
-            cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
+            cost = repair(component, ascending(best), choice, reduced, trial, owner)
             # Before, few sequences are excluded: improving takes longer than all these bounds.
             again = iteration % NARROWING == 0
             if iteration >= NARROWING and (again or cost < upper):
@@ -136,7 +137,7 @@ def ascend(
                 cost = improve(likely, trial, owner, 3)
             if cost < upper:
                 upper = cost
-                selection[:] = trial
+                overwrite(selection, trial)
         ascent.iteration[0] = iteration + 1
         if upper - lower <= tolerance or norm == 0.0:
             over = True
@@ -144,7 +145,7 @@ def ascend(
         if stalled >= 5:
             factor *= 0.5
             stalled = 0
-            current[:] = price
+            overwrite(current, price)
             over = factor < 1e-3
             if over:
                 break
@@ -173,11 +174,11 @@ def answer_at(
     owner = np.empty(component.n_items, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
-    cost = repair(component, np.argsort(best), choice, reduced, trial, owner)
+    cost = repair(component, ascending(best), choice, reduced, trial, owner)
     if rounds > 0:
         cost = improve(component, trial, owner, rounds)
     if cost < upper:
-        selection[:] = trial
+        overwrite(selection, trial)
         return cost
     return upper
 
@@ -265,4 +266,4 @@ def bound_components(
         choose(component, reduced, choice, best)
         selection = taken[parts.family_start[index] : parts.family_start[index + 1]]
         cost[index] = selection_cost(component, selection)
-        lower[index] = min(best.sum() - own_price.sum(), cost[index])
+        lower[index] = min(total_of(best) - total_of(own_price), cost[index])

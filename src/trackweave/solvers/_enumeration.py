@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import ascending, overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.jit import jit
@@ -93,9 +94,9 @@ def open_options(component: Component, price: FloatArray, gap: float) -> Options
                 fill += 1
             else:
                 further = min(further, reduced[member] - best[family])
-        ranks = np.argsort(excess[first:fill], kind="mergesort")
-        node[first:fill] = node[first:fill][ranks]
-        excess[first:fill] = excess[first:fill][ranks]
+        ranks = ascending(excess[first:fill])
+        overwrite(node[first:fill], node[first:fill][ranks])
+        overwrite(excess[first:fill], excess[first:fill][ranks])
         start[family + 1] = fill
     fixed = _fix(component, start, node, excess)
     group = _group(component, start, node)
@@ -170,6 +171,17 @@ def _group(component: Component, start: IntArray, node: IntArray) -> IntArray:
 
 
 @jit
+def _with_label(label: IntArray, wanted: int) -> IntArray:
+    """Return the indices of the entries that have a label."""
+    found, n_found = np.empty(label.shape[0], dtype=np.int64), 0
+    for index in range(label.shape[0]):
+        if label[index] == wanted:
+            found[n_found] = index
+            n_found += 1
+    return found[:n_found]
+
+
+@jit
 def begin_walk(
     component: Component,
     price: FloatArray,
@@ -188,7 +200,7 @@ def begin_walk(
         room = min(room * (options.start[family + 1] - options.start[family]), float(most))
     if by_count:
         count = options.start[families + 1] - options.start[families]
-        order = families[np.argsort(count, kind="mergesort")]
+        order = families[ascending(count)]
     else:
         order = _arrange(component, options, families)
     last = np.full(component.n_items, -1, dtype=np.int64)
@@ -199,7 +211,9 @@ def begin_walk(
                 last[component.item[climb]] = depth
                 climb = component.parent[climb]
     closing_start = np.zeros(n + 1, dtype=np.int64)
-    bound = options.least[order].sum()
+    bound = 0.0
+    for family in order:
+        bound += options.least[family]
     for item in range(component.n_items):
         if last[item] >= 0:
             closing_start[last[item] + 1] += 1
@@ -336,13 +350,17 @@ def _keep(walk: Walk, cost: float) -> None:
     if row == n_rows:
         if cost >= walk.limit[2]:
             return
-        row = np.argmax(walk.kept_cost)
+        row = 0
+        for other in range(1, n_rows):
+            row = other if walk.kept_cost[other] > walk.kept_cost[row] else row
     else:
         walk.tally[2] += 1
     walk.kept_cost[row] = cost
-    walk.kept[row] = walk.taken
+    overwrite(walk.kept[row], walk.taken)
     if walk.tally[2] == n_rows:
-        walk.limit[2] = walk.kept_cost.max()
+        walk.limit[2] = -math.inf
+        for kept in walk.kept_cost:
+            walk.limit[2] = max(walk.limit[2], kept)
 
 
 @jit
@@ -356,11 +374,13 @@ def enumerate_open(
     """
     floor = bound_at(component, price)
     options = open_options(component, price, upper - floor)
-    n_groups = options.group.max() + 1
+    n_groups = 0
+    for group in options.group:
+        n_groups = max(n_groups, group + 1)
     found, visits, complete, known = options.fixed.copy(), 0, True, math.inf
     # What the groups cost at least is known better with each that is done.
     for group in range(n_groups):
-        families = np.flatnonzero(options.group == group)
+        families = _with_label(options.group, group)
         is_over, known = False, math.inf
         for attempt in range(2):
             if is_over or (attempt == 1 and families.shape[0] > MANY):
@@ -383,6 +403,6 @@ def enumerate_open(
         floor += known - walk.limit[0]
     cost = selection_cost(component, found)
     if cost < upper:
-        selection[:] = found
+        overwrite(selection, found)
         upper = cost
     return upper, complete, visits

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import ascending, total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
@@ -269,7 +270,7 @@ def cheapest_first(component: Component, selection: IntArray) -> tuple[float, fl
     for family in range(n_families):
         if component.must[family]:
             owner[component.item[component.members[component.start[family]]]] = family
-    for node in np.argsort(total, kind="mergesort"):
+    for node in ascending(total):
         family = component.family[node]
         wanted = total[node] < 0.0 or component.must[family]
         if not wanted or selection[family] >= 0 or total[node] == math.inf:
@@ -277,4 +278,4 @@ def cheapest_first(component: Component, selection: IntArray) -> tuple[float, fl
         if is_free(component, node, family, owner):
             selection[family] = node
             set_owner(component, node, family, owner)
-    return selection_cost(component, selection), least.sum()
+    return selection_cost(component, selection), total_of(least)

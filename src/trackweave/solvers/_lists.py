@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackweave._loops import ascending
 from trackweave.arrays import IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -32,6 +33,6 @@ def layers(component: Component, instant: IntArray) -> IntArray:
                 fill += 1
             climb = parent[climb]
     layer = np.zeros(component.n_items, dtype=np.int64)
-    for pair in np.argsort(higher, kind="mergesort"):
+    for pair in ascending(higher):
         layer[higher[pair]] = max(layer[higher[pair]], layer[lower[pair]] + 1)
     return layer

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component, set_owner
@@ -50,7 +51,7 @@ def bound_at(component: Component, price: FloatArray) -> float:
     best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
-    return float(best.sum() - price.sum())
+    return total_of(best) - total_of(price)
 
 
 @jit
@@ -67,7 +68,7 @@ def excesses(component: Component, price: FloatArray) -> tuple[float, FloatArray
             none[family] = -best[family]
     for node in range(n_nodes):
         reduced[node] -= best[component.family[node]]
-    return float(best.sum() - price.sum()), reduced, none
+    return total_of(best) - total_of(price), reduced, none
 
 
 @jit

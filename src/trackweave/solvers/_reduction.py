@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackweave._loops import total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -23,7 +24,7 @@ def classify(component: Component, price: FloatArray, upper: float) -> IntArray:
     best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
-    gap = upper - (best.sum() - price.sum())
+    gap = upper - (total_of(best) - total_of(price))
     gap += 1e-9 * max(1.0, abs(upper))
     state = np.zeros(n_nodes, dtype=np.int64)
     for node in range(n_nodes):

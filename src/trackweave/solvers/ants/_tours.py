@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component, selection_cost
@@ -210,7 +211,7 @@ def make_tours(
         cost = selection_of(component, points, tour, selection)
         if cost < best_cost:
             best_cost = cost
-            best_selection[:] = selection
+            overwrite(best_selection, selection)
     return best_cost
 
 

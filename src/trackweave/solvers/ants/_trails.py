@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import ascending, overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import (
@@ -49,7 +50,7 @@ def list_options(component: Component, reduced: FloatArray, limit: int) -> Optio
             if component.total[member] < (math.inf if must else 0.0):
                 node[fill], excess[fill] = member, reduced[member]
                 fill += 1
-        order = np.argsort(excess[first:fill], kind="mergesort")
+        order = ascending(excess[first:fill])
         own_node, own_cost = node[first:fill][order], excess[first:fill][order]
         fill, n_nodes = first, 0
         for place in range(order.shape[0]):
@@ -139,7 +140,7 @@ def send_ants(
         cost = choose_options(component, options, weight, order, rng, selection, owner)
         if cost < best_cost:
             best_cost = cost
-            best_selection[:] = selection
+            overwrite(best_selection, selection)
     return best_cost
 
 

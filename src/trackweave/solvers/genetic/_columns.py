@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -136,7 +137,7 @@ def evaluate_columns(
         cost_out[row] = cost
         if cost < best_cost:
             best_cost = cost
-            best_selection[:] = selection
+            overwrite(best_selection, selection)
     return best_cost
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -296,5 +297,5 @@ def evaluate(
         cost_out[row] = cost
         if cost < best_cost:
             best_cost = cost
-            best_selection[:] = selection
+            overwrite(best_selection, selection)
     return best_cost

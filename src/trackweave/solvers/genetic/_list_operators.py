@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackweave._loops import ascending
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers.genetic._operators import RANK, move, pick
@@ -77,7 +78,7 @@ def breed_lists(
     Parents are taken by rank. Crossover and mutation change one list, never list 1.
     """
     size, n_lists, length = population.shape
-    ranking = np.argsort(cost, kind="mergesort")
+    ranking = ascending(cost)
     place_of = np.empty(length, dtype=np.int64)
     for row in range(n_kept):
         offspring[row] = population[ranking[row]]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackweave._loops import ascending
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -112,7 +113,7 @@ def breed(
     ``chances`` are those of crossover and of mutation. The ``elite`` best go on unchanged.
     """
     size, n_genes = population.shape
-    ranking = np.argsort(cost, kind="mergesort")
+    ranking = ascending(cost)
     seen = np.zeros(component.n_items, dtype=np.bool_)
     for row in range(elite):
         offspring[row] = population[ranking[row]]

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import ascending, total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -58,7 +59,7 @@ def list_moves(component: Component, price: FloatArray, cost: float) -> Moves:
     best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
-    limit = cost - (best.sum() - price.sum())
+    limit = cost - (total_of(best) - total_of(price))
     limit += 1e-9 * max(1.0, abs(cost))
     worth = price.copy()
     depth = np.empty(n_nodes, dtype=np.int64)
@@ -77,7 +78,7 @@ def list_moves(component: Component, price: FloatArray, cost: float) -> Moves:
     excess = np.empty(n_kept)
     for place in range(n_kept):
         excess[place] = reduced[kept[place]] - best[component.family[kept[place]]]
-    order = np.argsort(excess, kind="mergesort")
+    order = ascending(excess)
     node_of, start = kept[:n_kept][order], np.zeros(n_kept + 1, dtype=np.int64)
     item, cost_of = np.empty(room, dtype=np.int64), np.empty(n_kept)
     anchor = np.full(component.n_items, -1, dtype=np.int64)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers.local._moves import (
@@ -94,5 +95,5 @@ def seek(
             current = cost_of(moves, holder)
             if current < best:
                 best = current
-                best_holder[:] = holder
+                overwrite(best_holder, holder)
     return current, best

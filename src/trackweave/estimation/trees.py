@@ -1,0 +1,28 @@
+"""Trees of points, for who is near whom."""
+
+from typing import TYPE_CHECKING
+
+from trackweave.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+__all__ = ["tree_of"]
+
+
+def tree_of(position: FloatArray) -> "cKDTree":
+    """Return a tree of points.
+
+    Parameters
+    ----------
+    position
+        Points [m], shape (points, dim).
+
+    Returns
+    -------
+    SciPy's tree.
+    """
+    # A run that has nothing to estimate need not wait for this import.
+    from scipy.spatial import cKDTree
+
+    return cKDTree(position)
