@@ -67,6 +67,7 @@ SCRIPTS = {
     "fusion-capacity": ["fusion_capacity.py"],
     "performance-bench": ["beside_peers.py"],
     "performance-gains": ["gains.py"],
+    "performance-cold": ["cold_start.py"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.

@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackweave._loops import ascending, kth_least, overwrite, overwrite_rows, total_of
+from trackweave._loops import (
+    ascending,
+    kth_least,
+    largest,
+    overwrite,
+    overwrite_rows,
+    total_of,
+    with_label,
+)
 
 # Few values, so that many are equal.
 VALUES = st.lists(st.sampled_from([-np.inf, -2.5, 0.0, 1.0, 7.0, np.inf]), max_size=100)
@@ -45,3 +53,14 @@ def test_overwriting_copies_values_into_what_is_there() -> None:
 def test_a_sum_of_nothing_is_nothing() -> None:
     assert total_of(np.empty(0)) == 0.0
     assert total_of(np.array([0.5, 0.25, 4.0])) == 4.75
+
+
+@given(VALUES.filter(len))
+def test_the_largest_is_the_first_of_equals(values: list[float]) -> None:
+    assert largest(np.array(values)) == np.argmax(values)
+
+
+@given(st.lists(st.integers(-1, 3), max_size=20))
+def test_with_label_lists_indices_in_order(labels: list[int]) -> None:
+    row = np.array(labels, dtype=np.int64)
+    assert with_label(row, 1).tolist() == np.flatnonzero(row == 1).tolist()

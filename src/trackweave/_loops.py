@@ -38,6 +38,27 @@ def total_of(values: FloatArray) -> float:
 
 
 @jit
+def largest(values: FloatArray) -> int:
+    """Return the index of the largest value, the first of equals."""
+    found = 0
+    for index in range(1, values.shape[0]):
+        if values[index] > values[found]:
+            found = index
+    return found
+
+
+@jit
+def with_label(label: IntArray, wanted: int) -> IntArray:
+    """Return the indices of the entries that have a label."""
+    found, n_found = np.empty(label.shape[0], dtype=np.int64), 0
+    for index in range(label.shape[0]):
+        if label[index] == wanted:
+            found[n_found] = index
+            n_found += 1
+    return found[:n_found]
+
+
+@jit
 def ascending(values: FloatArray | IntArray) -> IntArray:
     """Return the indices of the values in ascending order; equal ones stay as they were."""
     n = values.shape[0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
-from trackweave.run.collect import Assigned, Rows
+from trackweave.run.collect import IN_A_BLOCK, Assigned, Rows
 
 
 def rows(time: float, n_tracks: int) -> TrackTable:
@@ -47,3 +47,11 @@ def test_reports_of_tracks_that_nobody_knows_become_false_alarms() -> None:
     assigned.drop_all_but({3})
     assert assigned.track.tolist() == [3, -1, -1, 3]
     assert np.isnan(assigned.probability[2])
+
+
+def test_rows_of_a_long_run_are_held_in_few_tables() -> None:
+    collected, n_scans = Rows(), 2 * IN_A_BLOCK + 10
+    for step in range(n_scans):
+        collected.add(rows(float(step), 1), float(step))
+    assert len(collected._blocks) + len(collected._parts) < IN_A_BLOCK
+    assert collected.table(2).time.tolist() == list(range(n_scans))

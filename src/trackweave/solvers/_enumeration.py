@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackweave._loops import ascending, overwrite
+from trackweave._loops import ascending, largest, overwrite, with_label
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.jit import jit
@@ -168,17 +168,6 @@ def _group(component: Component, start: IntArray, node: IntArray) -> IntArray:
                 n_groups += 1
             group[family] = group[top]
     return group
-
-
-@jit
-def _with_label(label: IntArray, wanted: int) -> IntArray:
-    """Return the indices of the entries that have a label."""
-    found, n_found = np.empty(label.shape[0], dtype=np.int64), 0
-    for index in range(label.shape[0]):
-        if label[index] == wanted:
-            found[n_found] = index
-            n_found += 1
-    return found[:n_found]
 
 
 @jit
@@ -350,17 +339,13 @@ def _keep(walk: Walk, cost: float) -> None:
     if row == n_rows:
         if cost >= walk.limit[2]:
             return
-        row = 0
-        for other in range(1, n_rows):
-            row = other if walk.kept_cost[other] > walk.kept_cost[row] else row
+        row = largest(walk.kept_cost)
     else:
         walk.tally[2] += 1
     walk.kept_cost[row] = cost
     overwrite(walk.kept[row], walk.taken)
     if walk.tally[2] == n_rows:
-        walk.limit[2] = -math.inf
-        for kept in walk.kept_cost:
-            walk.limit[2] = max(walk.limit[2], kept)
+        walk.limit[2] = walk.kept_cost[largest(walk.kept_cost)]
 
 
 @jit
@@ -380,7 +365,7 @@ def enumerate_open(
     found, visits, complete, known = options.fixed.copy(), 0, True, math.inf
     # What the groups cost at least is known better with each that is done.
     for group in range(n_groups):
-        families = _with_label(options.group, group)
+        families = with_label(options.group, group)
         is_over, known = False, math.inf
         for attempt in range(2):
             if is_over or (attempt == 1 and families.shape[0] > MANY):
