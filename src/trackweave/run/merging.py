@@ -192,17 +192,19 @@ def _noise(reports: ReportTable, evidence: Evidence, rows: IntArray) -> FloatArr
 
 def _near(known: TrackTable, rows: IntArray, at: IntArray, noise: FloatArray) -> _Pairs:
     """Return the other tracks within the resolution of each report's track, at its time."""
-    from scipy.spatial import KDTree
-
     reach = RESOLUTION_SIGMAS * np.sqrt(np.linalg.eigvalsh(noise)[:, -1])
     position = known.mean[:, : known.dim]
-    # Times lie as far apart as to be out of reach, so that one search serves all.
-    moment = np.unique(known.time, return_inverse=True)[1].reshape(-1, 1)
-    spread = np.hstack([position, 2.0 * reach.max(initial=1.0) * moment])
-    found = KDTree(spread).query_ball_point(spread[at], reach)
-    count = np.array([len(near) for near in found])
+    # Along one line, times out of each other's reach, so that one order serves all.
+    moment = np.unique(known.time, return_inverse=True)[1].reshape(-1)
+    span = np.ptp(position[:, 0]) + 4.0 * reach.max(initial=1.0)
+    line = position[:, 0] - position[:, 0].min() + span * moment
+    order = np.argsort(line, kind="stable")
+    reach = reach + 1e-12 * line.max()
+    first = np.searchsorted(line[order], line[at] - reach)
+    count = np.searchsorted(line[order], line[at] + reach, side="right") - first
     report = np.repeat(np.arange(rows.size), count)
-    other = np.concatenate([np.empty(0), *found]).astype(np.int64)
+    within = np.arange(report.size) - np.repeat(np.cumsum(count) - count, count)
+    other = order[first[report] + within]
     apart = position[other] - position[at[report]]
     squared = np.einsum("ri,rij,rj->r", apart, np.linalg.inv(noise)[report], apart)
     is_near = (other != at[report]) & (squared <= RESOLUTION_SIGMAS**2)
