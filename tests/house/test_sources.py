@@ -12,7 +12,7 @@ SOURCES = sorted(SOURCE.rglob("*.py"))
 # Modules that a person imports from; those with an underscore are nobody's business.
 PUBLIC = [file for file in SOURCES if not file.name.startswith("_")]
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
-EDGES = ("cli", "config", "config.py", "estimation", "io", "metrics", "plotting", "run.py",
+EDGES = ("cli", "config", "config.py", "io", "metrics", "plotting", "run.py",
          "simulation")  # fmt: skip
 CHECKS = ("assert", "check", "fail", "raises", "require", "warns")
 

@@ -1,10 +1,13 @@
 """Solvers of the assignment problem: any of them solves any problem.
 
-Each is imported when it is first used: a run takes one of them.
+Each but the default is imported when it is first used: a run takes one of them.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+# At once: the function has the name of its module, which would come in its place.
+from trackweave.solvers.solve import solve as solve
 
 if TYPE_CHECKING:
     from trackweave.solvers.ants import AntSystem as AntSystem
@@ -23,7 +26,6 @@ if TYPE_CHECKING:
     from trackweave.solvers.protocol import Hint as Hint
     from trackweave.solvers.protocol import Solver as Solver
     from trackweave.solvers.protocol import Stop as Stop
-    from trackweave.solvers.solve import solve as solve
 
 # Where each public name lives.
 _HOMES = {
@@ -43,7 +45,6 @@ _HOMES = {
     "Solver": "trackweave.solvers.protocol",
     "Stop": "trackweave.solvers.protocol",
     "TabuSearch": "trackweave.solvers.local",
-    "solve": "trackweave.solvers.solve",
 }
 
 __all__ = [
