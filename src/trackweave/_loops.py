@@ -14,7 +14,7 @@ BLOCK = 16
 
 
 @jit
-def overwrite(target: FloatArray | IntArray, source: FloatArray | IntArray) -> None:
+def overwrite(target: np.ndarray, source: np.ndarray) -> None:
     """Write the values of one row over those of another of the same length."""
     for index in range(target.shape[0]):
         target[index] = source[index]

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
@@ -48,7 +49,7 @@ def narrowed(left: Narrowed, price: FloatArray, upper: float) -> Narrowed:
         if component.must[family]:
             is_open[component.members[component.start[family]]] = True
     n_left = 0
-    is_kept[:] = is_open
+    overwrite(is_kept, is_open)
     for node in range(n_nodes - 1, -1, -1):
         if is_kept[node]:
             n_left += 1
