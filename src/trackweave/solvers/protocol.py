@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, Protocol, TypeAlias, get_type_hints
 
 import numpy as np
@@ -123,9 +124,16 @@ def require_kinds(solver: Any) -> None:
         float: (is_number, "a number"),
         bool: (lambda value: isinstance(value, bool), "True or False"),
     }
-    hints = get_type_hints(type(solver))
+    kind: Any = type(solver)
+    hints = _hints_of(kind)
     for field in fields(solver):
         fits, expected = kinds.get(hints[field.name], (None, ""))
         value = getattr(solver, field.name)
         if fits is not None and not fits(value):
             raise InvalidInputError(f"{field.name}: {value!r:.80}; expected {expected}")
+
+
+@cache
+def _hints_of(kind: type) -> dict[str, Any]:
+    """Return the types of a class's fields: looking them up takes longer than solving a little."""
+    return get_type_hints(kind)
