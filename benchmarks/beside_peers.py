@@ -91,12 +91,15 @@ def rows_for(
         }
         for name, results in found.items()
     }
-    return [
-        [scenes, name, f"**{mean['gospa']:.1f}**" if name not in PEERS.values() else mean["gospa"],
-         mean["switches"], mean["cpu_ms"],
-         *(f"{means[peer]['cpu_ms'] / mean['cpu_ms']:.1f} ×" for peer in PEERS.values())]
-        for name, mean in means.items()
-    ]  # fmt: skip
+    rows = []
+    for name, mean in means.items():
+        measures: list[Any] = [mean["gospa"], mean["switches"], mean["cpu_ms"]]
+        ratios = [f"{means[peer]['cpu_ms'] / mean['cpu_ms']:.1f} ×" for peer in PEERS.values()]
+        if np.isnan(mean["cpu_ms"]):
+            measures = ["not finished", None, None]
+        cells = [*measures, *ratios]
+        rows.append([scenes, name, *(None if cell == "nan ×" else cell for cell in cells)])
+    return rows
 
 
 if __name__ == "__main__":
