@@ -5,7 +5,8 @@ import numpy as np
 from oracles import sensing
 from oracles.kinds import GATE, Mixture, Setting, View, locates
 from oracles.windows import SURVIVAL, WIDE
-from trackweave.association.tree import AssociationTree, Beginning
+from trackweave.association.beginning import Beginning
+from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan

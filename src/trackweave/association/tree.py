@@ -1,8 +1,5 @@
 """The association tree: every sequence of reports worth scoring, each computed once."""
 
-from dataclasses import dataclass, fields
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,10 +33,11 @@ from trackweave.association._pruning import (
     raise_ancestors,
     rank_bounds,
 )
+from trackweave.association.beginning import Beginning
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import AssignmentProblem
 
-__all__ = ["AssociationTree", "Beginning"]
+__all__ = ["AssociationTree"]
 
 CHILDREN, LOOKS = 4, 10
 """Continuations kept and reports looked at in a scan, by all sequences, for each of the greatest
@@ -50,56 +48,6 @@ all reports in their gate: what is to be told apart there cannot be, and costs m
 FEWEST, FEWEST_LOOKS, FEWEST_ANYWHERE = 4, 32, 1_000
 """What every sequence may keep and look at all the same; the last of scans that do not tell
 places, where the nearest reports cannot be picked out."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Beginning:
-    """States with which tracks enter a tree, one row per track.
-
-    Parameters
-    ----------
-    track
-        Identifiers.
-    time
-        Time of each state [s].
-    mean, covariance, weight
-        The state by modes of motion, shapes (tracks, modes, size), (tracks, modes, size, size)
-        and (tracks, modes).
-    hits, chances
-        Reports taken so far, and chances to be seen from the first report on.
-    tail, misses
-        Cost [nats] and number of the chances missed since ``time``.
-    identity, former, sensor
-        Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
-    is_line
-        1 for an object that has been seen by its bearing alone.
-    slot
-        The slot of its last report, -1 where there was none.
-    """
-
-    track: IntArray
-    time: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
-    weight: FloatArray
-    hits: IntArray
-    chances: FloatArray
-    tail: FloatArray
-    misses: FloatArray
-    identity: IntArray
-    former: IntArray
-    sensor: IntArray
-    is_line: IntArray
-    slot: IntArray
-
-    @classmethod
-    def names(cls) -> tuple[str, ...]:
-        """Return the names of what a tree's nodes hold of it."""
-        return tuple(each.name for each in fields(cls) if each.name not in ("track", "slot"))
-
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """Return what a tree's nodes hold of it, by name."""
-        return {name: getattr(self, name) for name in self.names()}
 
 
 class AssociationTree:

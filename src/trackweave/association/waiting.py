@@ -1,6 +1,6 @@
 """Tracks that wait: what scans without a report of them add to their costs."""
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -8,15 +8,16 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.association._growth import propose
 from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
+from trackweave.association.beginning import Beginning
 from trackweave.association.growth_limits import GrowthLimits
-from trackweave.association.tree import AssociationTree, Beginning
+from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 
 __all__ = ["waited"]
 
 
 def waited(
-    beginning: Beginning, first: IntArray, scans: Sequence[ScanInput], rule: WindowRule
+    beginning: Beginning, first: IntArray, scans: Collection[ScanInput], rule: WindowRule
 ) -> Beginning:
     """Return tracks after scans that had no report of them.
 

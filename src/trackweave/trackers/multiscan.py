@@ -1,6 +1,5 @@
 """The multi-scan tracker: a sliding window over an association tree."""
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -10,12 +9,12 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.association._nodes import ScanInput
+from trackweave.association.beginning import Beginning
 from trackweave.association.beliefs import Beliefs, believe
 from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, Status
-from trackweave.association.tree import AssociationTree, Beginning
-from trackweave.association.window_rule import without_reports
+from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -40,16 +39,14 @@ from trackweave.trackers._arguments import (
 from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.opening import Opener, begun, rooted, rule_of
+from trackweave.trackers.opening import Opener, begun, rule_of
+from trackweave.trackers.past import Past
 from trackweave.trackers.rows import live_leaves, live_rows
 from trackweave.trackers.slots import Slots
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.window import OpenScans, Window
 
 __all__ = ["MultiScanTracker"]
-
-REMEMBERED_SCANS = 512
-"""So many scans before the window tell a late one what tracks have missed."""
 
 
 class MultiScanTracker:
@@ -136,11 +133,10 @@ class MultiScanTracker:
             self._period,
             by_bearings=by_bearings,
         )
-        self._undetected_before = self._undetected.copy()
+        patience = (self._lifecycle.delete_after_misses + 1.0) * self._period
+        self._past = Past(self._undetected.copy(), patience)
         self._ledger = Ledger(self._lifecycle)
         self._slots = Slots()
-        self._closed: deque[ScanInput] = deque(maxlen=REMEMBERED_SCANS)
-        """What was closed while tracks may have waited, which a late scan asks for."""
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
@@ -302,7 +298,7 @@ class MultiScanTracker:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
         self._open.insert(self._opener.open(scan, tree.dim))
         self._slots.relay(self._open.first_slot, self._open.reports(), self._open.times())
-        beginning, families = rooted(tree, self._closed)
+        beginning, families = self._past.beginning(tree)
         tree = self._planted(beginning)
         tree.families = families
         return self._grown_anew(tree)
@@ -316,7 +312,7 @@ class MultiScanTracker:
 
     def _grown_anew(self, tree: AssociationTree) -> AssociationTree:
         """Return a planted tree grown by the window's scans as if they had come in order."""
-        self._undetected = self._undetected_before.copy()
+        self._undetected = self._past.undetected.copy()
         last = self._open.fixed_until
         for place in range(len(self._open.scans)):
             data, waited = self._timed(place, last)
@@ -342,20 +338,13 @@ class MultiScanTracker:
         if scan.time > self._open.last_time and self._tree is not None:
             count = self._open.n_closing(scan.sensor, scan.time)
         before, last = self._open.first_slot, self._open.fixed_until
-        for known in self._open.close(count):
-            waited = known.data.time - last if np.isfinite(last) else 0.0
-            self._undetected_before.pass_over(known.data, waited)
-            self._closed.append(without_reports(known.data)._replace(slot=known.data.slot))
-            last = known.data.time
-        patience = (self._lifecycle.delete_after_misses + 1.0) * self._period
-        while self._closed and self._closed[0].time < last - patience:
-            self._closed.popleft()
+        self._past.close(self._open.close(count), last)
         return self._assignments(before, self._open.first_slot)
 
     def _fix(self, tree: AssociationTree, last: float) -> None:
         """Make final what the window has left; ``last`` is the time of the last scan [s]."""
         for lost in self._ledger.fix(tree, self._chosen(tree), self._open.first_slot):
-            for undetected in (self._undetected, self._undetected_before):
+            for undetected in (self._undetected, self._past.undetected):
                 undetected.lose(lost.position, lost.spread, lost.time, last)
 
     def _assignments(self, first: int, end: int) -> Assignments:

@@ -1,12 +1,13 @@
 """Scans as they come become scans that a tree grows by."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
-from trackweave.association.tree import AssociationTree, Beginning
+from trackweave.association.beginning import Beginning
+from trackweave.association.tree import AssociationTree
 from trackweave.association.waiting import waited
 from trackweave.association.window_rule import Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
@@ -170,7 +171,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
     )
 
 
-def rooted(tree: AssociationTree, closed: Sequence[ScanInput]) -> tuple[Beginning, Families]:
+def rooted(tree: AssociationTree, closed: Collection[ScanInput]) -> tuple[Beginning, Families]:
     """Return the tracks as they enter the window behind scans that are closed.
 
     Parameters
