@@ -136,3 +136,21 @@ def test_no_tracks_give_an_empty_history() -> None:
     table = reports()
     settings = settings_for(table, load_configuration(CONFIG))
     assert len(smoothed_history(table, {}, TrackTable.empty(2), settings)) == 0
+
+
+def test_a_period_thins_the_history_and_leaves_no_track_out():
+    table, assignment = reports(), {0: 3, 1: 3, 2: 3, 3: 3, 4: 5}
+    shown = TrackTable.concatenate([known(3, [0.0, 3.0]), known(5, [3.0])], 2)
+    every, thinned = (
+        smoothed_history(
+            table, assignment, shown,
+            settings_for(table, load_configuration({**CONFIG, "output": output})),
+        )
+        for output in ({}, {"period": 3.0})
+    )  # fmt: skip
+    assert thinned.time.tolist() == [0.0, 3.0, 5.0]
+    assert thinned.track.tolist() == [3, 3, 5]
+    assert thinned.status.tolist() == [CONFIRMED] * 3
+    for time, track, mean in zip(thinned.time, thinned.track, thinned.mean, strict=True):
+        row = np.flatnonzero((every.time == time) & (every.track == track))
+        np.testing.assert_allclose(every.mean[row], mean[None], rtol=1e-6, atol=1e-6)

@@ -45,6 +45,7 @@ number of sequences: so a gate with thousands of reports takes bounded time and 
 SHARE_IN_CROWDS = 4
 """Of the greatest number of sequences no more than this part is kept where some could not look at
 all reports in their gate: what is to be told apart there cannot be, and costs most to solve."""
+BOUNDLESS = 2**40
 FEWEST, FEWEST_LOOKS, FEWEST_ANYWHERE = 4, 32, 1_000
 """What every sequence may keep and look at all the same; the last of scans that do not tell
 places, where the nearest reports cannot be picked out."""
@@ -337,14 +338,16 @@ class AssociationTree:
         """Return what a sequence may look at and keep of a scan, so that all of them can."""
         nodes, n, limits = self.nodes, self.n_nodes, self.limits
         n_growing = max(1, int(np.count_nonzero(np.isfinite(nodes.tail[:n]))))
-        most = max(FEWEST, CHILDREN * limits.max_nodes // n_growing)
+        # A greatest number so large that none is meant has to fit into a kernel's all the same.
+        room = min(limits.max_nodes, BOUNDLESS) // n_growing
+        most = max(FEWEST, CHILDREN * room)
         # No family keeps more children of a sequence than sequences in all.
         is_new = self.track[nodes.family[:n]] < 0
         children = np.minimum(np.where(is_new, limits.new_keep, limits.keep), most)
         # Below a line every child is a group of its own.
         children[nodes.is_line[:n] == 1] = most
         return Crowding(
-            max(FEWEST_LOOKS, LOOKS * limits.max_nodes // n_growing), FEWEST_ANYWHERE, children,
+            max(FEWEST_LOOKS, LOOKS * room), FEWEST_ANYWHERE, children,
             np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int64),
         )  # fmt: skip
 

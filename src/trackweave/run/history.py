@@ -1,6 +1,6 @@
 """Tracks after the fact: final assignments, smoothed over all their reports."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,8 @@ def smoothed_history(
 ) -> TrackTable:
     """Return every track at every scan between its first and last report.
 
+    Where rows are wanted once in a period only, at those between the two, or at the last report.
+
     Each state is conditioned on all of the track's reports, later ones included.
 
     Parameters
@@ -61,15 +63,19 @@ def smoothed_history(
     ends = scan_ends(
         reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
     )
-    parts = []
-    for path in _paths(evidence, ends, assignment, (tracks, priors)):
+    parts, first_rows = [], _first_rows(tracks)
+    moments = np.unique(np.concatenate([tracks.time, ends]))
+    if settings.period is not None and len(tracks):
+        moments = np.unique(tracks.time)
+    for path in _paths(evidence, (ends, moments), assignment, priors):
         readings = readings_of(evidence, path.time, path.report)
         if path.start is None:
-            start = first_state(evidence, readings, path.report, motion, _known(tracks, path))
+            known = _state(tracks, first_rows.get(path.track))
+            start = first_state(evidence, readings, path.report, motion, known)
         else:
             start = _widened(path.start, motion)
         mean, covariance = merged(smoothed(readings, start, motion))
-        parts.append(_table(path, ends, mean, covariance, motion))
+        parts.append(_table(path, (ends, settings.period), (mean, covariance), motion))
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return _rows(table, np.lexsort((table.track, table.time)))
@@ -77,24 +83,26 @@ def smoothed_history(
 
 def _paths(
     evidence: Evidence,
-    ends: FloatArray,
+    times: tuple[FloatArray, FloatArray],
     assignment: Mapping[int, int],
-    known: tuple[TrackTable, TrackTable | None],
-) -> list[_Path]:
-    """Return the moments of each track, by the tracks' numbers."""
-    tracks, priors = known
+    priors: TrackTable | None,
+) -> Iterator[_Path]:
+    """Yield the moments of each track, by the tracks' numbers.
+
+    ``times`` are the ends of the reports' scans, and the moments at which tracks are shown.
+    """
+    ends, moments = times
     # Reports of a turning sensor have their own times; all others count at their scan's end.
     own = np.where(evidence.turning, evidence.time, ends)
-    moments = np.unique(np.concatenate([tracks.time, ends]))
     rows_of: dict[int, list[int]] = {}
     for row, track in assignment.items():
         rows_of.setdefault(track, []).append(row)
     begun = {} if priors is None else {int(track): k for k, track in enumerate(priors.track)}
-    paths = []
     for track in sorted(rows_of):
         rows = np.array(sorted(rows_of[track]), dtype=np.int64)
         first, last = ends[rows].min(), ends[rows].max()
-        shown = moments[(moments >= first) & (moments <= last)]
+        begin, end = np.searchsorted(moments, first), np.searchsorted(moments, last, "right")
+        shown = moments[begin:end] if end > begin else np.array([last])
         time = np.concatenate([own[rows], shown])
         report = np.concatenate([rows, np.full(shown.size, -1, dtype=np.int64)])
         is_shown = np.repeat([0, 1], [rows.size, shown.size])
@@ -104,17 +112,21 @@ def _paths(
             is_shown = np.r_[0, is_shown]
             start = priors.mean[prior], priors.covariance[prior]
         order = np.argsort(time, kind="stable")
-        paths.append(_Path(track, time[order], report[order], is_shown[order], start))
-    return paths
+        yield _Path(track, time[order], report[order], is_shown[order], start)
 
 
-def _known(tracks: TrackTable, path: _Path) -> tuple[float, FloatArray, FloatArray] | None:
-    """Return when and where the tracker first placed a track, None if it never showed it."""
-    rows = np.flatnonzero(tracks.track == path.track)
-    if rows.size == 0:
+def _state(tracks: TrackTable, row: int | None) -> tuple[float, FloatArray, FloatArray] | None:
+    """Return when and where a row says that a track is; None for no row."""
+    if row is None:
         return None
-    row = rows[np.argmin(tracks.time[rows])]
     return float(tracks.time[row]), tracks.mean[row], tracks.covariance[row]
+
+
+def _first_rows(tracks: TrackTable) -> dict[int, int]:
+    """Return the row in which the tracker first showed each track."""
+    order = np.lexsort((tracks.time, tracks.track))
+    names, first = np.unique(tracks.track[order], return_index=True)
+    return dict(zip(names.tolist(), order[first].tolist(), strict=True))
 
 
 def _widened(
@@ -128,14 +140,27 @@ def _widened(
 
 
 def _table(
-    path: _Path, ends: FloatArray, mean: FloatArray, covariance: FloatArray, motion: MotionRule
+    path: _Path,
+    times: tuple[FloatArray, float | None],
+    states: tuple[FloatArray, FloatArray],
+    motion: MotionRule,
 ) -> TrackTable:
-    """Return one row per moment at which a track is shown."""
+    """Return one row per moment at which a track is shown.
+
+    ``times`` are the ends of the reports' scans, and the period between rows, if any.
+
+    Returns
+    -------
+    The rows; a track is confirmed where it has a report since the row before, or at it.
+    """
+    (ends, period), (mean, covariance) = times, states
     kept = np.flatnonzero(path.shown)
     taken = path.report >= 0
     size, at = 2 * motion.dim, motion.acceleration_at
     time = path.time[kept]
-    seen = np.isin(time, ends[path.report[taken]])
+    known = np.sort(ends[path.report[taken]])
+    since = time if period is None else np.nextafter(time - period, np.inf)
+    seen = np.searchsorted(known, time, "right") > np.searchsorted(known, since)
     update = np.maximum.accumulate(np.where(taken, path.time, -np.inf))
     return TrackTable(
         time=time,
