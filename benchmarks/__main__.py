@@ -69,6 +69,7 @@ SCRIPTS = {
     "performance-bench": ["beside_peers.py"],
     "performance-gains": ["gains.py"],
     "performance-cold": ["cold_start.py"],
+    "performance-islands": ["islands.py"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.

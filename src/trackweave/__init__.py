@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Genetic as Genetic
     from trackweave.solvers import Greedy as Greedy
     from trackweave.solvers import Hint as Hint
+    from trackweave.solvers import Islands as Islands
     from trackweave.solvers import ListGenetic as ListGenetic
     from trackweave.solvers import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers import MBest as MBest
@@ -120,6 +121,7 @@ _HOMES = {
     "Imm": "trackweave.models.motion",
     "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
+    "Islands": "trackweave.solvers",
     "Lifecycle": "trackweave.trackers.lifecycle",
     "ListGenetic": "trackweave.solvers",
     "LocalPicture": "trackweave.fusion.pictures",

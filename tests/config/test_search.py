@@ -6,7 +6,9 @@ from typing import Literal
 import pytest
 
 from trackweave.config import load_configuration, search
+from trackweave.config.schema import json_schema
 from trackweave.errors import InvalidInputError
+from trackweave.solvers import Annealing, Genetic, Islands
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,39 @@ def test_options_reach_the_solver() -> None:
 def test_refuses_what_a_solver_does_not_take(section: dict[str, object], said: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
         load_configuration({"search": section})
+    assert str(caught.value).startswith("configuration, ")
+    assert said in str(caught.value)
+
+
+def test_islands_name_what_lives_on_them() -> None:
+    methods = ["annealing", {"method": "genetic", "population": 20}]
+    made_of = made({"method": "islands", "methods": methods, "threads": 2})
+    assert made_of == Islands((Annealing(), Genetic(population=20)), threads=2)
+
+
+def test_the_schema_shows_the_names_of_islands_methods() -> None:
+    known = json_schema()["$defs"]["SearchSection"]["properties"]["methods"]["anyOf"]
+    assert [option["default"] for option in known] == [["annealing", "tabu"]]
+
+
+@pytest.mark.parametrize(
+    ("methods", "said"),
+    [
+        (["auto"], 'search.methods: "auto" is no search; expected one of genetic'),
+        (["islands"], 'search.methods: "islands" is no search'),
+        (["gentic"], 'search.methods: "gentic" is no search; did you mean genetic?'),
+        ([{"population": 3}], 'search.methods: "" is no search'),
+        ([{"method": "tabu", "smaple": 3}], "search.methods.smaple: unknown key; did you mean"),
+        ([{"method": "tabu", "sample": 0}], "search.methods.sample: 0; expected a whole number"),
+        ([{"method": "tabu", "sample": 1.5}], "search.methods.sample: 1.5; expected a whole"),
+        ("annealing", 'search.methods: "annealing"; expected a list of searches'),
+        ([3], "search.methods: [3]; expected a list of searches"),
+        ([], "search.methods: (); expected searches"),
+    ],
+)
+def test_refuses_what_cannot_live_on_islands(methods: object, said: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        load_configuration({"search": {"method": "islands", "methods": methods}})
     assert str(caught.value).startswith("configuration, ")
     assert said in str(caught.value)
 

@@ -10,6 +10,7 @@ from trackweave.solvers import (
     Exact,
     Genetic,
     Greedy,
+    Islands,
     ListGenetic,
     MaxMinAntSystem,
     MBest,
@@ -49,6 +50,24 @@ SOLVERS: dict[str, Solver] = {
     "annealing": Annealing(evaluations=6000, moves_per_item=300),
     "annealing, unseeded": Annealing(
         evaluations=6000, links=1, seeded=False, improvement=False, decompose=False
+    ),
+    "islands of one method": Islands((Genetic(**SMALL),), threads=1, epochs=8),
+    "islands on threads": Islands(
+        (
+            Annealing(evaluations=2000),
+            MaxMinAntSystem(ants=8),
+            TabuSearch(),
+            Genetic(**SMALL),
+            AntSystem(ants=8),
+        ),
+        islands=5,
+        threads=3,
+        epoch=2,
+        neighbours=2,
+        epochs=5,
+    ),
+    "islands to the letter": Islands(
+        (LETTER, replace(LETTER, genotype="association-list")), islands=2, epoch=3, epochs=6
     ),
     "tabu search": TabuSearch(evaluations=3000),
     "tabu search, unseeded": TabuSearch(

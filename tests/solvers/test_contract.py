@@ -22,7 +22,7 @@ from oracles.contenders import SMALL, SOLVERS
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Dual, Exact, Genetic, Greedy, Hint, Solver, solve
-from trackweave.solvers.metaheuristic import Metaheuristic
+from trackweave.solvers.resumable import Resumable
 
 
 def priced(rng: np.random.Generator) -> AssignmentProblem:
@@ -265,11 +265,11 @@ def test_the_problems_are_of_all_kinds() -> None:
     assert Dual()(HARD, rng=np.random.default_rng(0)).status is Status.FEASIBLE
 
 
-RESUMABLE = {name: solver for name, solver in SOLVERS.items() if isinstance(solver, Metaheuristic)}
+RESUMABLE = {name: solver for name, solver in SOLVERS.items() if isinstance(solver, Resumable)}
 
 
 @pytest.fixture(params=RESUMABLE.values(), ids=RESUMABLE.keys())
-def search(request: pytest.FixtureRequest) -> Metaheuristic:
+def search(request: pytest.FixtureRequest) -> Resumable:
     return request.param
 
 

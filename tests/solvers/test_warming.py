@@ -6,11 +6,20 @@ from numba.core.registry import CPUDispatcher
 
 from oracles.assignment import hard_tuples
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Annealing, Auto, Greedy, Solver, TabuSearch, _ascent, _relist
+from trackweave.solvers import (
+    Annealing,
+    Auto,
+    Greedy,
+    Islands,
+    Solver,
+    TabuSearch,
+    _ascent,
+    _relist,
+)
 from trackweave.solvers.warming import warm_up
 
 
-@pytest.mark.parametrize("solver", [Auto(), Annealing(), TabuSearch()])
+@pytest.mark.parametrize("solver", [Auto(), Annealing(), TabuSearch(), Islands(threads=2)])
 def test_leaves_nothing_to_compile_for_a_harder_problem(solver: Solver) -> None:
     warm_up(solver, np.random.default_rng(0))
     kernels = [_ascent.smooth, _ascent.deflect, _relist.local_search]

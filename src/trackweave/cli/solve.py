@@ -25,6 +25,7 @@ from trackweave.solvers.warming import warm_up
 
 __all__ = ["SolveRequest", "run_solve"]
 
+BUDGETS = frozenset({"evaluations", "branches", "epochs"})
 WITHOUT_END = 10**12
 """A budget that no time limit leaves anything of."""
 
@@ -95,7 +96,7 @@ def _solver(method: str, time_limit: float | None) -> Solver:
     if not 0 <= time_limit < float("inf"):
         raise InvalidInputError(f"--time-limit: {time_limit}; expected a number ≥ 0 of seconds")
     # Who sets a time means it to be used.
-    budgets = {field.name for field in dataclasses.fields(solver)} & {"evaluations", "branches"}
+    budgets = {field.name for field in dataclasses.fields(solver)} & BUDGETS
     patient: Solver = dataclasses.replace(solver, **dict.fromkeys(budgets, WITHOUT_END))
     return patient
 

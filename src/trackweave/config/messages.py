@@ -119,7 +119,7 @@ def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, 
             inner = [
                 kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)
             ]
-            is_table = any(kind is dict for kind in kinds)
+            is_table = bool(inner) and any(kind is dict for kind in kinds)
             section, entries = (None, inner[0]) if is_table else (next(iter(inner), None), None)
     return path, expected, section
 

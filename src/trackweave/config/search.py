@@ -25,6 +25,7 @@ METHODS = {
     "ant-system": "AntSystem",
     "max-min-ant-system": "MaxMinAntSystem",
     "annealing": "Annealing",
+    "islands": "Islands",
     "tabu": "TabuSearch",
     "m-best": "MBest",
 }
@@ -84,15 +85,53 @@ def make_solver(search: SearchSection, name: str = "configuration") -> Any:
         raise InvalidInputError(
             f'{name}, search.method: "{method}" is not known; {suggest(method, list(METHODS))}'
         )
+    return _made(method, options, name, "search")
+
+
+def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
+    """Return the solver of a known name; ``key`` is the table that its options stand in."""
     model = options_model(method)
     try:
         model.model_validate(options)
     except ValidationError as err:
-        raise InvalidInputError(explain(err, model, [name, "search"], options)) from None
+        raise InvalidInputError(explain(err, model, [name, key], options)) from None
+    hints = get_type_hints(_solver_class(method))
+    values = {
+        option: _searches(value, f"{key}.{option}", name) if _is_searches(hints[option]) else value
+        for option, value in options.items()
+    }
     try:
-        return _solver_class(method)(**options)
+        return _solver_class(method)(**values)
     except InvalidInputError as err:
-        raise InvalidInputError(f"{name}, search.{err}") from err
+        raise InvalidInputError(f"{name}, {key}.{err}") from err
+
+
+def _searches(entries: list[Any], key: str, name: str) -> tuple[Any, ...]:
+    """Return the searches that a list names, by words or by tables with their options."""
+    known, found = _search_names(), []
+    for entry in entries:
+        options = {"method": entry} if isinstance(entry, str) else dict(entry)
+        method = str(options.pop("method", ""))
+        if method not in known:
+            raise InvalidInputError(
+                f'{name}, {key}: "{method}" is no search; {suggest(method, known)}'
+            )
+        found.append(_made(method, options, name, key))
+    return tuple(found)
+
+
+def _search_names() -> list[str]:
+    """Return the methods that can live on islands."""
+    from trackweave.solvers.metaheuristic import Metaheuristic
+
+    return [name for name in METHODS if issubclass(_solver_class(name), Metaheuristic)]
+
+
+def _is_searches(kind: Any) -> bool:
+    """Tell whether values of a type are searches, which a file names."""
+    from trackweave.solvers.metaheuristic import Metaheuristic
+
+    return get_origin(kind) is tuple and get_args(kind)[0] is Metaheuristic
 
 
 @cache
@@ -111,10 +150,7 @@ def options_model(method: str) -> type[BaseModel]:
     solver = _solver_class(method)
     hints = get_type_hints(solver)
     fields: dict[str, Any] = {
-        field.name: (
-            Annotated[hints[field.name], Expected(_words(hints[field.name]))],
-            field.default,
-        )
+        field.name: _as_in_a_file(hints[field.name], field.default)
         for field in dataclasses.fields(solver)
         if field.init and _fits_a_file(hints[field.name])
     }
@@ -127,6 +163,16 @@ def _solver_class(method: str) -> Any:
     from trackweave import solvers
 
     return getattr(solvers, METHODS[method])
+
+
+def _as_in_a_file(kind: Any, default: Any) -> tuple[Any, Any]:
+    """Return a field's type and its default as a file has them."""
+    if not _is_searches(kind):
+        return Annotated[kind, Expected(_words(kind))], default
+    names = {_solver_class(name): name for name in METHODS}
+    expected = Expected("a list of searches, each a name or a table with method and options")
+    entry = str | dict[str, Any]
+    return Annotated[list[entry], expected], [names[type(method)] for method in default]
 
 
 def _words(kind: Any) -> str:
@@ -142,4 +188,6 @@ def _fits_a_file(kind: Any) -> bool:
     """Tell whether TOML can express values of a type."""
     if get_origin(kind) in (Union, types.UnionType):
         return all(_fits_a_file(member) for member in get_args(kind))
+    if _is_searches(kind):
+        return True
     return get_origin(kind) is Literal or kind in (bool, int, float, str, type(None))

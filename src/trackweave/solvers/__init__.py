@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from trackweave.solvers.genetic import Genetic as Genetic
     from trackweave.solvers.genetic import ListGenetic as ListGenetic
     from trackweave.solvers.greedy import Greedy as Greedy
+    from trackweave.solvers.islands import Islands as Islands
     from trackweave.solvers.local import Annealing as Annealing
     from trackweave.solvers.local import TabuSearch as TabuSearch
     from trackweave.solvers.m_best import MBest as MBest
     from trackweave.solvers.m_best import Ranking as Ranking
-    from trackweave.solvers.metaheuristic import SearchState as SearchState
     from trackweave.solvers.protocol import Hint as Hint
     from trackweave.solvers.protocol import Solver as Solver
     from trackweave.solvers.protocol import Stop as Stop
+    from trackweave.solvers.resumable import SearchState as SearchState
 
 # Where each public name lives.
 _HOMES = {
@@ -37,11 +38,12 @@ _HOMES = {
     "Genetic": "trackweave.solvers.genetic",
     "Greedy": "trackweave.solvers.greedy",
     "Hint": "trackweave.solvers.protocol",
+    "Islands": "trackweave.solvers.islands",
     "ListGenetic": "trackweave.solvers.genetic",
     "MBest": "trackweave.solvers.m_best",
     "MaxMinAntSystem": "trackweave.solvers.ants",
     "Ranking": "trackweave.solvers.m_best",
-    "SearchState": "trackweave.solvers.metaheuristic",
+    "SearchState": "trackweave.solvers.resumable",
     "Solver": "trackweave.solvers.protocol",
     "Stop": "trackweave.solvers.protocol",
     "TabuSearch": "trackweave.solvers.local",
@@ -56,6 +58,7 @@ __all__ = [
     "Genetic",
     "Greedy",
     "Hint",
+    "Islands",
     "ListGenetic",
     "MBest",
     "MaxMinAntSystem",

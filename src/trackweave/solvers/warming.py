@@ -13,6 +13,7 @@ from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import BranchingLimits
 from trackweave.solvers.exact.exact import branch
 from trackweave.solvers.greedy import Greedy
+from trackweave.solvers.islands import Islands
 from trackweave.solvers.lists import lists_of
 from trackweave.solvers.polishing import polish
 from trackweave.solvers.protocol import Solver
@@ -23,6 +24,7 @@ __all__ = ["warm_up"]
 LITTLE = {
     "evaluations": 600,
     "branches": 1,
+    "epochs": 2,
     "generations": 2,
     "cycles": 3,
     "visits": 2_000,
@@ -47,13 +49,21 @@ def warm_up(solver: Solver, rng: np.random.Generator) -> None:
         return
     rows = rng.integers(1, 26, (2_000, 5))
     hard = AssignmentProblem.from_tuples(rows, rng.normal(-5.0, 1.0, rows.shape[0]))
-    small: Any = solver
-    if dataclasses.is_dataclass(small) and not isinstance(small, type):
-        names = {field.name for field in dataclasses.fields(small)} & set(LITTLE)
-        small = dataclasses.replace(small, **{name: LITTLE[name] for name in names})
+    small = _with_little(solver)
     for stop in (None, lambda: False):
         small(hard, rng=rng, stop=stop)
     _touch(hard)
+
+
+def _with_little(solver: Any) -> Any:
+    """Return a solver with small budgets; what lives on islands gets them, too."""
+    if not dataclasses.is_dataclass(solver) or isinstance(solver, type):
+        return solver
+    names = {field.name for field in dataclasses.fields(solver)}
+    values: dict[str, Any] = {name: LITTLE[name] for name in names & set(LITTLE)}
+    if isinstance(solver, Islands):
+        values["methods"] = tuple(map(_with_little, solver.methods))
+    return dataclasses.replace(solver, **values)
 
 
 def _touch(problem: AssignmentProblem) -> None:

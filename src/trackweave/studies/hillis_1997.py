@@ -17,6 +17,7 @@ from trackweave.studies.hillis_example import (
     run_example,
 )
 from trackweave.studies.hillis_fitness import document_search
+from trackweave.studies.hillis_islands import on_islands
 from trackweave.studies.hillis_parts import (
     METHODS,
     Table,
@@ -60,7 +61,7 @@ def reproduce(
     depths, sizes = ((1, 3, 5), SIZES[:2]) if quick else (DEPTHS, SIZES)
     n_scenes, n_windows = ((2, 1), 2) if quick else ((20, 2), 5)
     n_scans = 6 if quick else 9
-    done, total = 0, n_scenes[0] + len(sizes) + 3
+    done, total = 0, n_scenes[0] + len(sizes) + 4
 
     def step() -> None:
         nonlocal done
@@ -79,12 +80,16 @@ def reproduce(
     step()
     arrivals = arriving(rng, min(n_scenes[0], 8), n_scans)
     step()
+    islands, alike = on_islands(rng, SIZE_OF_STOPS, n_windows)
+    step()
     tables = {
         "example": example, "depths": depth, "sizes": size,
         "generations": generations_table(evolutions), "thresholds": thresholds,
-        "interruptions": stops, "arrivals": arrivals,
+        "interruptions": stops, "arrivals": arrivals, "islands": islands,
     }  # fmt: skip
-    findings = Findings(window, one, searched, distinct_hypotheses(window), tables, whole, ordered)
+    findings = Findings(
+        window, one, searched, distinct_hypotheses(window), tables, whole, ordered, alike
+    )
     claims = claims_of(findings)
     files = _files(tables, window, one, rng)
     return Study(_report(tables, claims, (*n_scenes, n_scans), n_windows), claims, files)
@@ -243,6 +248,10 @@ def _report(
         "arrivals": "## Reports that come alone\n\nThe scenes of above with a third sensor that "
         "does not scan; in the third case its reports come up to two seconds late. *none*: "
         "without it. Window of five scans, exact answers.",
+        "islands": f"## Islands\n\nWindows of {SIZE_OF_STOPS} objects, as many evaluations in all "
+        "as the preset's. Each island has a population of the preset's size; at the end of each "
+        "epoch the fittest that it ever had takes the place of the next island's worst. The "
+        "preset's one population keeps no such individual: its generations do not overlap.",
     }
     sections = [
         f"{text}\n\n{text_table(shown[name].head, shown[name].rows)}\n\nNumbers: {name}.csv"

@@ -27,7 +27,7 @@ from trackweave.solvers.ants._tours import (
 from trackweave.solvers.ants.ant_system import AntSearch
 from trackweave.solvers.ants.points import make_points
 from trackweave.solvers.components import Components
-from trackweave.solvers.metaheuristic import Start, View
+from trackweave.solvers.resumable import Start, View
 
 PROBLEMS = [random_problem(np.random.default_rng([4, seed])) for seed in range(30)]
 # Five tuples of two lists of two items, the second item of list 2 twice.

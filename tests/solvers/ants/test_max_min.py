@@ -24,7 +24,7 @@ from trackweave.solvers.ants._trails import (
 )
 from trackweave.solvers.ants.trails import Trails, TrailSearch, make_trails, typical_excess
 from trackweave.solvers.components import Components
-from trackweave.solvers.metaheuristic import Start
+from trackweave.solvers.resumable import Start
 
 PROBLEMS = [random_problem(np.random.default_rng([5, seed])) for seed in range(40)]
 

@@ -13,7 +13,7 @@ from trackweave.solvers import Genetic, Hint, ListGenetic, SearchState
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
-from trackweave.solvers.metaheuristic import Start
+from trackweave.solvers.resumable import Start
 
 UNSEEDED = Genetic(
     population=20, generations=6, seeded=False, improvement=False, decompose=False, elite=0,

@@ -15,9 +15,10 @@ from trackweave.solvers.ants._tours import (
     lay_trails,
     make_tours,
 )
-from trackweave.solvers.ants.points import make_points
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.ants.points import make_points, tour_of
+from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["AntSearch", "AntSystem"]
 
@@ -179,25 +180,40 @@ class AntSystem(Metaheuristic):
         )  # fmt: skip
         return self._next_cycle(moved) if last == self.ants else moved
 
+    def admit(self, view: View, search: AntSearch, selection: IntArray, cost: float) -> AntSearch:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        if cost >= search.best:
+            return search
+        # As though one ant more had made this tour in the cycle before.
+        tour = tour_of(view.component, search.points, selection)
+        pheromone, length = search.pheromone.copy(), search.points.cost[tour].sum()
+        lay_trails(pheromone, tour[None], np.array([length]), 1.0)
+        return self._attracted(replace(search, selection=selection, best=cost), pheromone)
+
     def _next_cycle(self, search: AntSearch) -> AntSearch:
         """Return the search at the next cycle's beginning; its own generator is drawn from."""
-        points, pheromone = search.points, search.pheromone.copy()
+        pheromone, starts = search.pheromone.copy(), np.empty_like(search.starts)
         lay_trails(pheromone, search.tours, search.lengths, self.persistence)
-        attraction = self.pheromone_weight * np.log(np.maximum(pheromone, np.finfo(float).tiny))
-        attraction -= self.visibility_weight * np.log(points.cost)
-        cumulative, starts = np.empty_like(attraction), np.empty_like(search.starts)
-        accumulate(attraction, np.arange(attraction.shape[0]), cumulative)
         draw_starts(search.tours, search.rng, starts)
-        return replace(
+        moved = replace(
             search,
-            pheromone=pheromone,
-            attraction=attraction,
-            cumulative=cumulative,
             starts=starts,
             position=0,
             cycle=search.cycle + 1,
-            is_one_route=are_one_route(search.tours, points.cost.shape[0]),
+            is_one_route=are_one_route(search.tours, search.points.cost.shape[0]),
         )
+        return self._attracted(moved, pheromone)
+
+    def _attracted(self, search: AntSearch, pheromone: FloatArray) -> AntSearch:
+        """Return the search with other pheromone, and what follows from it."""
+        attraction = self.pheromone_weight * np.log(np.maximum(pheromone, np.finfo(float).tiny))
+        attraction -= self.visibility_weight * np.log(search.points.cost)
+        cumulative = np.empty_like(attraction)
+        accumulate(attraction, np.arange(attraction.shape[0]), cumulative)
+        return replace(search, pheromone=pheromone, attraction=attraction, cumulative=cumulative)
+
+    def _chunk(self, view: View) -> int:
+        return chunk_of(view, self.ants)
 
     def _why_over(self, search: AntSearch) -> str:
         if search.is_one_route:

@@ -5,10 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.solvers.ants._trails import send_ants
 from trackweave.solvers.ants.trails import TrailSearch, make_trails
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["MaxMinAntSystem"]
 
@@ -114,6 +116,15 @@ class MaxMinAntSystem(Metaheuristic):
         if self.improvement:
             moved = moved.improved(view.component)
         return moved.renewed(self.persistence, self.patience)
+
+    def admit(
+        self, view: View, search: TrailSearch, selection: IntArray, cost: float
+    ) -> TrailSearch:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        return search.admit(selection, cost)
+
+    def _chunk(self, view: View) -> int:
+        return chunk_of(view, self.ants)
 
     def _why_over(self, search: TrailSearch) -> str:
         return "evaluations" if search.evaluations >= self.evaluations else ""

@@ -2,11 +2,14 @@
 
 import numpy as np
 
+from trackweave.arrays import IntArray
+from trackweave.solvers._kernels import Component
 from trackweave.solvers._pricing import price_nodes
 from trackweave.solvers.ants._tours import Points
-from trackweave.solvers.metaheuristic import View
+from trackweave.solvers.polishing import owner_of
+from trackweave.solvers.resumable import View
 
-__all__ = ["make_points"]
+__all__ = ["make_points", "tour_of"]
 
 MARGIN = 0.01
 """Least shifted cost per item, as a share of the spread of costs per item."""
@@ -60,3 +63,25 @@ def make_points(view: View, *, priced: bool) -> Points:
         item=np.concatenate([component.item[node], alone]),
         cost=np.concatenate([reduced[node] + shift * depth[node], price[alone] + shift]),
     )
+
+
+def tour_of(component: Component, points: Points, selection: IntArray) -> IntArray:
+    """Return the points of the tour that takes a selection and leaves the other items alone.
+
+    Parameters
+    ----------
+    component
+        What is searched.
+    points
+        What ants visit, as ``make_points`` returns it.
+    selection
+        Each family's node, -1 for none; disjoint.
+
+    Returns
+    -------
+    Numbers of points.
+    """
+    n_nodes = int(np.count_nonzero(points.node >= 0))
+    is_left = owner_of(component, selection)[points.item[n_nodes:]] < 0
+    taken = np.searchsorted(points.node[:n_nodes], selection[selection >= 0])
+    return np.concatenate([taken, n_nodes + np.flatnonzero(is_left)])

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers._pricing import price_nodes
 from trackweave.solvers.ants._trails import Options, deposit, improve_selection, list_options
-from trackweave.solvers.metaheuristic import Start
+from trackweave.solvers.resumable import Start
 
 __all__ = ["TrailSearch", "Trails", "make_trails", "typical_excess"]
 
@@ -211,6 +211,30 @@ class TrailSearch:
             idle=idle,
             selection=lasting if is_better else self.selection,
             best=min(self.best, lasting_cost) if is_better else self.best,
+        )
+
+    def admit(self, selection: IntArray, cost: float) -> "TrailSearch":
+        """Return the search with another's answer taken in, if it is better than its own.
+
+        Parameters
+        ----------
+        selection, cost
+            The other's answer.
+
+        Returns
+        -------
+        The search with that as the best since trails were laid anew, which lays pheromone.
+        """
+        if cost >= self.lasting_cost - GAIN:
+            return self
+        is_better = cost < self.best - GAIN
+        return replace(
+            self,
+            lasting=selection,
+            lasting_cost=cost,
+            idle=0,
+            selection=selection if is_better else self.selection,
+            best=cost if is_better else self.best,
         )
 
 

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+from trackweave.arrays import IntArray
 from trackweave.solvers.genetic._decoding import Lookup
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["Genetic"]
 
@@ -68,6 +70,15 @@ class Genetic(Parameters, Metaheuristic):
 
     def _go_on(self, view: View, search: GeneticSearch, evaluations: int) -> GeneticSearch:
         return search.advance(view.component, self._lookup(view), self, evaluations)
+
+    def admit(
+        self, view: View, search: GeneticSearch, selection: IntArray, cost: float
+    ) -> GeneticSearch:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        return search.admit(view.component, self._lookup(view), self, selection, cost)
+
+    def _chunk(self, view: View) -> int:
+        return chunk_of(view, self.population)
 
     def _why_over(self, search: GeneticSearch) -> str:
         if search.generation >= self.generations:

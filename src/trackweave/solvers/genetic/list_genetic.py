@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 
+from trackweave.arrays import IntArray
 from trackweave.solvers.genetic.list_search import ListSearch
 from trackweave.solvers.genetic.parameters import ListParameters
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["ListGenetic"]
 
@@ -63,6 +65,15 @@ class ListGenetic(ListParameters, Metaheuristic):
 
     def _go_on(self, view: View, search: ListSearch, evaluations: int) -> ListSearch:
         return search.advance(view.component, self, evaluations)
+
+    def admit(
+        self, view: View, search: ListSearch, selection: IntArray, cost: float
+    ) -> ListSearch:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        return search.admit(view.component, self, selection, cost)
+
+    def _chunk(self, view: View) -> int:
+        return chunk_of(view, self.population)
 
     def _why_over(self, search: ListSearch) -> str:
         if search.generation >= self.generations:

@@ -12,8 +12,8 @@ from trackweave.solvers.genetic._columns import Table, evaluate_columns, least_b
 from trackweave.solvers.genetic._list_operators import breed_lists, shuffle_lists
 from trackweave.solvers.genetic.parameters import ListParameters
 from trackweave.solvers.lists import Lists, lists_of
-from trackweave.solvers.metaheuristic import Start
 from trackweave.solvers.polishing import polish
+from trackweave.solvers.resumable import Start
 
 __all__ = ["ListSearch", "individual_of", "make_table"]
 
@@ -130,6 +130,36 @@ class ListSearch:
         """Whether a generation is complete."""
         return self.position == self.n_kept and self.generation > 0
 
+    def admit(
+        self, component: Component, parameters: ListParameters, selection: IntArray, cost: float
+    ) -> "ListSearch":
+        """Return the search with another's answer in the place of its worst individual.
+
+        Parameters
+        ----------
+        component
+            What is searched.
+        parameters
+            How.
+        selection, cost
+            The other's answer.
+
+        Returns
+        -------
+        The search at the same generation, the next one bred anew; this one where the answer is
+        no better than the worst individual, or among them already.
+        """
+        genes = individual_of(component, self.table, selection, self.population.shape[2])
+        worst = int(np.argmax(self.cost))
+        if cost >= self.cost[worst] or (self.population == genes).all(axis=(1, 2)).any():
+            return self
+        population, costs = self.population.copy(), self.cost.copy()
+        population[worst], costs[worst] = genes, cost
+        moved = replace(self, population=population, cost=costs)
+        if cost < self.best:
+            moved = replace(moved, selection=selection, best=cost)
+        return _bred(moved, parameters)
+
 
 def _next_generation(
     search: ListSearch, component: Component, parameters: ListParameters
@@ -147,6 +177,21 @@ def _next_generation(
             )
             cost[worst] = best
     change = abs(float(cost.min()) - float(search.cost.min()))
+    moved = replace(
+        search,
+        population=population,
+        cost=cost,
+        generation=search.generation + 1,
+        unchanged=search.unchanged + 1 if change <= parameters.tolerance else 0,
+        selection=selection,
+        best=best,
+    )
+    return _bred(moved, parameters)
+
+
+def _bred(search: ListSearch, parameters: ListParameters) -> ListSearch:
+    """Return the search with offspring of its population."""
+    population, cost = search.population, search.cost
     rng, offspring = copy.deepcopy(search.rng), np.empty_like(population)
     n_kept, n_mutated = parameters.shares
     breed_lists(
@@ -156,16 +201,10 @@ def _next_generation(
     offspring_cost[:n_kept] = np.sort(cost)[:n_kept]
     return replace(
         search,
-        population=population,
-        cost=cost,
         offspring=offspring,
         offspring_cost=offspring_cost,
         position=n_kept,
         n_kept=n_kept,
-        generation=search.generation + 1,
-        unchanged=search.unchanged + 1 if change <= parameters.tolerance else 0,
-        selection=selection,
-        best=best,
         rng=rng,
     )
 

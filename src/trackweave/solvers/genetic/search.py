@@ -12,8 +12,8 @@ from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.lists import Lists, lists_of
-from trackweave.solvers.metaheuristic import Start
 from trackweave.solvers.polishing import polish
+from trackweave.solvers.resumable import Start
 
 __all__ = ["GeneticSearch", "genes_of", "in_time_order", "make_lookup"]
 
@@ -154,6 +154,41 @@ class GeneticSearch:
         """Whether a generation is complete."""
         return self.position == 0 and self.generation > 0
 
+    def admit(
+        self,
+        component: Component,
+        lookup: Lookup,
+        parameters: Parameters,
+        selection: IntArray,
+        cost: float,
+    ) -> "GeneticSearch":
+        """Return the search with another's answer in the place of its worst individual.
+
+        Parameters
+        ----------
+        component, lookup
+            What is searched.
+        parameters
+            How.
+        selection, cost
+            The other's answer.
+
+        Returns
+        -------
+        The search at the same generation, the next one bred anew; this one where the answer is
+        no better than the worst individual, or among them already.
+        """
+        genes = genes_of(component, lookup, parameters.is_permutation, selection)
+        worst = int(np.argmax(self.cost))
+        if cost >= self.cost[worst] or (self.population == genes).all(axis=1).any():
+            return self
+        population, costs = self.population.copy(), self.cost.copy()
+        population[worst], costs[worst] = genes, cost
+        moved = replace(self, population=population, cost=costs)
+        if cost < self.best:
+            moved = replace(moved, selection=selection, best=cost)
+        return _bred(moved, component, lookup, parameters)
+
     def spread(self) -> float:
         """Return the mean cost of the last whole generation less its best."""
         return float(self.cost.mean() - self.cost.min())
@@ -172,7 +207,23 @@ def _next_generation(
             worst = int(np.argmax(cost))
             population[worst] = genes_of(component, lookup, parameters.is_permutation, selection)
             cost[worst] = best
-    rng = copy.deepcopy(search.rng)
+    moved = replace(
+        search,
+        population=population,
+        cost=cost,
+        position=0,
+        generation=search.generation + 1,
+        selection=selection,
+        best=best,
+    )
+    return _bred(moved, component, lookup, parameters)
+
+
+def _bred(
+    search: GeneticSearch, component: Component, lookup: Lookup, parameters: Parameters
+) -> GeneticSearch:
+    """Return the search with offspring of its population."""
+    population, cost, rng = search.population, search.cost, copy.deepcopy(search.rng)
     offspring, key = np.empty_like(population), np.empty(population.shape[0], dtype=np.int64)
     breed(
         component, lookup, parameters.is_permutation, population, cost,
@@ -181,15 +232,9 @@ def _next_generation(
     )  # fmt: skip
     return replace(
         search,
-        population=population,
-        cost=cost,
         offspring=offspring,
         offspring_cost=np.full(cost.shape[0], np.inf),
         order=np.argsort(key, kind="stable"),
-        position=0,
-        generation=search.generation + 1,
-        selection=selection,
-        best=best,
         rng=rng,
     )
 

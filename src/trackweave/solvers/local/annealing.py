@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.solvers.local.cooling import Cooling, Schedule
 from trackweave.solvers.local.starts import CHUNK, lay_ground
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.metaheuristic import Metaheuristic
 from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["Annealing"]
 
@@ -89,8 +91,12 @@ class Annealing(Metaheuristic):
     def _go_on(self, view: View, search: Cooling, evaluations: int) -> Cooling:
         return search.advance(view.component, self._schedule(), evaluations)
 
+    def admit(self, view: View, search: Cooling, selection: IntArray, cost: float) -> Cooling:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        return search.admit(view.component, selection, cost)
+
     def _chunk(self, view: View) -> int:
-        return CHUNK
+        return min(CHUNK, self._schedule().length(view.component.n_items))
 
     def _why_over(self, search: Cooling) -> str:
         if search.evaluations >= self.evaluations:

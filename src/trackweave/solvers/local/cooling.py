@@ -147,6 +147,35 @@ class Cooling:
         )
         return moved if moved.position < length else _colder(moved, component, schedule)
 
+    def admit(self, component: Component, selection: IntArray, cost: float) -> "Cooling":
+        """Return the annealing with another's answer taken in, if it is better than its best.
+
+        Parameters
+        ----------
+        component
+            What is searched.
+        selection, cost
+            The other's answer.
+
+        Returns
+        -------
+        The annealing with that as its best, with which a later cooling begins, and as its present
+        answer.
+        """
+        moves = self.ground.moves
+        if cost >= self.best:
+            return self
+        holder = begin_holding(moves, component, selection)
+        cost = cost_of(moves, holder)
+        if cost >= self.best:
+            # Rounding, or it stands on candidates that are none here.
+            return self
+        known = np.empty_like(selection)
+        selection_of(moves, component, holder, known)
+        return replace(
+            self, holder=holder, current=cost, best_holder=holder, best=cost, selection=known
+        )
+
 
 def _colder(cooling: Cooling, component: Component, schedule: Schedule) -> Cooling:
     """Return the annealing at the beginning of the next temperature, or of the next cooling."""

@@ -157,6 +157,33 @@ class Seeking:
             return moved
         return _restarted(moved, component, habits)
 
+    def admit(self, component: Component, selection: IntArray, cost: float) -> "Seeking":
+        """Return the search with another's answer taken in, if it is better than its best.
+
+        Parameters
+        ----------
+        component
+            What is searched.
+        selection, cost
+            The other's answer.
+
+        Returns
+        -------
+        The search at that answer, as though it had come there by a move.
+        """
+        moves = self.ground.moves
+        if cost >= self.best:
+            return self
+        holder = begin_holding(moves, component, selection)
+        cost = cost_of(moves, holder)
+        if cost >= self.best:
+            # Rounding, or it stands on candidates that are none here.
+            return self
+        moved = replace(
+            self, holder=holder, current=cost, own_holder=holder, own=cost, found=self.iteration
+        )
+        return _with_best(moved, component, holder)
+
 
 def _with_best(search: Seeking, component: Component, holder: IntArray) -> Seeking:
     """Return the search with this answer as its best."""

@@ -14,7 +14,7 @@ from trackweave.solvers.local._moves import (
     list_moves,
     typical_excess,
 )
-from trackweave.solvers.metaheuristic import Start, View
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["CHUNK", "Ground", "lay_ground"]
 

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.solvers.local.seeking import Habits, Seeking
 from trackweave.solvers.local.starts import CHUNK, lay_ground
-from trackweave.solvers.metaheuristic import Metaheuristic, Start, View
+from trackweave.solvers.metaheuristic import Metaheuristic
 from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.resumable import Start, View
 
 __all__ = ["TabuSearch"]
 
@@ -86,8 +88,12 @@ class TabuSearch(Metaheuristic):
     def _go_on(self, view: View, search: Seeking, evaluations: int) -> Seeking:
         return search.advance(view.component, self._habits(), evaluations)
 
+    def admit(self, view: View, search: Seeking, selection: IntArray, cost: float) -> Seeking:
+        """Return the search with another's answer taken in; see ``Metaheuristic``."""
+        return search.admit(view.component, selection, cost)
+
     def _chunk(self, view: View) -> int:
-        return CHUNK
+        return min(CHUNK, self.sample * self._habits().iterations)
 
     def _why_over(self, search: Seeking) -> str:
         if search.evaluations >= self.evaluations:

@@ -1,0 +1,175 @@
+"""Islands: how much sooner two threads reach a gap than one, and what sharing answers gains."""
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from solvers_families import (
+    BEARINGS,
+    ENDLESS,
+    Clock,
+    Family,
+    Records,
+    percent,
+    warm_up,
+)
+from text_tables import command, heading, table
+
+from trackweave import Annealing, Genetic, Islands, MaxMinAntSystem, TabuSearch, solve
+from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.simulation.scenes import BearingKind
+
+LARGE = Family("bearings 4×60, 2 mrad", BearingKind(4, 60, 0.002), (1,), 90.0)
+SCENES = ((BEARINGS[2], 2, 0.003), (LARGE, 1, 0.005))
+"""Families, seeds, and gaps to reach above the least cost known: hard enough to search for."""
+MOST_EPOCHS = 40
+"""Where islands do not reach the gap, both numbers of threads end with this epoch."""
+THREADS = (1, 2)
+ENDLESSLY: dict[str, Any] = {"epochs": ENDLESS, "patience": ENDLESS}
+MIXED = (Annealing(), TabuSearch(), MaxMinAntSystem(), Genetic())
+ALONE = {"evaluations": ENDLESS, "patience": ENDLESS}
+CONTENDERS: dict[str, Any] = {
+    "annealing alone": Annealing(**ALONE),
+    "tabu search alone": TabuSearch(**ALONE),
+    "4 islands of annealing": Islands((Annealing(),), threads=1, **ENDLESSLY),
+    "4 islands of annealing and tabu search (the default)": Islands(threads=1, **ENDLESSLY),
+    "the same, nothing sent": Islands(threads=1, neighbours=0, **ENDLESSLY),
+    "4 islands: annealing, tabu search, max–min ants, genes": Islands(
+        MIXED, threads=1, **ENDLESSLY
+    ),
+    "the same, nothing sent ": Islands(MIXED, threads=1, neighbours=0, **ENDLESSLY),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pairs", type=int, default=9, help="paired runs of each scene")
+    parser.add_argument("--seconds", type=float, default=4.0, help="CPU time of each contender")
+    parser.add_argument("--seeds", type=int, default=3, help="runs of each contender")
+    arguments = parser.parse_args()
+    warm_up(Islands(MIXED, epochs=3), Islands(MIXED, epochs=3, threads=1))
+    problems = {
+        f"{family.name}, seed {seed}": _problem(family, seed) for family, seed, _ in SCENES
+    }
+    records = Records()
+    shares = _shares(problems, records, arguments)
+    rows = [
+        _row(name, problems[name], gap, records, arguments.pairs)
+        for name, (_, _, gap) in zip(problems, SCENES, strict=True)
+    ]
+    print(heading(command("islands.py")), end="\n\n")
+    head = [
+        "scene", "tuples", "gap to reach", "reached", "epochs", "evaluations", "1 thread s",
+        "2 threads s", "times sooner (least to greatest)", "the islands alone",
+        "prices' share of 1 thread's time",
+    ]  # fmt: skip
+    print(table(head, rows), end="\n\n")
+    print(table([f"{arguments.seconds:g} CPU s, above the best known", *problems], shares))
+
+
+def _problem(family: Family, seed: int) -> AssignmentProblem:
+    scored = family.tuples(seed)
+    return AssignmentProblem.from_tuples(scored.tuples, scored.costs)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A search on one thread and on two: its answer, and the wall clocks in all and on islands."""
+
+    epochs: int
+    answer: Answer
+    walls: dict[int, tuple[float, float]]
+
+
+def _row(
+    name: str, problem: AssignmentProblem, gap: float, records: Records, count: int
+) -> list[Any]:
+    """Return the row of a scene: each pair is of another seed, and they begin by turns."""
+    wanted = records.cost(name) + gap * abs(records.cost(name))
+    pairs = [_pair(problem, wanted, seed) for seed in range(1, count + 1)]
+    costs = np.array([pair.answer.cost for pair in pairs])
+    for pair in pairs:
+        records.enter(name, pair.answer.cost, pair.answer.lower_bound)
+    one, two = (np.array([pair.walls[threads] for pair in pairs]).T for threads in THREADS)
+    whole, islands = one / two
+    epochs = [pair.epochs for pair in pairs]
+    return [
+        name, problem.n_nodes, percent(gap), f"{np.count_nonzero(costs <= wanted)} of {count}",
+        f"{min(epochs)} to {max(epochs)}",
+        int(np.median([pair.answer.evaluations for pair in pairs])),
+        f"{np.median(one[0]):.2f}", f"{np.median(two[0]):.2f}",
+        f"**{np.median(whole):.2f}** ({whole.min():.2f} to {whole.max():.2f})",
+        f"{np.median(islands):.2f} ({islands.min():.2f} to {islands.max():.2f})",
+        percent(float(np.median(1 - one[1] / one[0]))),
+    ]  # fmt: skip
+
+
+def _pair(problem: AssignmentProblem, wanted: float, seed: int) -> Pair:
+    """Return the runs of a seed, to the epoch at which the answer costs no more than wanted."""
+    solver = Islands(**ENDLESSLY)
+    solver = replace(solver, epochs=_epochs_to_reach(solver, problem, seed, wanted))
+    answers: dict[int, Answer] = {}
+    walls: dict[int, tuple[float, float]] = {}
+    for threads in THREADS if seed % 2 else THREADS[::-1]:
+        answers[threads], walls[threads] = _timed(replace(solver, threads=threads), problem, seed)
+    if seed == 1:
+        answers[4], _ = _timed(replace(solver, threads=4), problem, seed)
+    _require_same(list(answers.values()))
+    return Pair(solver.epochs, answers[1], walls)
+
+
+def _timed(
+    solver: Islands, problem: AssignmentProblem, seed: int
+) -> tuple[Answer, tuple[float, float]]:
+    """Return an answer, and the wall clock that it took in all and on the islands [s]."""
+    begun = time.perf_counter()
+    state = solver.start(problem, rng=np.random.default_rng(seed))
+    prepared = time.perf_counter()
+    answer = solver.answer(solver.advance(state))
+    ended = time.perf_counter()
+    return answer, (ended - begun, ended - prepared)
+
+
+def _epochs_to_reach(solver: Islands, problem: AssignmentProblem, seed: int, cost: float) -> int:
+    """Return after how many epochs the islands have an answer of this cost."""
+    state, epoch = solver.start(problem, rng=np.random.default_rng(seed)), 0
+    while epoch < MOST_EPOCHS and solver.answer(state).cost > cost:
+        state = solver.advance(state, evaluations=20_000)
+        epoch = MOST_EPOCHS if state.search is None else state.search.epoch
+    return min(epoch + 1, MOST_EPOCHS)
+
+
+def _require_same(answers: Sequence[Answer]) -> None:
+    """Exit where answers differ."""
+    told = {
+        (answer.nodes.tobytes(), answer.certificate, answer.evaluations, answer.stop_reason)
+        for answer in answers
+    }
+    if len(told) != 1:
+        raise SystemExit("the number of threads changed an answer")
+
+
+def _shares(
+    problems: dict[str, AssignmentProblem], records: Records, arguments: argparse.Namespace
+) -> list[list[Any]]:
+    """Return the gap that each contender comes to in the same CPU time, the median over seeds."""
+    costs: dict[tuple[str, str], list[float]] = {}
+    for name, problem in problems.items():
+        for contender, solver in CONTENDERS.items():
+            for seed in range(1, arguments.seeds + 1):
+                rng = np.random.default_rng(seed)
+                answer = solve(problem, solver, rng=rng, stop=Clock(arguments.seconds))
+                records.enter(name, answer.cost, answer.lower_bound)
+                costs.setdefault((contender, name), []).append(answer.cost)
+    return [
+        [contender, *(percent(records.gap(name, float(np.median(found)))) for name, found in own)]
+        for contender in CONTENDERS
+        for own in [[(name, costs[contender, name]) for name in problems]]
+    ]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+"""The island model: searches side by side, on threads, that exchange answers."""
+
+import os
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from trackweave.arrays import is_whole
+from trackweave.solvers.islands.archipelago import Archipelago, Island
+from trackweave.solvers.islands.together import run_together
+from trackweave.solvers.local import Annealing, TabuSearch
+from trackweave.solvers.metaheuristic import Metaheuristic
+from trackweave.solvers.protocol import Stop, refuse_parameters, require_kinds
+from trackweave.solvers.resumable import Resumable, Start, View
+
+__all__ = ["Islands"]
+
+
+@dataclass(frozen=True, slots=True)
+class Islands(Resumable):
+    """Searches on islands that send each other their best answers [1]_ [2]_.
+
+    Islands search the same component, each by its method and with random numbers of its own.
+    When all have come to the end of an epoch, each sends the best answer that it has found to
+    its neighbours on a ring, who take it in as their method does: genes in the place of the worst
+    individual; ants lay pheromone on it; annealing and tabu search go on from it if it is better
+    than their best. Prices, bounds and reduction come before, once for all islands.
+
+    Islands are searched on threads. The answer is the same on any number of threads: who sends
+    what to whom, and when, is counted in evaluations.
+
+    The islands' own limits (evaluations, generations, cycles, patience) end no island; an
+    archipelago ends as a whole.
+
+    Parameters
+    ----------
+    methods
+        What lives on the islands: the first on the first island, and round again.
+    islands
+        Number of islands, at least one for each method.
+    threads
+        How many islands are searched at a time; None for as many as there are processors.
+    epoch
+        Length of an epoch, in chunks of evaluations that take each method some milliseconds, to
+        whole generations, cycles or temperatures.
+    neighbours
+        To how many islands after it each sends its best answer: 1 for a ring, all the others at
+        most; 0 for islands that know nothing of each other.
+    epochs
+        The greatest number of epochs per component, at least 1.
+    patience
+        Epochs without a better answer on any island after which the search ends, at least 1.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of range.
+
+    References
+    ----------
+    .. [1] D. B. Hillis, *Method and apparatus for multi-sensor, multi-target tracking using a
+       genetic algorithm*, US patent 6,055,523, 2000.
+    .. [2] E. Alba, M. Tomassini, *Parallelism and evolutionary algorithms*, 2002.
+       doi:10.1109/TEVC.2002.800880
+    """
+
+    methods: tuple[Metaheuristic, ...] = (Annealing(), TabuSearch())
+    islands: int = 4
+    threads: int | None = None
+    epoch: int = 10
+    neighbours: int = 1
+    epochs: int = 25
+    patience: int = 10
+
+    def __post_init__(self) -> None:
+        require_kinds(self)
+        is_methods = isinstance(self.methods, tuple) and all(
+            isinstance(method, Metaheuristic) for method in self.methods
+        )
+        n_methods = len(self.methods) if is_methods else 0
+        wrong = [
+            (n_methods == 0, "methods", "searches, such as (Annealing(), Genetic())"),
+            (not self.islands >= max(1, n_methods), "islands", "at least one for each method"),
+            (
+                self.threads is not None and not (is_whole(self.threads) and self.threads >= 1),
+                "threads",
+                "a whole number ≥ 1, or None",
+            ),
+            (not self.epoch >= 1, "epoch", "a whole number ≥ 1"),
+            (not 0 <= self.neighbours < self.islands, "neighbours", "fewer than islands"),
+            (not self.epochs >= 1, "epochs", "a whole number ≥ 1"),
+            (not self.patience >= 1, "patience", "a whole number ≥ 1"),
+        ]
+        refuse_parameters(self, wrong)
+
+    @property
+    def seeded(self) -> bool:
+        """Whether the dual comes before, for those islands whose method asks for it."""
+        return any(method.seeded for method in self.methods)
+
+    @property
+    def decompose(self) -> bool:
+        """Whether components are searched apart, as all methods have to ask for."""
+        return all(method.decompose for method in self.methods)
+
+    def _begin(self, view: View, start: Start) -> Archipelago:
+        nothing = Start([], np.full_like(start.selection, -1), np.inf, start.rng)
+        islands = []
+        for number, rng in enumerate(start.rng.spawn(self.islands)):
+            method = self.methods[number % len(self.methods)]
+            own = start if method.seeded else nothing
+            islands.append(Island(method, own._replace(rng=rng)))
+        return Archipelago(tuple(islands), epoch=0, idle=0, known=start.cost, at_rest=False)
+
+    def _proceed(
+        self, view: View, search: Archipelago, evaluations: float, stop: Stop | None
+    ) -> tuple[Archipelago, bool]:
+        if stop is not None and stop():
+            return search, True
+        chunks = (search.epoch + 1) * self.epoch
+        islands = list(search.islands)
+        under_way = [i for i, island in enumerate(islands) if not island.is_through(view, chunks)]
+        shares = _shares(evaluations, len(under_way))
+        tasks = [
+            partial(islands[i].advance, view, chunks, share)
+            for i, share in zip(under_way, shares, strict=True)
+        ]
+        moved, was_stopped = run_together(tasks, self._n_threads(), stop)
+        for i, island in zip(under_way, moved, strict=True):
+            islands[i] = island
+        search = replace(search, islands=tuple(islands), at_rest=False)
+        if all(island.is_through(view, chunks) for island in islands):
+            # An epoch that is complete counts, whether or not a stop came at its very end.
+            return search.migrated(view, self.neighbours), False
+        return search, was_stopped
+
+    def _why_over(self, search: Archipelago) -> str:
+        if search.epoch >= self.epochs:
+            return "epochs"
+        return "converged" if search.idle >= self.patience else ""
+
+    def _n_threads(self) -> int:
+        return min(self.islands, self.threads or _n_processors())
+
+
+def _n_processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _shares(evaluations: float, count: int) -> list[float]:
+    """Return whole shares of so many evaluations."""
+    if not np.isfinite(evaluations):
+        return [evaluations] * count
+    share, more = divmod(int(evaluations), max(1, count))
+    return [share + (number < more) for number in range(count)]

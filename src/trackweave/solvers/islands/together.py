@@ -1,0 +1,55 @@
+"""Tasks on threads, which a stop reaches wherever they are."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from threading import Event
+from typing import TypeVar
+
+from trackweave.solvers.protocol import Stop
+
+__all__ = ["run_together"]
+
+LOOK = 0.002
+"""Time between two looks at the clock while others work [s]."""
+
+Result = TypeVar("Result")
+
+
+def run_together(
+    tasks: Sequence[Callable[[Stop], Result]], n_threads: int, stop: Stop | None
+) -> tuple[list[Result], bool]:
+    """Run tasks, several at a time.
+
+    Parameters
+    ----------
+    tasks
+        Each takes a stop of its own, which it asks every few milliseconds.
+    n_threads
+        How many tasks run at a time; one at a time in the thread of the caller.
+    stop
+        Asked in the thread of the caller alone, and never again when it has said to stop.
+
+    Returns
+    -------
+    What the tasks return, in their order, and whether a stop was asked for.
+    """
+    halt = Event()
+    if n_threads == 1:
+
+        def asked() -> bool:
+            if stop is not None and not halt.is_set() and stop():
+                halt.set()
+            return halt.is_set()
+
+        return [task(asked) for task in tasks], halt.is_set()
+    with ThreadPoolExecutor(n_threads) as pool:
+        try:
+            running = [pool.submit(task, halt.is_set) for task in tasks]
+            while wait(running, None if stop is None else LOOK).not_done and not halt.is_set():
+                if stop is not None and stop():
+                    halt.set()
+        except BaseException:
+            # Not to wait for the end of all tasks when the stop fails, or the user breaks off.
+            halt.set()
+            raise
+    return [task.result() for task in running], halt.is_set()
