@@ -70,6 +70,8 @@ SCRIPTS = {
     "performance-gains": ["gains.py"],
     "performance-cold": ["cold_start.py"],
     "performance-islands": ["islands.py"],
+    "performance-deadlines": ["deadlines.py"],
+    "performance-hostile": ["hostile.py"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.

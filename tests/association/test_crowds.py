@@ -9,8 +9,9 @@ from trackweave.association._gating import is_beside, within_reach
 from trackweave.association._growth import propose
 from trackweave.association._nodes import Candidates, Misses
 from trackweave.association._pruning import part_ties
+from trackweave.association.crowding import FEWEST_LOOKS, SHARE_IN_CROWDS
 from trackweave.association.growth_limits import GrowthLimits
-from trackweave.association.tree import FEWEST_LOOKS, SHARE_IN_CROWDS, AssociationTree
+from trackweave.association.tree import AssociationTree
 
 
 def scans_of(spread, n_reports, n_scans):

@@ -14,7 +14,7 @@ from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.merging import MergedReports, merged_reports
+from trackweave.run.merging import MOST_NEAR, MergedReports, merged_reports
 
 RADAR = Sensor("A", sigma=10.0, detection_probability=0.9, scan_period=1.0)
 
@@ -173,3 +173,9 @@ def test_a_crossing_within_the_resolution_is_counted(resolution: float) -> None:
     assert len(listed) == totals["merged_reports"]
     assert all(17 <= merged["time"] <= 23 for merged in listed)
     assert totals["merged_by_chance"] < 1.5
+
+
+def test_a_report_among_a_crowd_of_tracks_is_not_looked_at() -> None:
+    others = [(1.0, track, 20.0) for track in range(2, 2 + MOST_NEAR)]
+    assert len(found(history([(1.0, 1, 20.0), *others]))) == 0
+    assert len(found(history([(1.0, 1, 20.0), *others[:-1]]))) == 1

@@ -89,14 +89,42 @@ def test_same_generator_same_result() -> None:
     assert one.run["scans"] == two.run["scans"]
 
 
-@pytest.mark.parametrize("deadline", [0.0, -1.0, float("nan")])
-def test_refuses_a_deadline_that_is_none(deadline: float) -> None:
+@pytest.mark.parametrize("deadline", [0.0, -1.0, float("nan"), float("inf"), "soon"])
+def test_refuses_a_deadline_that_is_none(deadline: Any) -> None:
     with pytest.raises(InvalidInputError, match="deadline"):
         tracked(pl.DataFrame(columns()), deadline=deadline)
 
 
-def test_a_deadline_still_gives_an_answer() -> None:
-    assert len(tracked(pl.DataFrame(columns()), deadline=1e-6).assignments) == 20
+def test_a_deadline_still_gives_an_answer_and_says_what_it_cost() -> None:
+    result = tracked(pl.DataFrame(columns()), deadline=1e-6)
+    assert len(result.assignments) == 20
+    gaps = [scan["deadline_gap"] for scan in result.run["scans"]]
+    totals = result.run["totals"]
+    assert totals["scans_cut_short"] == sum(gap > 0.0 for gap in gaps)
+    assert totals["worst_deadline_gap"] == max(gaps)
+    assert totals["mean_deadline_gap"] == pytest.approx(np.mean(gaps))
+    pruned = [scan["pruned_by_deadline"] for scan in result.run["scans"]]
+    assert totals["pruned_by_deadline"] == sum(pruned)
+
+
+def test_without_a_deadline_none_costs_anything() -> None:
+    run = tracked(pl.DataFrame(columns())).run
+    assert {scan["deadline_gap"] for scan in run["scans"]} == {None}
+    assert run["totals"]["worst_deadline_gap"] is None
+    assert run["totals"]["scans_cut_short"] == run["totals"]["pruned_by_deadline"] == 0
+
+
+def test_reports_beyond_number_at_one_place_are_told_in_a_note() -> None:
+    count = 400
+    values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": np.full(3 * count, 5.0)}
+    config = {
+        "sensors": {"default": {"sigma": 10.0, "scan_period": 1.0}},
+        "growth": {"max_nodes": 3_000},
+        "search": {"evaluations": 100, "branches": 0},
+    }
+    table = pl.DataFrame({**values, "y": values["x"]})
+    run = tracked(table, config).run
+    assert any("more reports lie in a gate" in note for note in run["notes"])
 
 
 def rotating(n_scans: int = 10) -> dict[str, Any]:

@@ -67,6 +67,24 @@ def part_ties(group: IntArray, excess: FloatArray, keep: IntArray) -> None:
 
 
 @jit
+def behind_best(group: IntArray, rank: FloatArray, is_new: np.ndarray) -> FloatArray:
+    """Return how far each rank lies behind the best of its group.
+
+    An object that begins in the window may also not exist, which ranks 0.
+    """
+    best = np.full(is_new.shape[0], math.inf)
+    for number in range(is_new.shape[0]):
+        if is_new[number]:
+            best[number] = 0.0
+    for entry in range(group.shape[0]):
+        best[group[entry]] = min(best[group[entry]], rank[entry])
+    behind = np.empty(group.shape[0])
+    for entry in range(group.shape[0]):
+        behind[entry] = rank[entry] - best[group[entry]]
+    return behind
+
+
+@jit
 def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
     """Mark every ancestor of a marked node."""
     for node in range(n_nodes - 1, -1, -1):

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._crowding import Crowding
 from trackweave.association._growth import append_children, append_roots, propose
 from trackweave.association._moving import copy_nodes, held_slots
 from trackweave.association._nodes import (
@@ -26,29 +25,19 @@ from trackweave.association._nodes import (
 )
 from trackweave.association._pruning import (
     accumulate_prices,
+    behind_best,
     crossings,
     keep_ancestors,
     keep_below,
     part_ties,
-    raise_ancestors,
     rank_bounds,
 )
 from trackweave.association.beginning import Beginning
+from trackweave.association.crowding import crowding_of, give_way, room_in
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import AssignmentProblem
 
 __all__ = ["AssociationTree"]
-
-CHILDREN, LOOKS = 4, 10
-"""Continuations kept and reports looked at in a scan, by all sequences, for each of the greatest
-number of sequences: so a gate with thousands of reports takes bounded time and memory."""
-SHARE_IN_CROWDS = 4
-"""Of the greatest number of sequences no more than this part is kept where some could not look at
-all reports in their gate: what is to be told apart there cannot be, and costs most to solve."""
-BOUNDLESS = 2**40
-FEWEST, FEWEST_LOOKS, FEWEST_ANYWHERE = 4, 32, 1_000
-"""What every sequence may keep and look at all the same; the last of scans that do not tell
-places, where the nearest reports cannot be picked out."""
 
 
 class AssociationTree:
@@ -69,8 +58,14 @@ class AssociationTree:
         """Room for states that are not plain; None as long as all are."""
         self.is_crowded = False
         """Whether sequences could not look at all reports in their gates at the last scan."""
+        self.n_given_way = 0
+        """Sequences that gave way to the greatest number of sequences since that was set."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
+
+    def limit(self, limits: GrowthLimits) -> None:
+        """Set what bounds growth from now on, and count from 0 what gives way to it."""
+        self.limits, self.n_given_way = limits, 0
 
     @property
     def n_families(self) -> int:
@@ -135,14 +130,20 @@ class AssociationTree:
         ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
         grown = candidates.cost + priced[candidates.node]
         rank = np.concatenate([ended, grown])
-        bound, room = self._bounds(candidates, group, rank)
+        bound, room, is_new = self._bounds(candidates, group, rank)
         bound = bound[group]
         excess = rank - bound
         part_ties(group, excess, room)
         excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
         parent = np.concatenate([nodes.parent[:n_old], candidates.node])
-        most = self.limits.max_nodes // (SHARE_IN_CROWDS if self.is_crowded else 1)
-        kept = _kept(parent, excess, max(0, most - n_new))
+        # Beginnings, of excess minus infinity, stay whatever the cap.
+        kept = excess <= 0.0
+        keep_ancestors(parent, parent.shape[0], kept)
+        most = room_in(self.limits, n_new, is_crowded=self.is_crowded)
+        if np.count_nonzero(kept) > most:
+            behind = behind_best(group, rank, is_new)
+            behind[np.isneginf(excess)] = -np.inf
+            self.n_given_way += give_way(kept, parent, behind, most)
         chosen = np.flatnonzero(kept[n_old:])
         stopped = np.isfinite(missed.tail) & (alive > bound[:n_old])
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
@@ -299,8 +300,8 @@ class AssociationTree:
 
     def _bounds(
         self, candidates: Candidates, group: IntArray, rank: FloatArray
-    ) -> tuple[FloatArray, IntArray]:
-        """Return the worst rank that each group keeps, and how many sequences."""
+    ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
+        """Return the worst rank that each group keeps, how many sequences, and if it is new."""
         limits, nodes, n = self.limits, self.nodes, self.n_nodes
         family = np.arange(self.n_families)
         if group.max(initial=-1) >= self.n_families:
@@ -312,12 +313,14 @@ class AssociationTree:
         keep = np.where(is_new, limits.new_keep, limits.keep)
         margin = np.where(is_new, limits.new_margin, limits.margin)
         ceiling = np.where(is_new, self.families.start_cost[family] + limits.new_ceiling, np.inf)
-        return rank_bounds(group, rank, margin, keep, ceiling), keep
+        return rank_bounds(group, rank, margin, keep, ceiling), keep, is_new
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         n = self.n_nodes
         missed = Misses(np.empty(n), np.empty(n), np.empty(n))
-        room, general, crowding = 2 * n + 64, self.general_for(scan), self.crowding()
+        room, general = 2 * n + 64, self.general_for(scan)
+        is_new = self.track[self.nodes.family[:n]] < 0
+        crowding = crowding_of(self.nodes, n, is_new, self.limits)
         if scan.measurement.shape[0] > crowding.looks:
             # A crowd is looked at only once.
             room = max(room, int(crowding.children.sum()))
@@ -333,23 +336,6 @@ class AssociationTree:
                     candidates.node[:count], candidates.report[:count], candidates.cost[:count]
                 ), missed
             room = count
-
-    def crowding(self) -> Crowding:
-        """Return what a sequence may look at and keep of a scan, so that all of them can."""
-        nodes, n, limits = self.nodes, self.n_nodes, self.limits
-        n_growing = max(1, int(np.count_nonzero(np.isfinite(nodes.tail[:n]))))
-        # A greatest number so large that none is meant has to fit into a kernel's all the same.
-        room = min(limits.max_nodes, BOUNDLESS) // n_growing
-        most = max(FEWEST, CHILDREN * room)
-        # No family keeps more children of a sequence than sequences in all.
-        is_new = self.track[nodes.family[:n]] < 0
-        children = np.minimum(np.where(is_new, limits.new_keep, limits.keep), most)
-        # Below a line every child is a group of its own.
-        children[nodes.is_line[:n] == 1] = most
-        return Crowding(
-            max(FEWEST_LOOKS, LOOKS * room), FEWEST_ANYWHERE, children,
-            np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int64),
-        )  # fmt: skip
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]
@@ -378,18 +364,3 @@ class AssociationTree:
         parent = self.nodes.parent[: rows.shape[0]]
         parent[parent >= 0] = number[parent[parent >= 0]]
         self.n_nodes = rows.shape[0]
-
-
-def _kept(parent: IntArray, excess: FloatArray, room: int) -> NDArray[np.bool_]:
-    """Return which sequences stay: without excess, or below such; under a cap the best."""
-    # Beginnings, of excess minus infinity, stay whatever the cap.
-    kept = excess <= 0.0
-    keep_ancestors(parent, parent.shape[0], kept)
-    if np.count_nonzero(kept) > room:
-        worth = excess.copy()
-        raise_ancestors(parent, worth)
-        best = np.argsort(worth, kind="stable")[:room]
-        inside = np.isneginf(excess)
-        inside[best] = True
-        kept &= inside
-    return kept

@@ -9,6 +9,7 @@ from trackweave.arrays import IntArray
 from trackweave.association._growth import propose
 from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
 from trackweave.association.beginning import Beginning
+from trackweave.association.crowding import crowding_of
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
@@ -48,7 +49,8 @@ def waited(
         missed = Misses(np.empty(count), np.empty(count), np.empty(count))
         unseen = without_reports(scan)
         general = tree.general_for(unseen)
-        propose(nodes, count, unseen, patient, nobody, missed, tree.crowding(), general)
+        crowding = crowding_of(nodes, count, tree.track < 0, tree.limits)
+        propose(nodes, count, unseen, patient, nobody, missed, crowding, general)
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]

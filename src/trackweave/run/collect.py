@@ -120,6 +120,8 @@ class ScanLog:
     late: list[int] = field(default_factory=list)
     n_thinned: int = 0
     """Instants at which tuples had to be left out."""
+    n_crowded: int = 0
+    """Scans in which gates held more reports than a sequence can look at."""
 
     def add(self, scans: Sequence[Scan], hypothesis: Hypothesis, cpu: float, wall: float) -> None:
         """Enter a scan or those of an instant, the hypothesis after, and the time it took [s]."""
@@ -130,6 +132,7 @@ class ScanLog:
         if plots is not None:
             fused = {"tuples": plots.n_tuples, "fused": plots.n_fused}
             self.n_thinned += not plots.is_complete
+        self.n_crowded += hypothesis.is_crowded
         self.scans.append(
             {
                 "time": time,
@@ -139,10 +142,12 @@ class ScanLog:
                 "tracks": hypothesis.n_tracks,
                 "sequences": hypothesis.n_sequences,
                 "pruned": hypothesis.n_pruned,
+                "pruned_by_deadline": hypothesis.n_pruned_by_deadline,
                 "evaluations": hypothesis.evaluations,
                 "cost": certificate.cost,
                 "lower_bound": certificate.lower_bound,
                 "gap": certificate.gap,
+                "deadline_gap": hypothesis.deadline_gap,
                 "status": certificate.status,
                 "stop_reason": hypothesis.stop_reason,
                 "amendments": len(hypothesis.amendments),
@@ -161,13 +166,21 @@ class ScanLog:
         self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})
 
     def notes(self) -> list[str]:
-        """Return a sentence on instants at which tuples of plots had to be left out, if any."""
-        if not self.n_thinned:
-            return []
-        return [
-            f"plots.max_tuples: at {self.n_thinned} of {len(self.scans)} instants more tuples lie "
-            "in the gate; plots were joined with their nearest only, and nothing is proven there"
-        ]
+        """Return sentences on what had to be left out because there was too much, if anything."""
+        notes = []
+        if self.n_thinned:
+            notes.append(
+                f"plots.max_tuples: at {self.n_thinned} of {len(self.scans)} instants more tuples "
+                "lie in the gate; plots were joined with their nearest only, and nothing is "
+                "proven there"
+            )
+        if self.n_crowded:
+            notes.append(
+                f"growth: at {self.n_crowded} of {len(self.scans)} scans more reports lie in a "
+                "gate than a sequence can try; only the nearest were tried, and no bound speaks "
+                "of the others"
+            )
+        return notes
 
 
 def _of_plots(hypothesis: Hypothesis) -> "FusedHypothesis | None":

@@ -19,6 +19,8 @@ __all__ = ["MergedReports", "merged_reports"]
 
 # Two objects nearer than so many standard deviations of a report are taken for one.
 RESOLUTION_SIGMAS = 2.0
+# More tracks near a report along x than so many are a crowd, and it is not looked at.
+MOST_NEAR = 200
 # As many are listed; all are counted.
 MOST_LISTED = 1000
 
@@ -202,6 +204,9 @@ def _near(known: TrackTable, rows: IntArray, at: IntArray, noise: FloatArray) ->
     reach = reach + 1e-12 * line.max()
     first = np.searchsorted(line[order], line[at] - reach)
     count = np.searchsorted(line[order], line[at] + reach, side="right") - first
+    # Of a report among a crowd of tracks nobody can say whose it is too.
+    few = count <= MOST_NEAR
+    rows, at, noise, first, count = rows[few], at[few], noise[few], first[few], count[few]
     report = np.repeat(np.arange(rows.size), count)
     within = np.arange(report.size) - np.repeat(np.cumsum(count) - count, count)
     other = order[first[report] + within]

@@ -64,6 +64,7 @@ def record_of(
             "amendments": len(log.amendments),
             "evaluations": sum(scan["evaluations"] for scan in log.scans),
             **_certainty(log),
+            **_haste(log),
         },
         "merged_reports": merged.listed(reports, assignment),
         "late_reports": [str(reports.report[row]) for row in log.late],
@@ -124,4 +125,16 @@ def _certainty(log: ScanLog) -> dict[str, Any]:
         "proven_scans": int(np.count_nonzero(gaps <= 1e-9)),
         "mean_gap": float(gaps.mean()) if gaps.size else None,
         "worst_gap": float(gaps.max()) if gaps.size else None,
+    }
+
+
+def _haste(log: ScanLog) -> dict[str, Any]:
+    """Return what deadlines cost: scans cut short, sequences left out, mean and worst gap."""
+    gaps = [scan["deadline_gap"] for scan in log.scans if scan["deadline_gap"] is not None]
+    finite = [gap for gap in gaps if np.isfinite(gap)]
+    return {
+        "scans_cut_short": sum(gap > 0.0 for gap in gaps),
+        "pruned_by_deadline": sum(scan["pruned_by_deadline"] for scan in log.scans),
+        "mean_deadline_gap": float(np.mean(finite)) if finite else None,
+        "worst_deadline_gap": float(max(finite)) if finite else None,
     }

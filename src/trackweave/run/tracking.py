@@ -1,15 +1,15 @@
 """The main job: from reports to tracks."""
 
-import copy
 import time as clock
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, is_number
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
@@ -128,8 +128,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
     """
-    if deadline is not None and not deadline > 0:
-        raise InvalidInputError(f"deadline: {deadline}; expected a number > 0 in seconds")
+    if deadline is not None and not (is_number(deadline) and deadline > 0):
+        raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
     table = _report_table(reports, configuration)
     begun = _prior_table(priors, table)
@@ -152,12 +152,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = replace(settings, notes=(*settings.notes, *notes))
     course = course_of(table, settings, rotations, begun)
     limit = settings.deadline if deadline is None else deadline
-    if limit is not None:
-        from trackweave.solvers.warming import warm_up
+    with ExitStack() as stack:
+        if limit is not None:
+            from trackweave.run.preparing import prepare, without_pauses
 
-        # The first scan's deadline is not for compiling.
-        warm_up(settings.search or Auto(), copy.deepcopy(rng))
-    rows, log, assigned = _followed(course, table, settings, (rng, limit), progress)
+            # The first scan's deadline is not for compiling.
+            prepare(course, settings.search or Auto(), rng)
+            stack.enter_context(without_pauses())
+        rows, log, assigned = _followed(course, table, settings, (rng, limit), progress)
     tracks = rows.table(table.dim)
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()

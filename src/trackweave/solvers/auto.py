@@ -118,8 +118,9 @@ class _Effort:
         """Branch on the open components of which little is left."""
         # Whole costs let a gap below one count as closed, which branching soon reaches.
         whole = self.relaxation.rest.step > 0.0
-        candidates = {*self._open(LITTLE), *(i for i in self._open(MUCH) if whole[i])}
-        for index in sorted(candidates):
+        little = set(self._open(LITTLE))
+        # Those of widest gap first, as they are open.
+        for index in [i for i in self._open(MUCH) if i in little or whole[i]]:
             limits = BranchingLimits(branches)
             self._count(*branch(self.relaxation.rest, index, limits, self.stop))
             if self.was_stopped:

@@ -114,7 +114,8 @@ class Dual:
                 more, stopped = self.bound(relaxation.rest, stop)
                 evaluations += more
             elif self.visits:
-                evaluations += self._enumerate(relaxation.rest)
+                more, stopped = self._enumerate(relaxation.rest, stop)
+                evaluations += more
             if stopped or left < stretch.bounds:
                 break
             left -= stretch.bounds
@@ -139,10 +140,12 @@ class Dual:
         gap = float((components.cost - components.lower)[candidates].sum())
         return evaluations, 1.0 - gap / max(before, TOLERANCE), stopped
 
-    def _enumerate(self, components: Components) -> int:
-        """Search the open components through, as far as visits go; return how many it took."""
+    def _enumerate(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
+        """Search the open components through; return how many visits, and if it was stopped."""
         visits = 0
         for index in components.open().tolist():
+            if stop is not None and stop():
+                return visits, True
             cost, complete, tried = enumerate_open(
                 components.component(index),
                 components.price[components.items(index)],
@@ -154,7 +157,7 @@ class Dual:
             if complete:
                 components.lower[index] = cost
             visits += tried
-        return visits
+        return visits, False
 
     def bound(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
         """Bound and answer every component, in place.

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._dual import bound_components
+from trackweave.solvers._kernels import cheapest_first
 from trackweave.solvers.climbing import Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
@@ -76,6 +77,7 @@ def _touch(problem: AssignmentProblem) -> None:
     parts = components.parts
     bound_components(parts, components.price, components.taken, components.cost, components.lower)
     component = components.component(0)
+    cheapest_first(component, components.taken.copy())
     lists = lists_of(component, problem.instant[parts.item_of])
     polish(component, lists, components.taken.copy())
     branch(components, 0, BranchingLimits(1), None)

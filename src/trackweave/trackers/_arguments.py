@@ -54,6 +54,13 @@ def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
     return max(telling or periodic, key=lambda sensor: sensor.scan_period or 0.0, default=None)
 
 
+def reference_of(slowest: Sensor | None) -> tuple[str | None, float]:
+    """Return whose scans the window counts, and how far the sectors of one may lie apart [s]."""
+    if slowest is None:
+        return None, 0.0
+    return slowest.name, (slowest.scan_period or 0.0) if slowest.rotation else 0.0
+
+
 def period_of(sensors: Iterable[Sensor]) -> float:
     """Return the scan period in which misses and survival are counted [s]."""
     slowest = slowest_of(sensors)
@@ -93,12 +100,21 @@ def require_parts(motion: object, search: object, lifecycle: object, limits: obj
         require_instance(limits, GrowthLimits, "limits")
 
 
-def require_step(scan: object, rng: object, deadline: object) -> None:
+def require_step(scan: object, rng: object, deadline: object, stop: object) -> None:
     """Refuse what no step can be taken with."""
     require_instance(scan, Scan, "scan")
+    require_haste(rng, deadline, stop)
+
+
+def require_haste(rng: object, deadline: object, stop: object) -> None:
+    """Refuse a source of randomness, a deadline or a stop that is none."""
     require_instance(rng, np.random.Generator, "rng")
     if deadline is not None and not (is_number(deadline) and deadline > 0):  # type: ignore[operator] # a number
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None")
+    if stop is not None and not callable(stop):
+        raise InvalidInputError(
+            f"stop: {stop!r:.80}; expected a function without arguments, or None"
+        )
 
 
 def checked_dim(

@@ -7,11 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
-from trackweave.arrays import IntArray, is_number, require_instance
+from trackweave.arrays import IntArray, require_instance
 from trackweave.association.problem import Certificate, Status
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.solvers.protocol import Stop
+from trackweave.trackers._arguments import require_haste
 from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis
 from trackweave.trackers.multiscan import MultiScanTracker
 from trackweave.trackers.plot_fusion import FusedPlots, PlotFuser
@@ -33,6 +35,7 @@ class ScanTracker(Protocol):
         *,
         rng: np.random.Generator,
         deadline: float | None = None,
+        stop: Stop | None = None,
         tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it."""
@@ -107,7 +110,12 @@ class FusedPlotsTracker:
         return self._spread(self._tracker.pending())
 
     def step(
-        self, scans: Sequence[Scan], *, rng: np.random.Generator, deadline: float | None = None
+        self,
+        scans: Sequence[Scan],
+        *,
+        rng: np.random.Generator,
+        deadline: float | None = None,
+        stop: Stop | None = None,
     ) -> FusedHypothesis:
         """Take in the scans of an instant and return the hypothesis after it.
 
@@ -119,6 +127,8 @@ class FusedPlotsTracker:
             The only source of randomness.
         deadline
             Seconds of wall clock for both steps together, above 0; None for none.
+        stop
+            Asked every few milliseconds whether to end both searches; None for nothing to ask.
 
         Returns
         -------
@@ -132,11 +142,7 @@ class FusedPlotsTracker:
             error, such as one of a search, leaves it halfway, and every later step is refused by
             this error.
         """
-        require_instance(rng, np.random.Generator, "rng")
-        if deadline is not None and not (is_number(deadline) and deadline > 0):
-            raise InvalidInputError(
-                f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None"
-            )
+        require_haste(rng, deadline, stop)
         if not self._is_whole:
             raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
         end = None if deadline is None else perf_counter() + deadline
@@ -146,12 +152,12 @@ class FusedPlotsTracker:
             fused = self._fuser(
                 looked,
                 rng=rng,
-                stop=None if end is None else lambda: perf_counter() >= end,
+                stop=_either(end, stop),
                 tracks=self._tracks,
                 first_report=self._next_fused,
             )
             left = None if end is None else max(1e-6, end - perf_counter())
-            found = self._tracker.step(fused.scan, rng=rng, deadline=left)
+            found = self._tracker.step(fused.scan, rng=rng, deadline=left, stop=stop)
         except InvalidInputError:
             self._is_whole = True
             raise
@@ -209,6 +215,7 @@ class FusedPlotsTracker:
             final=final,
             certificate=self._certificate(found.certificate, fused.certificate),
             stop_reason=self._reason(found, fused),
+            deadline_gap=self._deadline_gap(found, fused),
         )
 
     def _late(self, found: Hypothesis, fused: FusedPlots, every: IntArray) -> FusedHypothesis:
@@ -256,6 +263,13 @@ class FusedPlotsTracker:
             Status.OPTIMAL if is_proven else Status.FEASIBLE,
         )
 
+    def _deadline_gap(self, found: Hypothesis, fused: FusedPlots) -> float | None:
+        """Return the gap that either search left open because it had to stop."""
+        gaps = [found.certificate.gap] if found.stop_reason == "stopped" else []
+        if fused.stop_reason == "stopped":
+            gaps.append(fused.certificate.gap)
+        return None if found.deadline_gap is None else max(gaps, default=0.0)
+
     def _reason(self, found: Hypothesis, fused: FusedPlots) -> str:
         if (
             not isinstance(self._tracker, MultiScanTracker)
@@ -263,6 +277,13 @@ class FusedPlotsTracker:
         ):
             return fused.stop_reason
         return f"{fused.stop_reason}; {found.stop_reason}"
+
+
+def _either(end: float | None, stop: Stop | None) -> Stop | None:
+    """Return what tells to stop at a time by the clock, or when another does."""
+    if end is None:
+        return stop
+    return lambda: perf_counter() >= end or (stop is not None and stop())
 
 
 def _fused_hypothesis(found: Hypothesis, fused: FusedPlots, **changed: object) -> FusedHypothesis:

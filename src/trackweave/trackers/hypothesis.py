@@ -86,6 +86,13 @@ class Hypothesis:
         Sequences of the tree that the search chose from.
     n_pruned
         Sequences left out of the tree at this scan, which the bound does not cover.
+    n_pruned_by_deadline
+        How many of them the deadline left no time for.
+    is_crowded
+        Whether a gate held more reports than a sequence can look at: only the nearest were tried.
+    deadline_gap
+        The gap that the search left open because it had to stop; 0 where it ended by itself,
+        None without a deadline.
     """
 
     time: float
@@ -99,6 +106,9 @@ class Hypothesis:
     stop_reason: str
     n_sequences: int
     n_pruned: int
+    n_pruned_by_deadline: int = 0
+    is_crowded: bool = False
+    deadline_gap: float | None = None
 
 
 def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:
@@ -124,5 +134,6 @@ def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:
         return Hypothesis(scan.time, tracks, 0, (), final, late, nothing, 0, "late scan", 0, 0)
     return replace(
         last, amendments=(), final=final, late=late, evaluations=0,
-        stop_reason="late scan", n_pruned=0,
+        stop_reason="late scan", n_pruned=0, n_pruned_by_deadline=0, is_crowded=False,
+        deadline_gap=None,
     )  # fmt: skip

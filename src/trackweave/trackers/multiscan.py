@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from time import perf_counter
 from typing import Literal
 
 import numpy as np
@@ -21,7 +20,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Hint, Solver
+from trackweave.solvers.protocol import Hint, Solver, Stop
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
@@ -30,6 +29,7 @@ from trackweave.trackers._arguments import (
     checked_window,
     merged,
     period_of,
+    reference_of,
     require_parts,
     require_step,
     slowest_of,
@@ -40,6 +40,7 @@ from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.opening import Opener, begun, rule_of
+from trackweave.trackers.pacing import Pace, Pacer
 from trackweave.trackers.past import Past
 from trackweave.trackers.rows import live_leaves, live_rows
 from trackweave.trackers.slots import Slots
@@ -121,7 +122,7 @@ class MultiScanTracker:
         slowest = slowest_of(self._sensors.values())
         self._period = period_of(self._sensors.values())
         self._opener = Opener(motion, self._sensors, self._period)
-        self._open = OpenScans(checked_window(window), *_reference(slowest))
+        self._open = OpenScans(checked_window(window), *reference_of(slowest))
         initial = self._lifecycle.initial_target_density
         new = self._lifecycle.new_target_density
         if initial is None or self._priors is not None:
@@ -137,6 +138,7 @@ class MultiScanTracker:
         self._past = Past(self._undetected.copy(), patience)
         self._ledger = Ledger(self._lifecycle)
         self._slots = Slots()
+        self._pacer = Pacer()
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
@@ -151,7 +153,7 @@ class MultiScanTracker:
 
     def pending(self) -> Assignments:
         """Return the assignments of the window's reports, which later scans may amend."""
-        return self._assignments(self._open.first_slot, self._open.end_slot)
+        return self._slots.assignments(self._open.first_slot, self._open.end_slot)
 
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
@@ -165,6 +167,7 @@ class MultiScanTracker:
         *,
         rng: np.random.Generator,
         deadline: float | None = None,
+        stop: Stop | None = None,
         tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it.
@@ -177,8 +180,9 @@ class MultiScanTracker:
         rng
             The only source of randomness.
         deadline
-            Seconds of wall clock after which the best hypothesis so far is returned, above 0;
-            None for none.
+            Seconds of wall clock for all of the step, above 0; None for none.
+        stop
+            Asked every few milliseconds whether to end the search; None for nothing to ask.
         tracks
             Whether the hypothesis holds the live tracks. A table of thousands takes as long as
             the scan of a part of them; where not every scan is shown, leave it out and ask
@@ -196,34 +200,34 @@ class MultiScanTracker:
             was. Any other error, such as one of the search, leaves it halfway through the scan,
             and every later step is refused by this error.
         """
-        require_step(scan, rng, deadline)
+        require_step(scan, rng, deadline, stop)
         if not self._is_whole:
             raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
-        end = None if deadline is None else perf_counter() + deadline
+        pace = self._pacer.start(deadline, stop)
         scan = self._checked(scan)
         if self._is_late(scan):
             return self._unchanged(scan, tracks=tracks)
         self._is_whole = False
         pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scan)
-        tree = self._take_in(scan)
+        tree = self._take_in(scan, pace)
         slots = tree.slots()
         problem = tree.problem(slots, self._slots.instants(slots[0]))
         answer = self._search(
             problem,
             rng=rng,
             hint=self._hint(tree, slots[0], problem.n_items),
-            stop=None if end is None else lambda: perf_counter() >= end,
+            stop=pace.alarm(tree.n_nodes),
         )
+        pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
-        time = self._open.last_time
         if self._averaging:
-            self._beliefs = believe(tree, time, answer.node_probability)
+            self._beliefs = believe(tree, self._open.last_time, answer.node_probability)
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
         self._last = Hypothesis(
-            time=time,
+            time=self._open.last_time,
             tracks=self.tracks() if tracks else TrackTable.empty(tree.dim),
             n_tracks=self._n_live(tree),
             amendments=amendments,
@@ -234,23 +238,26 @@ class MultiScanTracker:
             stop_reason=answer.stop_reason,
             n_sequences=tree.n_nodes + self._dormant.n_nodes,
             n_pruned=max(0, tree.n_pruned - pruned),
+            n_pruned_by_deadline=pace.n_given_way(tree, self._limits),
+            is_crowded=tree.is_crowded,
+            deadline_gap=pace.gap_of(answer),
         )
+        pace.done(tree.n_nodes)
         self._is_whole = True
         return self._last
 
     def _is_late(self, scan: Scan) -> bool:
         """Tell whether a scan lies before the window, or before the tracks known beforehand."""
-        if scan.time <= self._open.fixed_until:
-            return True
-        return self._priors is not None and scan.time < float(self._priors.time.max())
+        is_before = self._priors is not None and scan.time < float(self._priors.time.max())
+        return is_before or scan.time <= self._open.fixed_until
 
     def _checked(self, scan: Scan) -> Scan:
         """Return the scan with dimensions, and with numbers for its reports."""
         report, dim = checked_scan(
             scan, self._sensors, self._dim, self._open.numbers, self._next_report
         )
-        self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
-        self._dim = dim
+        self._dim, latest = dim, int(report.max(initial=-1))
+        self._next_report = max(self._next_report, latest + 1)
         likely = dim or (self._tree.dim if self._tree else 2)
         return replace(with_dimensions(scan, self._sensors[scan.sensor], likely), report=report)
 
@@ -270,16 +277,16 @@ class MultiScanTracker:
         self._dormant = Dormant(self._rule, self._period)
         return self._tree
 
-    def _take_in(self, scan: Scan) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
         dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
         if tree.dim != dim:
-            tree = self._begun_anew(dim)
+            tree = self._begun_anew(dim, pace)
         same = self._open.find(scan.sensor, scan.time)
         last = self._open.last_time
         if scan.time < last or same is not None:
-            return self._taken_late(tree, scan, same)
+            return self._taken_late(tree, scan, same, pace)
         self._open.insert(self._opener.open(scan, dim))
         data, waited = self._timed(len(self._open.scans) - 1, last)
         self._dormant.exchange(tree, data, self._gap)
@@ -287,10 +294,13 @@ class MultiScanTracker:
         density = self._undetected.look(data, waited)
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
         self._concerned = np.concatenate([tree.slots()[0], data.slot])
-        tree.grow(data, density)
+        with pace.growth(tree, self._limits, len(scan)):
+            tree.grow(data, density)
         return tree
 
-    def _taken_late(self, tree: AssociationTree, scan: Scan, same: int | None) -> AssociationTree:
+    def _taken_late(
+        self, tree: AssociationTree, scan: Scan, same: int | None, pace: Pace
+    ) -> AssociationTree:
         """Return the tree grown anew with a scan in its place in time."""
         self._dormant.bring_back(tree, self._open.last_time)
         self._fix(tree, self._open.last_time)
@@ -301,25 +311,26 @@ class MultiScanTracker:
         beginning, families = self._past.beginning(tree)
         tree = self._planted(beginning)
         tree.families = families
-        return self._grown_anew(tree)
+        return self._grown_anew(tree, pace)
 
-    def _begun_anew(self, dim: int) -> AssociationTree:
+    def _begun_anew(self, dim: int, pace: Pace) -> AssociationTree:
         """Return the tree after empty scans that did not tell their number of dimensions."""
         for place, known in enumerate(self._open.scans):
             scan = with_dimensions(known.scan, self._sensors[known.sensor], dim)
             self._open.scans[place] = self._opener.open(scan, dim)
-        return self._grown_anew(self._begin(dim))
+        return self._grown_anew(self._begin(dim), pace)
 
-    def _grown_anew(self, tree: AssociationTree) -> AssociationTree:
+    def _grown_anew(self, tree: AssociationTree, pace: Pace) -> AssociationTree:
         """Return a planted tree grown by the window's scans as if they had come in order."""
         self._undetected = self._past.undetected.copy()
-        last = self._open.fixed_until
-        for place in range(len(self._open.scans)):
-            data, waited = self._timed(place, last)
-            self._dormant.exchange(tree, data, 0.0)
-            tree.grow(data, self._undetected.look(data, waited))
-            last = data.time
-        self._dormant.bring_back(tree, last)
+        last, n_scans = self._open.fixed_until, len(self._open.scans)
+        with pace.growth(tree, self._limits, self._open.end_slot - self._open.first_slot, n_scans):
+            for place in range(n_scans):
+                data, waited = self._timed(place, last)
+                self._dormant.exchange(tree, data, 0.0)
+                tree.grow(data, self._undetected.look(data, waited))
+                last = data.time
+            self._dormant.bring_back(tree, last)
         self._concerned = np.arange(self._open.first_slot, self._open.end_slot)
         return tree
 
@@ -339,22 +350,13 @@ class MultiScanTracker:
             count = self._open.n_closing(scan.sensor, scan.time)
         before, last = self._open.first_slot, self._open.fixed_until
         self._past.close(self._open.close(count), last)
-        return self._assignments(before, self._open.first_slot)
+        return self._slots.assignments(before, self._open.first_slot)
 
     def _fix(self, tree: AssociationTree, last: float) -> None:
         """Make final what the window has left; ``last`` is the time of the last scan [s]."""
         for lost in self._ledger.fix(tree, self._chosen(tree), self._open.first_slot):
             for undetected in (self._undetected, self._past.undetected):
                 undetected.lose(lost.position, lost.spread, lost.time, last)
-
-    def _assignments(self, first: int, end: int) -> Assignments:
-        """Return what the last hypothesis says of a span of slots."""
-        rows = slice(first - self._slots.origin, end - self._slots.origin)
-        return Assignments(
-            report=self._slots.report[rows].copy(),
-            track=self._slots.track[rows].copy(),
-            probability=self._slots.probability[rows].copy(),
-        )
 
     def _remember(self, tree: AssociationTree, slots: IntArray, answer: Answer) -> None:
         """Keep what starts the next search: the answer and the reports' prices."""
@@ -376,8 +378,7 @@ class MultiScanTracker:
 
     def _n_live(self, tree: AssociationTree) -> int:
         """Return how many tracks are live."""
-        leaves = live_leaves(tree, self._dormant, by_belief=self._averaging)
-        return sum(leaf.shape[0] for leaf in leaves)
+        return sum(map(len, live_leaves(tree, self._dormant, by_belief=self._averaging)))
 
     def _unchanged(self, scan: Scan, *, tracks: bool) -> Hypothesis:
         """Return the last hypothesis after a scan that came too late."""
@@ -386,10 +387,3 @@ class MultiScanTracker:
             rows = self.tracks() if tracks else TrackTable.empty(last.tracks.dim)
             last = replace(last, tracks=rows)
         return left_out(scan, last, self._dim or 2)
-
-
-def _reference(slowest: Sensor | None) -> tuple[str | None, float]:
-    """Return whose scans the window counts, and how far the sectors of one may lie apart [s]."""
-    if slowest is None:
-        return None, 0.0
-    return slowest.name, (slowest.scan_period or 0.0) if slowest.rotation else 0.0

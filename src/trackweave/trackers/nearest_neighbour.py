@@ -18,6 +18,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
@@ -42,10 +43,10 @@ GATE_PROBABILITY = 0.9999
 """How many of an object's own reports the gate lets through, unless it is told otherwise."""
 REMEMBERED_SCANS = 15
 """For how many scans a report's number may not come again."""
-# One scan is grown and decided at a time: there is nothing to prune.
+# One scan is grown and decided at a time: there is nothing to prune but in impossible crowds.
 _ALL = GrowthLimits(
     margin=np.inf, keep=2**62, new_margin=np.inf, new_keep=2**62, new_ceiling=np.inf,
-    max_nodes=2**62,
+    max_nodes=2_000_000,
 )  # fmt: skip
 
 
@@ -154,6 +155,7 @@ class NearestNeighbourTracker:
         *,
         rng: np.random.Generator,
         deadline: float | None = None,
+        stop: Stop | None = None,
         tracks: bool = True,
     ) -> Hypothesis:
         """Take in a scan and return the hypothesis after it.
@@ -166,7 +168,7 @@ class NearestNeighbourTracker:
             none, and nobody is charged a miss again.
         rng
             Not used: a scan is decided without chance. Here so that trackers can be exchanged.
-        deadline
+        deadline, stop
             Not used either: what is decided at once takes no time to speak of.
         tracks
             Whether the hypothesis holds the live tracks, or only their number.
@@ -187,7 +189,7 @@ class NearestNeighbourTracker:
             of dimensions changes or a report's number was used before: the tracker is then as it
             was.
         """
-        require_step(scan, rng, deadline)
+        require_step(scan, rng, deadline, stop)
         scan = self._checked(scan)
         if self._is_late(scan):
             return left_out(scan, self._last, self._dim or 2)
@@ -215,6 +217,7 @@ class NearestNeighbourTracker:
             stop_reason="decided at once",
             n_sequences=n_sequences,
             n_pruned=0,
+            is_crowded=tree.is_crowded,
         )
         return self._last
 

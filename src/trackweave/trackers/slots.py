@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.trackers.hypothesis import Assignments
 
 __all__ = ["Slots"]
 
@@ -46,6 +47,15 @@ class Slots:
         self.report[span] = report
         self.time[span] = time
         self.end += count
+
+    def assignments(self, first: int, end: int) -> Assignments:
+        """Return what the last hypothesis says of a span of slots."""
+        rows = slice(first - self.origin, end - self.origin)
+        return Assignments(
+            report=self.report[rows].copy(),
+            track=self.track[rows].copy(),
+            probability=self.probability[rows].copy(),
+        )
 
     def instants(self, slot: IntArray) -> IntArray:
         """Return the rank in time of each slot, given ascending; equal within an instant."""

@@ -1,0 +1,92 @@
+"""Getting ready for deadlines: what is slow only once is done before the first of them."""
+
+import copy
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.association._pruning import behind_best
+from trackweave.association.crowding import give_way
+from trackweave.domain.scans import Scan
+from trackweave.run.course import Course
+from trackweave.solvers.protocol import Solver
+from trackweave.solvers.warming import warm_up
+
+__all__ = ["few_of", "prepare", "without_pauses"]
+
+STEPS, REPORTS = 20, 20
+"""Steps that are rehearsed, and reports of each scan: enough for a window to fill and slide."""
+
+
+def prepare(course: Course, search: Solver, rng: np.random.Generator) -> None:
+    """Compile, or load from the disk, the kernels that a run needs.
+
+    Solves a small problem, and lets a copy of the tracker take the first steps with few reports.
+
+    Parameters
+    ----------
+    course
+        The run, which is left as it is.
+    search
+        Its solver.
+    rng
+        Source of randomness, which is left as it is.
+    """
+    own = copy.deepcopy(rng)
+    warm_up(search, own)
+    nobody = np.empty(0, dtype=np.int64)
+    behind = behind_best(nobody, np.empty(0), nobody == 0)
+    give_way(nobody == 0, nobody, behind, 0)
+    rehearsal = replace(course, tracker=copy.deepcopy(course.tracker))
+    for scans in course.steps[:STEPS]:
+        rehearsal.take(tuple(few_of(scan) for scan in scans), own, None, tracks=True)
+
+
+def few_of(scan: Scan) -> Scan:
+    """Return a scan with its first reports alone.
+
+    Parameters
+    ----------
+    scan
+        Any scan.
+
+    Returns
+    -------
+    A scan of at most 20 reports.
+    """
+    count = len(scan)
+    if count <= REPORTS:
+        return scan
+    own = {
+        name: value[:REPORTS]
+        for name in ("measurement", "sigma", "report", "moments", "platform", "identity",
+                     "strength", "covariance")
+        if (value := getattr(scan, name)) is not None and value.shape[0] == count
+    }  # fmt: skip
+    return replace(scan, **own)
+
+
+@contextmanager
+def without_pauses() -> Iterator[None]:
+    """Keep the garbage collector from going through all that is there before.
+
+    A full collection takes as long as a whole scan may. What lives already is set aside; what
+    comes later is collected as ever.
+
+    Yields
+    ------
+    Nothing.
+    """
+    if gc.get_freeze_count():
+        # Somebody else has set things aside, whose they stay.
+        yield
+        return
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()

@@ -1,0 +1,199 @@
+"""Keeping a deadline: what a step takes is learned, and the tree grows no larger than fits."""
+
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+import numpy as np
+
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.problem import Answer
+from trackweave.association.tree import AssociationTree
+from trackweave.solvers.protocol import Stop
+
+__all__ = ["Pace", "Pacer"]
+
+AIM = 0.87
+"""The part of a deadline that is planned with; the rest is for what nobody foresees."""
+REMEMBERED, GUESSES = 15, 3
+"""Steps of which times are remembered, and guesses that stand for as many at first."""
+SEARCH = 0.5
+"""The part of what a search usually takes that a tree is planned with: it can be told to stop."""
+BASE = 1_000
+"""What a step does for its tracks and reports takes as long as so many sequences."""
+FEWEST = 3
+"""A tree is planned with no fewer sequences for each beginning, however short the deadline:
+without them tracks would be lost, and little time gained."""
+SLOW = 1e-6
+"""What a part takes per sequence before anything was measured [s]."""
+
+
+class _Rate:
+    """How long a part of a step takes per sequence [s], as in the last steps."""
+
+    def __init__(self, guess: float = SLOW) -> None:
+        # Guesses at first, so that a single step tells little: the first may load kernels.
+        self._last = deque([guess] * GUESSES, maxlen=REMEMBERED)
+        self.usual = guess
+        self.most = guess
+
+    def learn(self, seconds: float, n_sequences: int) -> None:
+        """Take in how long it took for so many sequences."""
+        self._last.append(seconds / (n_sequences + BASE))
+        ordered = sorted(self._last)
+        # The median and nearly the longest, which no single step can move far.
+        self.usual = ordered[len(ordered) // 2]
+        self.most = ordered[-2]
+
+    def time(self, n_sequences: int) -> float:
+        """Return how long it takes at most for so many sequences [s]."""
+        return self.most * (n_sequences + BASE)
+
+
+@dataclass(slots=True)
+class Pacer:
+    """What the parts of a tracker's steps take: growth, search, what follows, and a late stop."""
+
+    growth: _Rate = field(default_factory=_Rate)
+    search: _Rate = field(default_factory=_Rate)
+    rest: _Rate = field(default_factory=_Rate)
+    overrun: _Rate = field(default_factory=lambda: _Rate(SLOW / 10.0))
+
+    def start(self, deadline: float | None, stop: Stop | None) -> "Pace":
+        """Return a step that begins now.
+
+        Parameters
+        ----------
+        deadline
+            Seconds that it may take; None for any.
+        stop
+            What else may end its search; None for nothing.
+
+        Returns
+        -------
+        The step.
+        """
+        now = perf_counter()
+        end = np.inf if deadline is None else now + AIM * deadline
+        return Pace(self, end, stop, last=now)
+
+
+@dataclass(slots=True)
+class Pace:
+    """One step against the clock.
+
+    Parameters
+    ----------
+    pacer
+        What is known of such steps, which learns from this one.
+    end
+        When the step is to be over, by the clock of ``perf_counter`` [s].
+    stop
+        What else may end the search.
+    last
+        When the last part of it was over [s].
+    """
+
+    pacer: Pacer
+    end: float
+    stop: Stop | None
+    last: float
+    stopped: float | None = None
+    """When the search was first told to stop [s]; None while it was not."""
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether the step has a deadline."""
+        return bool(np.isfinite(self.end))
+
+    @contextmanager
+    def growth(
+        self, tree: AssociationTree, usual: GrowthLimits, n_reports: int, n_scans: int = 1
+    ) -> Iterator[None]:
+        """Let a tree grow no larger than the clock allows, and take in how long it took.
+
+        Parameters
+        ----------
+        tree
+            The sequences, before they grow.
+        usual
+            What bounds them without a deadline.
+        n_reports
+            How many reports there are to begin with.
+        n_scans
+            By how many scans they grow.
+
+        Yields
+        ------
+        Nothing.
+        """
+        self._lap()
+        n_before, n_scans = tree.n_nodes, max(1, n_scans)
+        tree.limit(self._limits(usual, n_before, tree.n_families + n_reports, n_scans))
+        yield
+        self.pacer.growth.learn(self._lap() / n_scans, n_before + tree.n_nodes)
+
+    def _limits(
+        self, usual: GrowthLimits, n_before: int, n_beginnings: int, n_scans: int
+    ) -> GrowthLimits:
+        """Return the usual limits, with fewer sequences where the clock allows no more."""
+        if not self.is_timed:
+            return usual
+        pacer = self.pacer
+        growth = n_scans * pacer.growth.usual
+        each = growth + SEARCH * pacer.search.usual + pacer.overrun.usual + pacer.rest.most
+        left = self.end - self.last - growth * (n_before + BASE)
+        fits = int(max(FEWEST * n_beginnings, left / each - BASE, 1))
+        return replace(usual, max_nodes=min(usual.max_nodes, fits))
+
+    def n_given_way(self, tree: AssociationTree, usual: GrowthLimits) -> int:
+        """Return how many sequences the clock allowed no time for."""
+        return tree.n_given_way if tree.limits.max_nodes < usual.max_nodes else 0
+
+    def gap_of(self, answer: Answer) -> float | None:
+        """Return the gap that a search left open because it had to stop; None without a clock."""
+        if not self.is_timed:
+            return None
+        return answer.certificate.gap if answer.stop_reason == "stopped" else 0.0
+
+    def alarm(self, n_sequences: int) -> Stop | None:
+        """Return what tells a search among so many sequences to stop; None for nothing."""
+        if not self.is_timed:
+            return self.stop
+        pacer = self.pacer
+        last = self.end - pacer.rest.time(n_sequences) - pacer.overrun.time(n_sequences)
+
+        def is_due() -> bool:
+            now = perf_counter()
+            due = now >= last or (self.stop is not None and self.stop())
+            if due and self.stopped is None:
+                self.stopped = max(last, self.last)
+            return due
+
+        return is_due
+
+    def searched(self, n_sequences: int) -> None:
+        """Take in that the search is over."""
+        took = self._lap()
+        pacer = self.pacer
+        if self.stopped is None:
+            pacer.search.learn(took, n_sequences)
+            return
+        overrun = self.last - self.stopped
+        if overrun < took:
+            # Told to stop before it began, it takes the least time that there is.
+            pacer.overrun.learn(overrun, n_sequences)
+        # It would have taken longer; how much nobody knows.
+        usual = pacer.search.usual * (n_sequences + BASE)
+        pacer.search.learn(max(took, usual), n_sequences)
+
+    def done(self, n_sequences: int) -> None:
+        """Take in that the step is over."""
+        self.pacer.rest.learn(self._lap(), n_sequences)
+
+    def _lap(self) -> float:
+        """Return the seconds since the last part was over, and begin the next."""
+        before, self.last = self.last, perf_counter()
+        return self.last - before
