@@ -56,6 +56,7 @@ class AssociationTree:
         self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
         self.general: State | None = None
         """Room for states that are not plain; None as long as all are."""
+        self._room = 256
         self.is_crowded = False
         """Whether sequences could not look at all reports in their gates at the last scan."""
         self.n_given_way = 0
@@ -318,7 +319,8 @@ class AssociationTree:
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         n = self.n_nodes
         missed = Misses(np.empty(n), np.empty(n), np.empty(n))
-        room, general = 2 * n + 64, self.general_for(scan)
+        # What was proposed last tells best how much will be now; too little costs a second go.
+        room, general = max(self._room, n + 64), self.general_for(scan)
         is_new = self.track[self.nodes.family[:n]] < 0
         crowding = crowding_of(self.nodes, n, is_new, self.limits)
         if scan.measurement.shape[0] > crowding.looks:
@@ -330,12 +332,13 @@ class AssociationTree:
             )
             count = propose(self.nodes, n, scan, self.rule, candidates, missed, crowding, general)
             if count <= room:
+                self._room = count + count // 4
                 self.n_pruned += int(crowding.left_out.sum())
                 self.is_crowded = bool(crowding.left_out[0] > 0)
                 return Candidates(
                     candidates.node[:count], candidates.report[:count], candidates.cost[:count]
                 ), missed
-            room = count
+            room = count + count // 4
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]
