@@ -238,7 +238,9 @@ def average_states(
             mean_out[family, :] = math.nan
             covariance_out[family, :, :] = math.nan
         else:
-            covariance_out[family, :, :] /= kept[family]
+            for row in range(size):
+                for column in range(size):
+                    covariance_out[family, row, column] /= kept[family]
 
 
 @jit

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._crowding import Crowding, admit, nearest_of
 from trackweave.association._gating import (
@@ -315,8 +316,8 @@ def _spread_over_modes(nodes: Nodes, node: int, share: FloatArray) -> None:
     for mode in range(share.shape[0]):
         nodes.weight[node, mode] = share[mode]
         if mode > 0:
-            nodes.mean[node, mode] = nodes.mean[node, 0]
-            nodes.covariance[node, mode] = nodes.covariance[node, 0]
+            overwrite(nodes.mean[node, mode], nodes.mean[node, 0])
+            overwrite_rows(nodes.covariance[node, mode], nodes.covariance[node, 0])
 
 
 @jit
@@ -352,7 +353,7 @@ def append_roots(
         nodes.former[node] = -1
         nodes.mean[node] = 0.0
         nodes.covariance[node] = 0.0
-        nodes.weight[node] = motion.share
+        overwrite(nodes.weight[node], motion.share)
         if scan.is_located:
             nodes.cost[node] = (
                 scan.log_clutter - math.log(scan.detection_probability) - log_density[index]

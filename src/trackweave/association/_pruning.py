@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from trackweave._loops import kth_least
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Nodes
 from trackweave.jit import jit
@@ -45,7 +46,7 @@ def rank_bounds(
             best = min(best, value)
         bound[index] = min(best + margin[index], ceiling[index])
         if own.shape[0] > keep[index]:
-            bound[index] = min(bound[index], np.partition(own, keep[index] - 1)[keep[index] - 1])
+            bound[index] = min(bound[index], kth_least(own, keep[index] - 1))
     return bound
 
 

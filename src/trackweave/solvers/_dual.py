@@ -12,7 +12,6 @@ from trackweave._loops import ascending, overwrite, total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
-from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers._kernels import (
     Component,
     improve,
@@ -29,14 +28,6 @@ NARROWING = 20
 """Bounds between two looks at which sequences they leave open."""
 LIKELY = 0.1
 """Answers are improved by sequences whose excess is at most this part of the gap."""
-
-
-class DualBudget(NamedTuple):
-    """How long to raise the bound and to enumerate what it leaves open, per component."""
-
-    iterations: int
-    visits: int
-    tolerance: float
 
 
 class Ascent(NamedTuple):
@@ -192,13 +183,13 @@ def solve_components(
     taken: IntArray,
     cost: FloatArray,
     lower: FloatArray,
-    budget: DualBudget,
+    iterations: int,
+    tolerance: float,
 ) -> int:
-    """Bound and answer the components first … last − 1.
+    """Bound and answer the components first … last − 1, each by so many bounds at most.
 
     ``price`` is per item of the partition, ``taken`` per family (a node number within the
-    component, or -1), ``cost`` and ``lower`` per component. Returns how many bounds it computed
-    and steps of the enumeration it took.
+    component, or -1), ``cost`` and ``lower`` per component. Returns how many bounds it computed.
     """
     evaluations = 0
     for index in range(first, last):
@@ -210,7 +201,7 @@ def solve_components(
             evaluations += 1
             continue
         ascent = begin_ascent(own_price, cost[index], lower[index])
-        n, tolerance = budget.iterations, budget.tolerance
+        n = iterations
         over = ascend(component, own_price, selection, ascent, NARROWING, n, tolerance)
         left = whole(component, selection)
         while not over:
@@ -218,13 +209,6 @@ def solve_components(
             over = ascend(left.component, own_price, left.taken, ascent, NARROWING, n, tolerance)
         upper, bound = ascent.value[0], ascent.value[1]
         evaluations += ascent.iteration[0]
-        if upper - bound > tolerance and budget.visits > 0:
-            upper, complete, tried = enumerate_open(
-                left.component, own_price, left.taken, upper, budget.visits
-            )
-            evaluations += tried
-            if complete:
-                bound = upper
         write_taken(left, selection)
         cost[index], lower[index] = upper, min(bound, upper)
     return evaluations

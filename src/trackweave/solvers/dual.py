@@ -8,7 +8,6 @@ from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers._dual import (
     NARROWING,
-    DualBudget,
     ascend,
     begin_ascent,
     solve_components,
@@ -185,12 +184,16 @@ class Dual:
                 done, stopped = self._bound_large(components, first, stop)
                 evaluations += done
             else:
-                effort = (1, 0) if stopped else (min(QUICK, self.iterations), self.visits)
+                effort = 1 if stopped else min(QUICK, self.iterations)
                 evaluations += solve_components(
                     components.parts, first, last, components.price, components.taken,
-                    components.cost, components.lower, DualBudget(*effort, TOLERANCE),
+                    components.cost, components.lower, effort, TOLERANCE,
                 )  # fmt: skip
             first = last
+        if self.visits and not stopped:
+            # Most windows leave nothing open, and do not even compile what searches it.
+            more, stopped = self._enumerate(components, stop)
+            evaluations += more
         return evaluations, stopped
 
     def _bound_large(self, components: Components, index: int, stop: Stop) -> tuple[int, bool]:
@@ -212,12 +215,6 @@ class Dual:
             stopped = stop()
         upper, lower = float(ascent.value[0]), float(ascent.value[1])
         evaluations = int(ascent.iteration[0])
-        if upper - lower > TOLERANCE and self.visits > 0 and not stopped:
-            upper, complete, tried = enumerate_open(
-                left.component, price, left.taken, upper, self.visits
-            )  # fmt: skip
-            evaluations += tried
-            lower = upper if complete else lower
         write_taken(left, selection)
         components.cost[index], components.lower[index] = upper, min(lower, upper)
         return evaluations, stopped
