@@ -10,6 +10,7 @@ import argparse
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,16 @@ from text_tables import command, heading, table
 
 HERE = Path(__file__).resolve().parent
 PEERS = {"JPDA": "JPDA-EHM2", "GNN": "GNN"}
+
+
+def settings(depths: list[int]) -> dict[str, dict[str, Any]]:
+    """Return what is changed of the configuration in each of our rows."""
+    changes: dict[str, dict[str, Any]] = {
+        f"trackweave, window {depth}": {"window": {"depth": depth}} for depth in depths
+    }
+    narrow = tomllib.loads((HERE / "narrow.toml").read_text(encoding="utf-8"))
+    deepest = {"window": {"depth": max(depths)}}
+    return {**changes, f"trackweave, window {max(depths)}, narrow growth": deepest | narrow}
 
 
 def main() -> None:
@@ -38,12 +49,11 @@ def main() -> None:
             scene = bench.scene(targets, 1, repeat)
             for name, result in peers_on(arguments, targets, repeat).items():
                 found.setdefault(name, []).append(result)
-            for depth in arguments.depths:
-                changes = {"window": {"depth": depth}}
+            for label, changes in settings(arguments.depths).items():
                 result = tracked(scene, CONFIGURATION, priors=True, changes=changes)
                 cpu = result.run["timing"]["cpu_ms"] / scene.n_scans
                 judged = {**bench.score(scene, rows_of(result)), "cpu_ms": cpu}
-                found.setdefault(f"trackweave, window {depth}", []).append(judged)
+                found.setdefault(label, []).append(judged)
         if not all(name in found for name in PEERS.values()):
             print("Skipped: needs stonesoup and pyehm (pip install stonesoup pyehm).")
             return

@@ -77,7 +77,8 @@ class Hypothesis:
     late
         Numbers of the scan's reports if it came too late to be used.
     certificate
-        Cost of the window's part, its lower bound and gap over the sequences of the tree.
+        Cost of the window's part, its lower bound and gap over the sequences of the tree; of
+        what no scan concerns for a while as of when it was last looked at.
     evaluations
         Answers that the search tried.
     stop_reason
