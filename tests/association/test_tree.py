@@ -145,9 +145,26 @@ def test_obeys_its_cap(cap):
     assert window.tree().n_nodes > 100
     limits = GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, cap)
     tree = window.tree(limits)
-    n_beginnings = tree.n_families
-    assert tree.n_nodes <= max(cap, n_beginnings)
+    # Of each track known beforehand one sequence stays all the same.
+    n_needed = tree.n_families + 2 * 6
+    assert tree.n_nodes <= max(cap, n_needed)
     assert tree.n_pruned > 0
+    assert tree.n_given_way == 0
+
+
+def test_counts_what_gives_way_to_a_cap_for_now_alone():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    gone = {}
+    for most in (60, 59):
+        tree = AssociationTree(window.rule, GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, 60))
+        tree.add_tracks(window.beginning())
+        tree.limit(most)
+        grow(tree, window, window.inputs()[0])
+        gone[most] = tree.n_given_way
+        assert tree.n_pruned > 10
+    assert gone[60] == 0
+    # At most one more in each scan, and what grew on it.
+    assert 0 < gone[59] <= 6
 
 
 def test_the_worst_sequences_give_way_under_a_cap():
@@ -155,6 +172,17 @@ def test_the_worst_sequences_give_way_under_a_cap():
     best = window.tree().totals().min()
     capped = window.tree(GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, 60))
     assert capped.totals().min() == pytest.approx(best, abs=3.0)
+
+
+def test_what_is_believed_stays_under_the_least_cap():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    best = {}
+    for cap in (1, 10**9):
+        tree = window.tree(GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, cap))
+        own, totals = tree.nodes.family[: tree.n_nodes], tree.totals()
+        known = np.flatnonzero(tree.track >= 0)
+        best[cap] = [totals[own == family].min() for family in known]
+    assert best[1] == pytest.approx(best[10**9], abs=0.5)
 
 
 def test_grows_beyond_its_first_room():

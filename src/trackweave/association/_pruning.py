@@ -86,6 +86,19 @@ def behind_best(group: IntArray, rank: FloatArray, is_new: np.ndarray) -> FloatA
 
 
 @jit
+def spare_best(family: IntArray, rank: FloatArray, spared: np.ndarray, behind: FloatArray) -> None:
+    """Let the best of each spared family lie behind nothing, in place."""
+    best = np.full(spared.shape[0], -1)
+    for entry in range(family.shape[0]):
+        own = family[entry]
+        if spared[own] and (best[own] < 0 or rank[entry] < rank[best[own]]):
+            best[own] = entry
+    for entry in best:
+        if entry >= 0:
+            behind[entry] = -math.inf
+
+
+@jit
 def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
     """Mark every ancestor of a marked node."""
     for node in range(n_nodes - 1, -1, -1):

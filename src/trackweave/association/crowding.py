@@ -55,15 +55,13 @@ def crowding_of(
     )  # fmt: skip
 
 
-def room_in(limits: GrowthLimits, n_new: int, *, is_crowded: bool) -> int:
-    """Return how many sequences may stay beside those that begin with a scan.
+def room_in(limits: GrowthLimits, *, is_crowded: bool) -> int:
+    """Return how many sequences there may be.
 
     Parameters
     ----------
     limits
         What bounds them.
-    n_new
-        How many begin.
     is_crowded
         Whether some could not look at all reports in their gates.
 
@@ -71,11 +69,11 @@ def room_in(limits: GrowthLimits, n_new: int, *, is_crowded: bool) -> int:
     -------
     How many.
     """
-    return max(0, limits.max_nodes // (SHARE_IN_CROWDS if is_crowded else 1) - n_new)
+    return limits.max_nodes // (SHARE_IN_CROWDS if is_crowded else 1)
 
 
 def give_way(kept: NDArray[np.bool_], parent: IntArray, behind: FloatArray, room: int) -> int:
-    """Keep only the most probable sequences, and all beginnings, in place.
+    """Keep only the most probable sequences, and all that have to stay, in place.
 
     Parameters
     ----------
@@ -84,7 +82,7 @@ def give_way(kept: NDArray[np.bool_], parent: IntArray, behind: FloatArray, room
     parent
         Each one's parent, -1 for none.
     behind
-        How far each lies behind the best of its group [nats], minus infinity for a beginning.
+        How far each lies behind the best of its group [nats], minus infinity if it has to stay.
     room
         How many may stay.
 

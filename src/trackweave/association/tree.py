@@ -31,6 +31,7 @@ from trackweave.association._pruning import (
     keep_below,
     part_ties,
     rank_bounds,
+    spare_best,
 )
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
@@ -51,6 +52,8 @@ class AssociationTree:
         self.dim = rule.motion.dim
         self.rule = rule
         self.limits = limits
+        self.most = limits.max_nodes
+        """The greatest number of sequences for now, at most that of the limits."""
         self.n_nodes = 0
         self.nodes = allocate(256, *n_modes_and_size(rule.motion))
         self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
@@ -60,13 +63,13 @@ class AssociationTree:
         self.is_crowded = False
         """Whether sequences could not look at all reports in their gates at the last scan."""
         self.n_given_way = 0
-        """Sequences that gave way to the greatest number of sequences since that was set."""
+        """Sequences that the limits let stay, but not ``most`` since that was set."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
-    def limit(self, limits: GrowthLimits) -> None:
-        """Set what bounds growth from now on, and count from 0 what gives way to it."""
-        self.limits, self.n_given_way = limits, 0
+    def limit(self, most: int) -> None:
+        """Set the greatest number of sequences from now on, and count from 0 what gives way."""
+        self.most, self.n_given_way = min(most, self.limits.max_nodes), 0
 
     @property
     def n_families(self) -> int:
@@ -140,11 +143,14 @@ class AssociationTree:
         # Beginnings, of excess minus infinity, stay whatever the cap.
         kept = excess <= 0.0
         keep_ancestors(parent, parent.shape[0], kept)
-        most = room_in(self.limits, n_new, is_crowded=self.is_crowded)
-        if np.count_nonzero(kept) > most:
+        n_kept, usual = int(np.count_nonzero(kept)), self._room_beside(n_new)
+        most = min(usual, max(0, self.most - n_new))
+        if n_kept > most:
             behind = behind_best(group, rank, is_new)
             behind[np.isneginf(excess)] = -np.inf
-            self.n_given_way += give_way(kept, parent, behind, most)
+            spare_best(self._family_of(candidates), rank, self._believed(), behind)
+            n_gone = give_way(kept, parent, behind, most)
+            self.n_given_way += max(0, n_gone - max(0, n_kept - usual))
         chosen = np.flatnonzero(kept[n_old:])
         stopped = np.isfinite(missed.tail) & (alive > bound[:n_old])
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
@@ -156,9 +162,8 @@ class AssociationTree:
         append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
         self.n_nodes += chosen.shape[0]
         self._append_roots(scan, log_density)
-        keep = np.ones(self.n_nodes, dtype=np.bool_)
-        keep[:n_old] = kept[:n_old]
-        self._compact(keep)
+        begun = np.ones(self.n_nodes - n_old, dtype=np.bool_)
+        self._compact(np.concatenate([kept[:n_old], begun]))
 
     def totals(self) -> FloatArray:
         """Return what each sequence costs if the object has no further report [nats]."""
@@ -288,12 +293,28 @@ class AssociationTree:
         self.add_families(families)
         return span
 
+    def _room_beside(self, n_new: int) -> int:
+        """Return how many sequences the limits let stay beside so many beginnings."""
+        return max(0, room_in(self.limits, is_crowded=self.is_crowded) - n_new)
+
+    def _family_of(self, candidates: Candidates) -> IntArray:
+        """Return the family of each sequence, then of each candidate."""
+        family = self.nodes.family[: self.n_nodes]
+        return np.concatenate([family, family[candidates.node]])
+
+    def _believed(self) -> NDArray[np.bool_]:
+        """Tell which families are of tracks: from before the window, or in the last answer."""
+        believed = self.track >= 0
+        n = self.n_nodes
+        believed[self.nodes.family[:n][self.nodes.chosen[:n] == 1]] = True
+        return believed
+
     def _groups(self, candidates: Candidates) -> IntArray:
         """Return for each sequence, then each candidate, among which it has to hold its own."""
         # An object seen by its bearing alone is somewhere else with each second report: below
         # a line, what each of them begins is as good as an object of its own.
         nodes, n = self.nodes, self.n_nodes
-        family = np.concatenate([nodes.family[:n], nodes.family[candidates.node]])
+        family = self._family_of(candidates)
         if self.general is None or not np.any(nodes.is_line[:n]):
             return family
         parent = np.concatenate([nodes.parent[:n], candidates.node])
@@ -303,13 +324,11 @@ class AssociationTree:
         self, candidates: Candidates, group: IntArray, rank: FloatArray
     ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
         """Return the worst rank that each group keeps, how many sequences, and if it is new."""
-        limits, nodes, n = self.limits, self.nodes, self.n_nodes
-        family = np.arange(self.n_families)
+        limits, family = self.limits, np.arange(self.n_families)
         if group.max(initial=-1) >= self.n_families:
-            every = np.concatenate([nodes.family[:n], nodes.family[candidates.node]])
             family = np.zeros(group.max() + 1, dtype=np.int64)
             family[: self.n_families] = np.arange(self.n_families)
-            family[group] = every
+            family[group] = self._family_of(candidates)
         is_new = self.track[family] < 0
         keep = np.where(is_new, limits.new_keep, limits.keep)
         margin = np.where(is_new, limits.new_margin, limits.margin)

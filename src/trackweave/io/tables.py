@@ -6,7 +6,7 @@ import zlib
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import polars as pl
@@ -21,7 +21,10 @@ OnBadRow: TypeAlias = Literal["fail", "skip"]
 if TYPE_CHECKING:
     from narwhals.typing import IntoDataFrame
 
-TableSource: TypeAlias = "str | os.PathLike[str] | IntoDataFrame"
+    TableSource: TypeAlias = str | os.PathLike[str] | IntoDataFrame
+else:
+    # Narwhals is imported when a table of another library comes.
+    TableSource = str | os.PathLike[str] | Any
 
 ENDINGS = (".csv", ".csv.gz", ".parquet")
 

@@ -238,7 +238,8 @@ class Resumable(ABC):
         state
             Where the search stands; it is left as it is.
         evaluations
-            How many further answers to try at most; None for as many as the search takes.
+            How many further answers to try at most, and what completes a move of tabu search;
+            None for as many as the search takes.
         stop
             Asked every few milliseconds whether to stop.
 

@@ -238,7 +238,7 @@ class MultiScanTracker:
             stop_reason=answer.stop_reason,
             n_sequences=tree.n_nodes + self._dormant.n_nodes,
             n_pruned=max(0, tree.n_pruned - pruned),
-            n_pruned_by_deadline=pace.n_given_way(tree, self._limits),
+            n_pruned_by_deadline=tree.n_given_way,
             is_crowded=tree.is_crowded,
             deadline_gap=pace.gap_of(answer),
         )

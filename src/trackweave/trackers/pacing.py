@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
@@ -131,26 +131,21 @@ class Pace:
         """
         self._lap()
         n_before, n_scans = tree.n_nodes, max(1, n_scans)
-        tree.limit(self._limits(usual, n_before, tree.n_families + n_reports, n_scans))
+        tree.limit(self._room(usual, n_before, tree.n_families + n_reports, n_scans))
         yield
         self.pacer.growth.learn(self._lap() / n_scans, n_before + tree.n_nodes)
 
-    def _limits(
-        self, usual: GrowthLimits, n_before: int, n_beginnings: int, n_scans: int
-    ) -> GrowthLimits:
-        """Return the usual limits, with fewer sequences where the clock allows no more."""
+    def _room(self, usual: GrowthLimits, n_before: int, n_beginnings: int, n_scans: int) -> int:
+        """Return how many sequences there may be: fewer where the clock allows no more."""
         if not self.is_timed:
-            return usual
+            return usual.max_nodes
         pacer = self.pacer
         growth = n_scans * pacer.growth.usual
         each = growth + SEARCH * pacer.search.usual + pacer.overrun.usual + pacer.rest.most
         left = self.end - self.last - growth * (n_before + BASE)
-        fits = int(max(FEWEST * n_beginnings, left / each - BASE, 1))
-        return replace(usual, max_nodes=min(usual.max_nodes, fits))
-
-    def n_given_way(self, tree: AssociationTree, usual: GrowthLimits) -> int:
-        """Return how many sequences the clock allowed no time for."""
-        return tree.n_given_way if tree.limits.max_nodes < usual.max_nodes else 0
+        fits = max(FEWEST * n_beginnings, left / each - BASE, 1)
+        # The lesser first: a deadline of ages is no whole number.
+        return int(min(usual.max_nodes, fits))
 
     def gap_of(self, answer: Answer) -> float | None:
         """Return the gap that a search left open because it had to stop; None without a clock."""
@@ -169,7 +164,8 @@ class Pace:
             now = perf_counter()
             due = now >= last or (self.stop is not None and self.stop())
             if due and self.stopped is None:
-                self.stopped = max(last, self.last)
+                # Whichever came first: the clock, or what else may end the search.
+                self.stopped = max(min(last, now), self.last)
             return due
 
         return is_due

@@ -46,7 +46,7 @@ class Islands(Resumable):
         whole generations, cycles or temperatures.
     neighbours
         To how many islands after it each sends its best answer: 1 for a ring, all the others at
-        most; 0 for islands that know nothing of each other.
+        most; 0 for islands that know nothing of each other. One island has nobody to send to.
     epochs
         The greatest number of epochs per component, at least 1.
     patience
@@ -88,7 +88,11 @@ class Islands(Resumable):
                 "a whole number ≥ 1, or None",
             ),
             (not self.epoch >= 1, "epoch", "a whole number ≥ 1"),
-            (not 0 <= self.neighbours < self.islands, "neighbours", "fewer than islands"),
+            (
+                not 0 <= self.neighbours < max(2, self.islands),
+                "neighbours",
+                "fewer than islands",
+            ),
             (not self.epochs >= 1, "epochs", "a whole number ≥ 1"),
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
         ]
@@ -132,7 +136,7 @@ class Islands(Resumable):
         search = replace(search, islands=tuple(islands), at_rest=False)
         if all(island.is_through(view, chunks) for island in islands):
             # An epoch that is complete counts, whether or not a stop came at its very end.
-            return search.migrated(view, self.neighbours), False
+            return search.migrated(view, min(self.neighbours, self.islands - 1)), False
         return search, was_stopped
 
     def _why_over(self, search: Archipelago) -> str:

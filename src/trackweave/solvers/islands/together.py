@@ -1,7 +1,7 @@
 """Tasks on threads, which a stop reaches wherever they are."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from threading import Event
 from typing import TypeVar
 
@@ -45,11 +45,18 @@ def run_together(
     with ThreadPoolExecutor(n_threads) as pool:
         try:
             running = [pool.submit(task, halt.is_set) for task in tasks]
-            while wait(running, None if stop is None else LOOK).not_done and not halt.is_set():
-                if stop is not None and stop():
+            look = None if stop is None else LOOK
+            while wait(running, look, FIRST_EXCEPTION).not_done and not halt.is_set():
+                # With nothing to ask, only a failure wakes before all are done.
+                if stop is None or stop() or _has_failed(running):
                     halt.set()
         except BaseException:
             # Not to wait for the end of all tasks when the stop fails, or the user breaks off.
             halt.set()
             raise
     return [task.result() for task in running], halt.is_set()
+
+
+def _has_failed(running: Sequence[Future[Result]]) -> bool:
+    """Tell whether a task ended by an error."""
+    return any(task.done() and task.exception() is not None for task in running)
