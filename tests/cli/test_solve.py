@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -195,21 +196,16 @@ def test_the_clock_runs_from_the_start_of_solving(
     assert values["time_s"] == 3.0
 
 
-@pytest.mark.parametrize(("kept", "quiet", "said"), [(0, 0, 1), (1, 0, 0), (0, 1, 0)])
-def test_says_once_that_it_compiles(
-    kept: int, quiet: int, said: int, run: Run, problem: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("seconds", "quiet", "said"), [(0.2, 0, 1), (0.0, 0, 0), (0.2, 1, 0)])
+def test_says_that_it_compiles_where_that_takes_long(
+    seconds: float, quiet: int, said: int, run: Run, problem: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("trackweave.cli.solve._kernels_are_kept", lambda: bool(kept))
+    silence = 0.05 if seconds else 60.0
+    monkeypatch.setattr("trackweave.cli.edge.SILENCE", silence)
+    monkeypatch.setattr("trackweave.cli.solve.warm_up", lambda solver, rng: time.sleep(seconds))
     done = run("solve", problem, *(["--quiet"] if quiet else []))
     assert done.exit_code == 0, done.stderr
     assert done.stderr.count("compiling kernels, once") == said
-
-
-def test_kernels_are_kept_after_a_run(run: Run, problem: Path) -> None:
-    from trackweave.cli.solve import _kernels_are_kept
-
-    run("solve", problem)
-    assert _kernels_are_kept()
 
 
 @pytest.mark.parametrize(

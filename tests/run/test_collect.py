@@ -29,13 +29,29 @@ def test_scans_that_end_together_give_one_row_per_track() -> None:
 
 @pytest.mark.parametrize(
     ("period", "times"),
-    [(None, [0.0, 0.1, 0.2, 0.3, 0.4]), (0.2, [0.0, 0.2, 0.4]), (0.25, [0.0, 0.3]), (9.0, [0.0])],
+    [
+        (None, [0.0, 0.1, 0.2, 0.3, 0.4]),
+        (0.2, [0.0, 0.2, 0.4]),
+        (0.25, [0.0, 0.3, 0.4]),
+        (9.0, [0.0, 0.4]),
+    ],
 )
 def test_a_period_thins_the_rows(period: float | None, times: list[float]) -> None:
     collected = Rows(period)
     for step in range(5):
         collected.add(rows(step * 0.1, 1), step * 0.1)
     assert collected.table(2).time.tolist() == pytest.approx(times)
+
+
+@pytest.mark.parametrize("period", [None, 0.25, 9.0])
+def test_asks_for_the_rows_that_it_writes(period: float | None) -> None:
+    collected, asked = Rows(period), []
+    for step in range(5):
+        wanted = collected.wants(step * 0.1, None if step == 4 else (step + 1) * 0.1)
+        asked += [step * 0.1] * wanted
+        collected.add(rows(step * 0.1, int(wanted)), step * 0.1)
+    assert collected.table(2).time.tolist() == asked
+    assert asked[-1] == pytest.approx(0.4)
 
 
 def test_a_run_without_tracks_has_an_empty_table() -> None:

@@ -154,6 +154,15 @@ def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> Non
     assert not any("turn" in note for note in with_scans.run["notes"])
 
 
+@pytest.mark.parametrize(("period", "said"), [(0.4, 1), (1.0, 0)])
+def test_says_that_most_scans_are_missing(period: float, said: int) -> None:
+    config = {**CONFIG, "sensors": {"default": {**CONFIG["sensors"]["default"]}}}
+    config["sensors"]["default"]["scan_period"] = period
+    notes = [n for n in tracked(pl.DataFrame(columns()), config).run["notes"] if "every" in n]
+    assert len(notes) == said
+    assert all("come every 1 s, although its scan period is 0.4 s" in note for note in notes)
+
+
 def test_turns_that_show_are_scans() -> None:
     run = tracked(pl.DataFrame(rotating()), {**CONFIG, "sensors": {}}).run
     assert run["configuration"]["sensors"]["default"]["rotation"] == "counter-clockwise"

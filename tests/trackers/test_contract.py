@@ -60,6 +60,21 @@ def test_every_report_is_accounted_for_once_and_rows_are_sound(make, names, seed
     assert np.count_nonzero(hypotheses[-1].tracks.status != TENTATIVE) >= 3
 
 
+def test_leaves_out_tracks_where_they_are_not_asked_for(make):
+    given = scene(5)
+    shown, silent = make(), make()
+    assert len(silent.tracks()) == 0
+    for each in given:
+        (mine,), (other,) = run(shown, [each]), run(silent, [each], tracks=False)
+        assert len(other.tracks) == 0
+        assert other.n_tracks == len(mine.tracks) == len(silent.tracks())
+        for name in ("track", "mean", "status", "time"):
+            np.testing.assert_array_equal(
+                getattr(silent.tracks(), name), getattr(mine.tracks, name)
+            )
+    assert other.n_tracks >= 3
+
+
 def test_the_same_seed_gives_the_same_hypotheses(make):
     scans = scene(3)
     first, second = (run(make(), scans) for _ in range(2))

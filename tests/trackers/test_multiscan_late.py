@@ -5,6 +5,8 @@ import pytest
 
 from oracles.scenes import WIDE, all_assignments, groups, run, scan, scene, sensor, tracker
 from trackweave.domain.scans import Scan
+from trackweave.models.coverage import FieldOfView
+from trackweave.trackers.window import Window
 
 
 def late_and_in_time(scans, moved, by, sensors, window):
@@ -85,3 +87,21 @@ def test_a_scan_too_late_is_counted_and_changes_nothing():
     second += run(other, scans[9:])
     assert all_assignments(one, first) == all_assignments(other, second)
     assert 900 not in all_assignments(other, second)
+
+
+def test_late_scans_forget_no_misses_however_long_ago():
+    """A track that its only sensor missed thrice, which then falls silent."""
+    views = [FieldOfView((east, 0.0), max_range=1_000.0) for east in (0.0, 50_000.0)]
+    pair = [sensor(name, field_of_view=view) for name, view in zip("ab", views, strict=True)]
+    target, rng = tracker(*pair, window=Window(2, 6)), np.random.default_rng(0)
+    for second in range(26):
+        if second < 8:
+            seen = [(100.0 + second, 200.0)] if second < 5 else []
+            target.step(scan(float(second), seen, "a"), rng=rng)
+        before = target.step(scan(second + 0.25, [], "b"), rng=rng)
+    assert before.tracks.track.shape == (1,)
+    for time in (25.1, 25.2, 25.15):
+        after = target.step(scan(time, [], "b"), rng=rng)
+        assert not after.late
+        assert after.tracks.score == pytest.approx(before.tracks.score, abs=1e-2)
+        assert after.certificate.cost == pytest.approx(before.certificate.cost, abs=1e-2)

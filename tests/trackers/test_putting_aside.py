@@ -124,24 +124,18 @@ def test_says_what_gap_was_left_open(monkeypatch):
     _, greedy = tracked(monkeypatch, ALL_ASIDE, given, search=Greedy())
     _, best = tracked(monkeypatch, NOTHING_ASIDE, given, search=Exact())
     assert any(one.certificate.gap > 1e-3 for one in greedy)
-    for one, other in zip(greedy[:4], best[:4], strict=True):
+    for one, other in zip(greedy, best, strict=True):
         assert one.certificate.lower_bound <= other.certificate.cost + 1e-6
         assert one.certificate.lower_bound <= one.certificate.cost + 1e-9
 
 
-def test_leaves_out_tracks_where_they_are_not_asked_for(monkeypatch):
+def test_tells_the_tracks_of_what_is_put_aside(monkeypatch):
     monkeypatch.setattr(dormant, "LITTLE", ALL_ASIDE)
     given = scans(5)
     shown, silent = tracker(*quarters()), tracker(*quarters())
     mine, theirs = run(shown, given), run(silent, given, tracks=False)
-    assert [len(one.tracks) for one in theirs] == [0] * len(given)
     assert [one.n_tracks for one in theirs] == [len(one.tracks) for one in mine]
     np.testing.assert_array_equal(silent.tracks().mean, mine[-1].tracks.mean)
-    assert silent.tracks().track.tolist() == mine[-1].tracks.track.tolist()
-
-
-def test_before_the_first_scan_there_are_no_tracks():
-    assert len(tracker().tracks()) == 0
 
 
 def test_rows_put_aside_are_used_again(monkeypatch):

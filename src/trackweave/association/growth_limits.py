@@ -27,8 +27,8 @@ class GrowthLimits:
     new_ceiling
         How far above the price of its first report such a sequence's rank may lie [nats].
     max_nodes
-        Greatest number of sequences in all; the worst ranked give way, never a beginning or the
-        best sequence of a track.
+        Greatest number of sequences looked at together; the worst ranked give way, never a
+        beginning or the best sequence of a track. What no scan concerns is not among them.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import DEBUG, Voice, last_resort, show_json, with_status
+from trackweave.cli.edge import DEBUG, Voice, last_resort, note_interrupts, show_json, with_status
 from trackweave.cli.fusing import fuse, reproduce
 from trackweave.cli.options import JsonOption, QuietOption, SeedOption
 
@@ -356,6 +356,7 @@ def schema() -> None:
 
 def run() -> None:
     """Run the command that the arguments name."""
+    note_interrupts()
     if not os.environ.get(DEBUG):
         # A library's warning is nothing that a user of the command could act on.
         warnings.simplefilter("ignore")

@@ -2,18 +2,24 @@
 
 import functools
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from threading import Event, Timer
+from types import FrameType
 from typing import Any
 
 import typer
 
-__all__ = ["Voice", "last_resort", "named_output", "show_json", "with_status"]
+__all__ = ["Voice", "last_resort", "named_output", "note_interrupts", "show_json", "with_status"]
 
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 DEBUG = "TRACKWEAVE_DEBUG"
+_INTERRUPTED = Event()
+SILENCE = 2.0
+"""What nobody takes for hanging [s]."""
 
 
 def with_status(command: Callable[..., None]) -> Callable[..., None]:
@@ -38,9 +44,22 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(BAD_INPUT) from None
         except Exception as err:
+            if isinstance(err, ImportError) and _INTERRUPTED.is_set():
+                _complain("interrupted", INTERRUPTED)
             _explain(err)
 
     return guarded
+
+
+def note_interrupts() -> None:
+    """Remember that an interrupt came: compiled modules that one meets loading hide it."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _noted)
+
+
+def _noted(number: int, frame: FrameType | None) -> None:
+    _INTERRUPTED.set()
+    signal.default_int_handler(number, frame)
 
 
 def _explain(err: Exception) -> None:
@@ -125,6 +144,17 @@ class Voice:
 
         if not self.quiet and not kernels_are_kept():
             self.say("compiling kernels, once; this takes a minute or two")
+
+    @contextmanager
+    def say_if_long(self, text: str) -> Iterator[None]:
+        """Print a line if the block takes longer than anybody would wait without a word."""
+        timer = Timer(SILENCE, self.say, [text])
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
 
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
         """Print a small table on a terminal, and its rows as lines elsewhere."""

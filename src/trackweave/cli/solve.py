@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from trackweave import solvers
-from trackweave.association import _clusters
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.cli.edge import Voice
 from trackweave.config.messages import suggest
@@ -63,9 +62,9 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
         file_ending(request.out)
         OutputFile(request.out).check([request.problem])
     table = read_problem(request.problem)
-    if not voice.quiet and not _kernels_are_kept():
-        voice.say("compiling kernels, once; this takes a minute or two")
-    warm_up(solver, np.random.default_rng(0))
+    # Another command, or another method, may have left some kernels compiled but not these.
+    with voice.say_if_long("compiling kernels, once; this takes a minute or two"):
+        warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
     problem = _problem(request.problem, table)
     rng = np.random.default_rng(request.seed)
@@ -115,16 +114,6 @@ def _problem(source: Path, table: ProblemTable) -> AssignmentProblem:
         return table.problem()
     except InvalidInputError as err:
         raise InvalidInputError(f"{source}: {err}") from err
-
-
-def _kernels_are_kept() -> bool:
-    """Tell whether an earlier run left the solvers' compiled kernels on the disk."""
-    # Without just-in-time compilation kernels are plain functions, which need no waiting.
-    stats = getattr(_clusters.partition, "stats", None)
-    if stats is None:
-        return True
-    folder = stats.cache_path
-    return folder is not None and any(Path(folder).glob("_clusters.partition*.nbi"))
 
 
 def _summary(table: ProblemTable, answer: Answer) -> dict[str, Any]:

@@ -48,7 +48,9 @@ def check_search(search: SearchSection, name: str) -> None:
         If the method is unknown, or an option is unknown or has a wrong value.
     """
     options = set(search.model_extra or {})
-    if search.method is None and any(options <= set(_options(method)) for method in METHODS):
+    is_default = options <= set(_options(DEFAULT_METHOD))
+    is_known = any(options <= set(_options(method)) for method in METHODS)
+    if search.method is None and is_known and not is_default:
         # Whose options these are, a preset may still say.
         return
     make_solver(search, name)

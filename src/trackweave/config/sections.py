@@ -184,7 +184,7 @@ class GrowthSection(Section):
         Annotated[int, Field(ge=1, le=10**8), Expected("a whole number from 1 to 100000000")]
         | None
     ) = None
-    """Greatest number of sequences in all."""
+    """Greatest number of sequences looked at together."""
 
 
 class FrameSection(Section):

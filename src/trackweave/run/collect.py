@@ -27,7 +27,8 @@ class Rows:
     Parameters
     ----------
     period
-        Least time between rows [s]; None for every scan.
+        Least time between scans after which rows are written [s]; None for every scan. After the
+        last they always are.
     """
 
     period: float | None = None
@@ -41,7 +42,7 @@ class Rows:
         """Tell whether rows at a time are written if the next come at a following one, if any."""
         if self._waiting is not None and time > self._time:
             self._write()
-        return (following is None or following > time) and self._is_due(time)
+        return following is None or (following > time and self._is_due(time))
 
     def add(self, tracks: TrackTable, time: float) -> None:
         """Take the rows after a scan that ends at ``time``."""
@@ -50,13 +51,13 @@ class Rows:
         self._waiting, self._time = tracks, time
 
     def table(self, dim: int) -> TrackTable:
-        """Return all rows; ``dim`` serves a run without any."""
+        """Return all rows, the last whenever they are; ``dim`` serves a run without any."""
         if self._waiting is not None:
-            self._write()
+            self._write(always=True)
         return TrackTable.concatenate([*self._blocks, *self._parts], dim)
 
-    def _write(self) -> None:
-        if not self._is_due(self._time):
+    def _write(self, *, always: bool = False) -> None:
+        if not (always or self._is_due(self._time)):
             return
         if self._waiting is not None:
             self._parts.append(self._waiting)

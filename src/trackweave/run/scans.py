@@ -11,7 +11,13 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 
-__all__ = ["complete_scans", "missing_times", "notes_on_lone_reports", "scan_ends"]
+__all__ = [
+    "complete_scans",
+    "missing_times",
+    "notes_on_lone_reports",
+    "notes_on_sparse_scans",
+    "scan_ends",
+]
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
@@ -204,6 +210,44 @@ def notes_on_lone_reports(
             f"sensor {name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one report {but}; "
             "for a rotating sensor give its rotation and scan_period, or a `scan` column"
         )
+    return notes
+
+
+def notes_on_sparse_scans(
+    reports: ReportTable,
+    periods: Mapping[str, float | None],
+    guessed: Container[str],
+    turning: Container[str] = (),
+) -> list[str]:
+    """Return a sentence for each sensor that has far fewer scans than its scan period says.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    periods
+        Scan period of each sensor [s], None for one that does not scan.
+    guessed
+        Names of the sensors whose period nobody gave.
+    turning
+        Names of the sensors whose reports are grouped into turns.
+
+    Returns
+    -------
+    Nothing where most scans hold a report, as they do unless objects are few.
+    """
+    notes = []
+    for number, name in enumerate(reports.sensors):
+        period = periods.get(name)
+        if name in guessed or name in turning or period is None:
+            continue
+        gaps = np.diff(np.unique(reports.time[reports.sensor == number]))
+        usual = float(np.median(gaps)) if gaps.size + 1 >= FEWEST_MOMENTS else 0.0
+        if usual > WITHIN_TURN * period:
+            notes.append(
+                f"sensor {name}: its reports come every {usual:g} s, although its scan period is "
+                f"{period:g} s; the scans between count as misses of every track"
+            )
     return notes
 
 

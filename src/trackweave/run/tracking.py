@@ -28,7 +28,7 @@ from trackweave.run.laying import laid
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
-from trackweave.run.scans import notes_on_lone_reports, scan_ends
+from trackweave.run.scans import notes_on_lone_reports, notes_on_sparse_scans, scan_ends
 from trackweave.solvers.auto import Auto
 
 __all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
@@ -147,6 +147,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *assumed,
         *doubts_on(table, settings.sensors),
         *notes_on_lone_reports(table, periods, guessed, rotations),
+        *notes_on_sparse_scans(table, periods, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))

@@ -304,11 +304,12 @@ class MultiScanTracker:
         """Return the tree grown anew with a scan in its place in time."""
         self._dormant.bring_back(tree, self._open.last_time)
         self._fix(tree, self._open.last_time)
+        window = [known.data for known in self._open.scans]
+        beginning, families = self._past.beginning(tree, window)
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
         self._open.insert(self._opener.open(scan, tree.dim))
         self._slots.relay(self._open.first_slot, self._open.reports(), self._open.times())
-        beginning, families = self._past.beginning(tree)
         tree = self._planted(beginning)
         tree.families = families
         return self._grown_anew(tree, pace)

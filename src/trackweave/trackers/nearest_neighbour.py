@@ -138,6 +138,7 @@ class NearestNeighbourTracker:
         self._unscented = bool(unscented)
         self._tree: AssociationTree | None = None
         self._last: Hypothesis | None = None
+        self._rows: TrackTable | None = None
         self._last_time = -np.inf
         self._next_report = 0
         self._used: deque[IntArray] = deque(maxlen=REMEMBERED_SCANS)
@@ -148,6 +149,10 @@ class NearestNeighbourTracker:
         """Return no assignments: none is ever amended."""
         nobody = np.empty(0, dtype=np.int64)
         return Assignments(report=nobody, track=nobody, probability=np.empty(0))
+
+    def tracks(self) -> TrackTable:
+        """Return the live tracks after the last scan, tentative ones too, by identifier."""
+        return TrackTable.empty(self._dim or 2) if self._rows is None else self._rows
 
     def step(
         self,
@@ -203,7 +208,7 @@ class NearestNeighbourTracker:
         pairing = self._paired(tree, data, children, n_tracks)
         track = self._settle(tree, data, children, pairing)
         self._used.append(scan.report)
-        rows = self._roster.rows(tree, scan.time)
+        self._rows = rows = self._roster.rows(tree, scan.time)
         self._last_time = scan.time
         self._last = Hypothesis(
             time=scan.time,

@@ -1,6 +1,6 @@
 """Scans as they come become scans that a tree grows by."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -171,7 +171,9 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
     )
 
 
-def rooted(tree: AssociationTree, closed: Collection[ScanInput]) -> tuple[Beginning, Families]:
+def rooted(
+    tree: AssociationTree, closed: Sequence[ScanInput], window: Sequence[ScanInput], since: float
+) -> tuple[Beginning, Families]:
     """Return the tracks as they enter the window behind scans that are closed.
 
     Parameters
@@ -180,11 +182,14 @@ def rooted(tree: AssociationTree, closed: Collection[ScanInput]) -> tuple[Beginn
         The sequences, fixed up to those scans.
     closed
         The last scans that were closed.
+    window
+        Those that the tree has grown by since.
+    since
+        When the last scan was that is closed and not among them [s].
 
     Returns
     -------
-    The tracks, with what they missed since their last report, as far back as the scans go; and
-    their families.
+    The tracks, with what they missed since their last report; and their families.
     """
     nodes, n = tree.nodes, tree.n_nodes
     rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
@@ -198,5 +203,12 @@ def rooted(tree: AssociationTree, closed: Collection[ScanInput]) -> tuple[Beginn
     nothing = np.zeros(rows.shape[0])
     held = {name: getattr(nodes, name)[rows] for name in Beginning.names()}
     begins = Beginning(track=families.track, slot=slot, **held)
-    begins = replace(begins, tail=nothing, misses=nothing)
+    begins = replace(begins, tail=nothing, misses=nothing.copy())
+    longer = np.flatnonzero((begins.time <= since) & np.isfinite(held["tail"]))
+    if longer.size:
+        # What all scans there are do not account for was missed in those before them.
+        told = waited(begins, first, [*closed, *window], tree.rule)
+        for name in ("tail", "misses"):
+            missed = held[name][longer] - getattr(told, name)[longer]
+            getattr(begins, name)[longer] = np.maximum(0.0, missed)
     return waited(begins, first, closed, tree.rule), families

@@ -1,6 +1,7 @@
 """What lies before the window, as far as a scan that comes late has to know."""
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -26,13 +27,15 @@ class Past:
     undetected
         Where they may be before the first scan.
     patience
-        For how long a track may wait for a report [s]: what is older concerns nobody.
+        For how long a track that is looked at waits for a report [s]; what others missed before
+        is known from the tree.
     """
 
     def __init__(self, undetected: Undetected, patience: float) -> None:
         self.undetected = undetected
         self._patience = patience
-        self._closed: deque[ScanInput] = deque(maxlen=REMEMBERED_SCANS)
+        self._closed: deque[ScanInput] = deque()
+        self._forgotten = -np.inf
 
     def close(self, closing: list[OpenScan], last: float) -> None:
         """Take in scans that leave the window; ``last`` is when the one before ended [s]."""
@@ -41,9 +44,25 @@ class Past:
             self.undetected.pass_over(known.data, waited)
             self._closed.append(without_reports(known.data)._replace(slot=known.data.slot))
             last = known.data.time
-        while self._closed and self._closed[0].time < last - self._patience:
-            self._closed.popleft()
+        while self._closed and (
+            len(self._closed) > REMEMBERED_SCANS or self._closed[0].time < last - self._patience
+        ):
+            self._forgotten = self._closed.popleft().time
 
-    def beginning(self, tree: AssociationTree) -> tuple[Beginning, Families]:
-        """Return the tracks of a tree, which is fixed up to the window, as they enter it."""
-        return rooted(tree, self._closed)
+    def beginning(
+        self, tree: AssociationTree, window: Sequence[ScanInput]
+    ) -> tuple[Beginning, Families]:
+        """Return the tracks of a tree as they enter the window.
+
+        Parameters
+        ----------
+        tree
+            The sequences, fixed up to the window.
+        window
+            The scans that they have grown by since.
+
+        Returns
+        -------
+        The tracks, and their families.
+        """
+        return rooted(tree, list(self._closed), window, self._forgotten)
