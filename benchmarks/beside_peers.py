@@ -50,8 +50,12 @@ def main() -> None:
             for name, result in peers_on(arguments, targets, repeat).items():
                 found.setdefault(name, []).append(result)
             for label, changes in settings(arguments.depths).items():
-                result = tracked(scene, CONFIGURATION, priors=True, changes=changes)
-                cpu = result.run["timing"]["cpu_ms"] / scene.n_scans
+                # Twice, because a scene may be the first to need some kernel compiled.
+                result, again = (
+                    tracked(scene, CONFIGURATION, priors=True, changes=changes) for _ in range(2)
+                )
+                cpu = min(each.run["timing"]["cpu_ms"] for each in (result, again))
+                cpu /= scene.n_scans
                 judged = {**bench.score(scene, rows_of(result)), "cpu_ms": cpu}
                 found.setdefault(label, []).append(judged)
         if not all(name in found for name in PEERS.values()):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.noise import calm_noise
+from trackweave.estimation.noise import calm_noise, noise_of_chains
 
 N_CHAINS, N_SCANS = 12, 60
 PERIOD = 0.04
@@ -43,3 +43,14 @@ def test_short_chains_tell_nothing() -> None:
     time, place = chains(swing=8.0, turning=0.0)
     assert calm_noise(time[:, :20], place[:, :20], 3.0, 1e-5) is None
     assert calm_noise(time[:, :2], place[:, :2], 3.0, 1e-5) is None
+
+
+@pytest.mark.parametrize(("n_chains", "grows"), [(1, False), (8, True)])
+def test_one_report_far_off_is_no_turn_and_several_are(n_chains: int, grows: bool) -> None:
+    """An object that hardly turns, and in each chain one report four standard deviations off."""
+    rng = np.random.default_rng(2)
+    time = np.broadcast_to(np.arange(60.0), (n_chains, 60))
+    place = 5.0 * time[..., None] + rng.normal(0.0, 10.0, (n_chains, 60, 2)).clip(-18.0, 18.0)
+    place[:, 30, 0] += 45.0
+    _, process = noise_of_chains(time, place, 10.0, 1e-9)
+    assert (process > 0.5) == grows

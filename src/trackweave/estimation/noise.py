@@ -52,7 +52,9 @@ def noise_of_chains(
     sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
     # Sharp turns are rare, and yet no track should be lost in one.
     for _ in range(MOST_DOUBLINGS):
-        if _far_share(step, places, (sigma**2, process, density)) <= FAR_SHARE:
+        far, all_own = _far_off(step, places, (sigma**2, process, density))
+        # A single one of few reports tells nothing.
+        if far <= max(FAR_SHARE * all_own, 1.0):
             break
         process *= 2
     return sigma, process
@@ -160,10 +162,12 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
     return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
 
 
-def _far_share(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
-    """Return the share of the objects' own reports that lie further off than one in a hundred."""
+def _far_off(
+    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
+) -> tuple[float, float]:
+    """Return how many of the objects' own reports lie where one in a hundred does, and all."""
     variance, process, density = noise
     # The quantile of χ²; scipy.stats takes longer to import than all the rest.
     limit = 2.0 * float(gammaincinv(places.shape[2] / 2.0, 0.99))
     _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
-    return far / max(trusted, 1e-9)
+    return far, trusted
