@@ -140,7 +140,8 @@ class Pace:
         if not self.is_timed:
             return usual.max_nodes
         pacer = self.pacer
-        growth = n_scans * pacer.growth.usual
+        # Growth cannot be told to stop, and how much is proposed differs from scan to scan.
+        growth = n_scans * (pacer.growth.usual + pacer.growth.most) / 2
         each = growth + SEARCH * pacer.search.usual + pacer.overrun.usual + pacer.rest.most
         left = self.end - self.last - growth * (n_before + BASE)
         fits = max(FEWEST * n_beginnings, left / each - BASE, 1)
