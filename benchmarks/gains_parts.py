@@ -20,6 +20,7 @@ from trackweave.io.priors import read_priors
 from trackweave.run.course import course_of
 from trackweave.run.tracking import rotations_in, settings_for
 from trackweave.solvers import Auto, Hint, Stop
+from trackweave.trackers.pacing import Pace
 
 Problems = list[tuple[AssignmentProblem, Hint | None]]
 
@@ -27,18 +28,18 @@ Problems = list[tuple[AssignmentProblem, Hint | None]]
 class GrownAnew(MultiScanTracker):
     """The tracker that keeps no tree: each scan grows all scans of the window again."""
 
-    def _take_in(self, scan: Scan) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
         tree = self._tree or self._begin(self._dim or 2)
-        return self._taken_late(tree, scan, self._open.find(scan.sensor, scan.time))
+        return self._taken_late(tree, scan, self._open.find(scan.sensor, scan.time), pace)
 
 
 class WithoutPrices(MultiScanTracker):
     """The tracker whose beliefs do not tell growth which reports others want."""
 
-    def _take_in(self, scan: Scan) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
         if self._tree is not None:
             self._tree.nodes.price[: self._tree.n_nodes] = 0.0
-        return super()._take_in(scan)
+        return super()._take_in(scan, pace)
 
 
 @dataclass
