@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trackweave.association.chain_rule import TrackEstimates as TrackEstimates
     from trackweave.association.chain_rule import track_chains as track_chains
+    from trackweave.association.growth_limits import GrowthLimits as GrowthLimits
     from trackweave.association.plots_rule import PlotsRule as PlotsRule
     from trackweave.association.plots_rule import SensorPlots as SensorPlots
     from trackweave.association.problem import Answer as Answer
@@ -116,6 +117,7 @@ _HOMES = {
     "FusionResult": "trackweave.run.fusing",
     "Genetic": "trackweave.solvers",
     "Greedy": "trackweave.solvers",
+    "GrowthLimits": "trackweave.association.growth_limits",
     "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "Imm": "trackweave.models.motion",
