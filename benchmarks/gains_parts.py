@@ -116,12 +116,12 @@ def windows_of(scene: Scene, depth: int = 7) -> Problems:
 
 
 class Wide(NamedTuple):
-    """Half of a run over sectors: problems, CPU time of all and of solving [s], costs."""
+    """Half of a run over sectors: problems, CPU time of all and of solving [s], tracks by scan."""
 
     problems: Problems
     cpu: float
     solving: float
-    costs: list[float]
+    n_tracks: list[int]
 
 
 def wide_run(reports: Any, config: dict[str, Any], *, put_aside: bool = True) -> Wide:
@@ -130,18 +130,18 @@ def wide_run(reports: Any, config: dict[str, Any], *, put_aside: bool = True) ->
     settings = settings_for(table, load_configuration(config))
     collector, little = Collector([]), dormant.LITTLE
     course = course_of(table, replace(settings, search=collector), rotations_in(settings), None)
-    rng, costs, half = np.random.default_rng(1), [], len(course.steps) // 2
+    rng, n_tracks, half = np.random.default_rng(1), [], len(course.steps) // 2
     begun = spent = 0.0
     dormant.LITTLE = little if put_aside else sys.maxsize
     try:
         for number, (scan,) in enumerate(course.steps):
             if number == half:
                 begun, spent = time.process_time(), collector.seconds
-            costs.append(course.tracker.step(scan, rng=rng).certificate.cost)
+            n_tracks.append(course.tracker.step(scan, rng=rng, tracks=False).n_tracks)
     finally:
         dormant.LITTLE = little
     cpu, solving = time.process_time() - begun, collector.seconds - spent
-    return Wide(collector.met[half:], cpu, solving, costs[half:])
+    return Wide(collector.met[half:], cpu, solving, n_tracks[half:])
 
 
 def paired(ways: Sequence[Callable[[], Any]], times: int) -> list[tuple[float, Any]]:
