@@ -162,16 +162,12 @@ class Cooling:
         The annealing with that as its best, with which a later cooling begins, and as its present
         answer.
         """
-        moves = self.ground.moves
-        if cost >= self.best:
+        held = self.ground.held(component, selection, cost, self.best)
+        if held is None:
             return self
-        holder = begin_holding(moves, component, selection)
-        cost = cost_of(moves, holder)
-        if cost >= self.best:
-            # Rounding, or it stands on candidates that are none here.
-            return self
+        holder, cost = held
         known = np.empty_like(selection)
-        selection_of(moves, component, holder, known)
+        selection_of(self.ground.moves, component, holder, known)
         return replace(
             self, holder=holder, current=cost, best_holder=holder, best=cost, selection=known
         )

@@ -171,14 +171,10 @@ class Seeking:
         -------
         The search at that answer, as though it had come there by a move.
         """
-        moves = self.ground.moves
-        if cost >= self.best:
+        held = self.ground.held(component, selection, cost, self.best)
+        if held is None:
             return self
-        holder = begin_holding(moves, component, selection)
-        cost = cost_of(moves, holder)
-        if cost >= self.best:
-            # Rounding, or it stands on candidates that are none here.
-            return self
+        holder, cost = held
         moved = replace(
             self, holder=holder, current=cost, own_holder=holder, own=cost, found=self.iteration
         )

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.solvers._kernels import cheapest_first, repair
+from trackweave.solvers._kernels import Component, cheapest_first, repair
 from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.local._moves import (
     Moves,
@@ -36,6 +36,31 @@ class Ground(NamedTuple):
     scale: float
     holder: IntArray
     cost: float
+
+    def held(
+        self, component: Component, selection: IntArray, cost: float, best: float
+    ) -> tuple[IntArray, float] | None:
+        """Return who holds what in another's answer, and its cost.
+
+        Parameters
+        ----------
+        component
+            What is searched.
+        selection, cost
+            The other's answer.
+        best
+            What the best answer here costs.
+
+        Returns
+        -------
+        None where the other's is no better than that.
+        """
+        if cost >= best:
+            return None
+        holder = begin_holding(self.moves, component, selection)
+        # Another number by rounding, or because it stands on candidates that are none here.
+        cost = cost_of(self.moves, holder)
+        return (holder, cost) if cost < best else None
 
 
 def lay_ground(view: View, start: Start, price: FloatArray) -> Ground:
