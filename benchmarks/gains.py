@@ -67,6 +67,8 @@ def main() -> None:
         rows.append(searched_apart(name, windows[name]))
     for name, problems in windows.items():
         rows.append(hinted(name, problems, arguments.times))
+    for milliseconds in (1.0, 2.0):
+        rows.append(hurried("T100", windows["T100"], milliseconds))
     for targets in (20, 100):
         rows.append(beliefs_prices(bench, targets, arguments.times))
     for name in ("T20", "T100"):
@@ -196,6 +198,25 @@ def hinted(name: str, problems: Problems, times: int) -> Row:
         _compared(first, second),
         len(problems),
     )
+
+
+def hurried(name: str, problems: Problems, milliseconds: float) -> Row:
+    """Return what the prices of the window before gain where time is short: mean gaps."""
+    gaps = [
+        np.mean(
+            [
+                Auto()(
+                    problem, rng=np.random.default_rng(1), stop=Clock(milliseconds / 1e3),
+                    hint=Hint(hint.prices if with_prices and hint else None, hint and hint.nodes),
+                ).gap
+                for problem, hint in problems
+            ]
+        )
+        for with_prices in (True, False)
+    ]  # fmt: skip
+    what = f"{name}, {milliseconds:g} ms a scan"
+    told = [f"gap {100 * gap:.2f} %" for gap in gaps]
+    return ["prices of the window before", what, *told, f"{gaps[1] / gaps[0]:.2f} ×", ""]
 
 
 def beliefs_prices(bench: Bench, targets: int, times: int) -> Row:
