@@ -59,16 +59,7 @@ def main() -> None:
     wide = wide_run(scene.reports, scene.config)
     windows["wide"] = wide.problems
     rows.append(put_aside(scene, wide))
-    for name in ("T20", "T50", "T100"):
-        rows.append(shared_beginnings(name, windows[name][-1][0], arguments.times))
-    for name, problems in windows.items():
-        rows.append(apart(name, problems, arguments.times))
-    for name in ("T50", "T100"):
-        rows.append(searched_apart(name, windows[name]))
-    for name, problems in windows.items():
-        rows.append(hinted(name, problems, arguments.times))
-    for milliseconds in (1.0, 2.0):
-        rows.append(hurried("T100", windows["T100"], milliseconds))
+    rows += of_solvers(windows, arguments.times)
     for targets in (20, 100):
         rows.append(beliefs_prices(bench, targets, arguments.times))
     for name in ("T20", "T100"):
@@ -80,6 +71,17 @@ def main() -> None:
     )
     print()
     print(table(HEAD, rows))
+
+
+def of_solvers(windows: dict[str, Problems], times: int) -> list[Row]:
+    """Return the rows of what solvers do with the windows' problems."""
+    return [
+        *(shared_beginnings(name, windows[name][-1][0], times) for name in ("T20", "T50", "T100")),
+        *(apart(name, problems, times) for name, problems in windows.items()),
+        *(searched_apart(name, windows[name]) for name in ("T50", "T100")),
+        *(hinted(name, problems, times) for name, problems in windows.items()),
+        *(hurried("T100", windows["T100"], milliseconds) for milliseconds in (1.0, 2.0)),
+    ]
 
 
 def reuse(bench: Bench, targets: int, depth: int, times: int) -> Row:
