@@ -24,6 +24,12 @@ TEXT = "i1,i2,cost\n1,1,-2\n1,2,-3\n2,2,-2\n2,0,0.5\n"
 AXIAL = "3\n2 2 2\n5 1 4 3 2 6 8 7\n"
 
 
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nobody be told of kernels that happen to be compiled here first."""
+    monkeypatch.setattr("trackweave.cli.edge.SILENCE", 600.0)
+
+
 @pytest.fixture
 def problem(tmp_path: Path) -> Path:
     file = tmp_path / "problem.csv"
