@@ -154,10 +154,12 @@ def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> Non
     assert not any("turn" in note for note in with_scans.run["notes"])
 
 
-@pytest.mark.parametrize(("period", "said"), [(0.4, 1), (1.0, 0)])
-def test_says_that_most_scans_are_missing(period: float, said: int) -> None:
-    config = {**CONFIG, "sensors": {"default": {**CONFIG["sensors"]["default"]}}}
-    config["sensors"]["default"]["scan_period"] = period
+@pytest.mark.parametrize(
+    ("period", "detection", "said"), [(0.4, 0.9, 1), (1.0, 0.9, 0), (0.4, 0.3, 0)]
+)
+def test_says_that_most_scans_are_missing(period: float, detection: float, said: int) -> None:
+    changed = {"scan_period": period, "detection_probability": detection}
+    config = {**CONFIG, "sensors": {"default": {**CONFIG["sensors"]["default"], **changed}}}
     notes = [n for n in tracked(pl.DataFrame(columns()), config).run["notes"] if "every" in n]
     assert len(notes) == said
     assert all("come every 1 s, although its scan period is 0.4 s" in note for note in notes)

@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
+from trackweave.models.sensors import Sensor
 
 __all__ = [
     "complete_scans",
@@ -215,7 +216,7 @@ def notes_on_lone_reports(
 
 def notes_on_sparse_scans(
     reports: ReportTable,
-    periods: Mapping[str, float | None],
+    sensors: Iterable[Sensor],
     guessed: Container[str],
     turning: Container[str] = (),
 ) -> list[str]:
@@ -225,8 +226,8 @@ def notes_on_sparse_scans(
     ----------
     reports
         The reports.
-    periods
-        Scan period of each sensor [s], None for one that does not scan.
+    sensors
+        The sensors as they are configured.
     guessed
         Names of the sensors whose period nobody gave.
     turning
@@ -234,16 +235,17 @@ def notes_on_sparse_scans(
 
     Returns
     -------
-    Nothing where most scans hold a report, as they do unless objects are few.
+    Nothing where as many scans hold a report as would with a single object.
     """
     notes = []
-    for number, name in enumerate(reports.sensors):
-        period = periods.get(name)
-        if name in guessed or name in turning or period is None:
+    for sensor in sensors:
+        name, period = sensor.name, sensor.scan_period
+        if name in guessed or name in turning or period is None or name not in reports.sensors:
             continue
+        number = reports.sensors.index(name)
         gaps = np.diff(np.unique(reports.time[reports.sensor == number]))
         usual = float(np.median(gaps)) if gaps.size + 1 >= FEWEST_MOMENTS else 0.0
-        if usual > WITHIN_TURN * period:
+        if usual > WITHIN_TURN * period / sensor.detection_probability:
             notes.append(
                 f"sensor {name}: its reports come every {usual:g} s, although its scan period is "
                 f"{period:g} s; the scans between count as misses of every track"

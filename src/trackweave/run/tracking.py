@@ -147,7 +147,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *assumed,
         *doubts_on(table, settings.sensors),
         *notes_on_lone_reports(table, periods, guessed, rotations),
-        *notes_on_sparse_scans(table, periods, guessed, rotations),
+        *notes_on_sparse_scans(table, settings.sensors, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))

@@ -76,7 +76,7 @@ class Pacer:
         The step.
         """
         now = perf_counter()
-        end = np.inf if deadline is None else now + AIM * deadline
+        end = np.inf if deadline is None else now + AIM * float(deadline)
         return Pace(self, end, stop, last=now)
 
 
