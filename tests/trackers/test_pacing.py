@@ -30,7 +30,7 @@ class Tree:
 
     def __init__(self, n_nodes=1_000, n_families=10):
         self.n_nodes, self.n_families, self.n_given_way = n_nodes, n_families, 7
-        self.most = None
+        self.limits, self.most = USUAL, None
 
     def limit(self, most):
         self.most = most
@@ -49,7 +49,7 @@ def taught(clock, seconds=(0.010, 0.008, 0.004), n=9_000, steps=15):
     for _ in range(steps):
         pace = pacer.start(None, None)
         tree = Tree(n)
-        with pace.growth(tree, USUAL, 0):
+        with pace.growth(tree, 0):
             clock.now += seconds[0]
         clock.now += seconds[1]
         pace.searched(n)
@@ -60,7 +60,7 @@ def taught(clock, seconds=(0.010, 0.008, 0.004), n=9_000, steps=15):
 
 def cap(pacer, deadline, n_nodes=1_000, n_reports=10):
     tree = Tree(n_nodes)
-    with pacer.start(deadline, None).growth(tree, USUAL, n_reports):
+    with pacer.start(deadline, None).growth(tree, n_reports):
         pass
     return tree.most
 
@@ -73,7 +73,7 @@ def answered(reason, cost=-10.0, bound=-12.0):
 def test_without_a_deadline_nothing_is_bounded(clock):
     pacer, tree = taught(clock), Tree()
     pace = pacer.start(None, None)
-    with pace.growth(tree, USUAL, 10):
+    with pace.growth(tree, 10):
         clock.now += 50.0
     assert tree.most == USUAL.max_nodes
     assert pace.alarm(10) is None
@@ -97,7 +97,7 @@ def test_some_sequences_stay_for_each_beginning_however_short_the_deadline(clock
 def test_a_single_slow_step_teaches_little(clock):
     pacer = taught(clock)
     before = cap(pacer, 0.05)
-    with pacer.start(None, None).growth(Tree(9_000), USUAL, 0):
+    with pacer.start(None, None).growth(Tree(9_000), 0):
         clock.now += 60.0
     assert cap(pacer, 0.05) == pytest.approx(before, rel=0.01)
 
@@ -129,7 +129,6 @@ def test_a_late_stop_makes_the_next_one_earlier(clock):
 
     def stopped_after(pacer):
         pace = pacer.start(0.1, None)
-        pace.growth(Tree(9_000), USUAL, 0)
         alarm, begin = pace.alarm(9_000), clock.now
         while not alarm():
             clock.now += 1e-4

@@ -68,8 +68,8 @@ class AssociationTree:
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
 
     def limit(self, most: int) -> None:
-        """Set the greatest number of sequences from now on, and count from 0 what gives way."""
-        self.most, self.n_given_way = min(most, self.limits.max_nodes), 0
+        """Set the greatest number of sequences for now, and count from 0 what gives way to it."""
+        self.most, self.n_given_way = most, 0
 
     @property
     def n_families(self) -> int:

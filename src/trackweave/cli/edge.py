@@ -18,6 +18,7 @@ __all__ = ["Voice", "last_resort", "named_output", "note_interrupts", "show_json
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 DEBUG = "TRACKWEAVE_DEBUG"
 _INTERRUPTED = Event()
+COMPILING = "compiling kernels, once; this takes a minute or two"
 SILENCE = 2.0
 """What nobody takes for hanging [s]."""
 
@@ -143,12 +144,12 @@ class Voice:
         from trackweave.run.kernels import kernels_are_kept
 
         if not self.quiet and not kernels_are_kept():
-            self.say("compiling kernels, once; this takes a minute or two")
+            self.say(COMPILING)
 
     @contextmanager
-    def say_if_long(self, text: str) -> Iterator[None]:
-        """Print a line if the block takes longer than anybody would wait without a word."""
-        timer = Timer(SILENCE, self.say, [text])
+    def compiling(self) -> Iterator[None]:
+        """Say that kernels compile if the block takes longer than anybody waits without a word."""
+        timer = Timer(SILENCE, self.say, [COMPILING])
         timer.daemon = True
         timer.start()
         try:

@@ -63,7 +63,7 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
         OutputFile(request.out).check([request.problem])
     table = read_problem(request.problem)
     # Another command, or another method, may have left some kernels compiled but not these.
-    with voice.say_if_long("compiling kernels, once; this takes a minute or two"):
+    with voice.compiling():
         warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
     problem = _problem(request.problem, table)

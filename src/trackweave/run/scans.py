@@ -1,6 +1,6 @@
 """All scans of a run in order, those in which a sensor saw nothing included."""
 
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,24 +10,13 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
-from trackweave.models.sensors import Sensor
 
-__all__ = [
-    "complete_scans",
-    "missing_times",
-    "notes_on_lone_reports",
-    "notes_on_sparse_scans",
-    "scan_ends",
-]
+__all__ = ["complete_scans", "missing_times", "scan_ends"]
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
-# From so many moments on it can be told whether a sensor's reports come one by one.
-FEWEST_MOMENTS = 10
 # Into so many sectors a turn is cut; an object crosses few borders, and reports come in time.
 N_SECTORS = 8
-# Moments this many times nearer than the scan period are within a turn.
-WITHIN_TURN = 1.5
 
 
 def complete_scans(
@@ -164,99 +153,6 @@ def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[
         Scan(time, name, nothing, platform=place)
         for time, place in zip(times, places, strict=True)
     ]
-
-
-def notes_on_lone_reports(
-    reports: ReportTable,
-    periods: Mapping[str, float | None],
-    guessed: Container[str],
-    turning: Container[str] = (),
-) -> list[str]:
-    """Return a sentence for each sensor whose reports come one by one, as a rotating one's do.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    periods
-        Scan period of each sensor [s], None for one that does not scan.
-    guessed
-        Names of the sensors whose period nobody gave.
-    turning
-        Names of the sensors whose reports are grouped into turns.
-
-    Returns
-    -------
-    Nothing for a table with scan numbers, in which no turn has to be guessed.
-    """
-    if reports.scan is not None:
-        return []
-    notes = []
-    for number, name in enumerate(reports.sensors):
-        if name in turning:
-            continue
-        moments, sizes = np.unique(reports.time[reports.sensor == number], return_counts=True)
-        if moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
-            continue
-        gaps, period = np.diff(moments), periods.get(name)
-        if name in guessed:
-            if period is not None and _is_steady(gaps, period):
-                continue
-            but = "and no scan_period is given, so that each is taken for a scan of its own"
-        elif period is not None and WITHIN_TURN * float(np.median(gaps)) < period:
-            but = f"although its scan period is {period:g} s"
-        else:
-            continue
-        notes.append(
-            f"sensor {name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one report {but}; "
-            "for a rotating sensor give its rotation and scan_period, or a `scan` column"
-        )
-    return notes
-
-
-def notes_on_sparse_scans(
-    reports: ReportTable,
-    sensors: Iterable[Sensor],
-    guessed: Container[str],
-    turning: Container[str] = (),
-) -> list[str]:
-    """Return a sentence for each sensor that has far fewer scans than its scan period says.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    sensors
-        The sensors as they are configured.
-    guessed
-        Names of the sensors whose period nobody gave.
-    turning
-        Names of the sensors whose reports are grouped into turns.
-
-    Returns
-    -------
-    Nothing where as many scans hold a report as would with a single object.
-    """
-    notes = []
-    for sensor in sensors:
-        name, period = sensor.name, sensor.scan_period
-        if name in guessed or name in turning or period is None or name not in reports.sensors:
-            continue
-        number = reports.sensors.index(name)
-        gaps = np.diff(np.unique(reports.time[reports.sensor == number]))
-        usual = float(np.median(gaps)) if gaps.size + 1 >= FEWEST_MOMENTS else 0.0
-        if usual > WITHIN_TURN * period / sensor.detection_probability:
-            notes.append(
-                f"sensor {name}: its reports come every {usual:g} s, although its scan period is "
-                f"{period:g} s; the scans between count as misses of every track"
-            )
-    return notes
-
-
-def _is_steady(gaps: FloatArray, period: float) -> bool:
-    """Tell whether a sensor's clock is better than the azimuths of plots would let it seem."""
-    turns = gaps / period
-    return float(np.mean(np.abs(turns - np.round(turns)) < 0.05)) > 0.95
 
 
 def missing_times(times: Iterable[float], period: float) -> Iterator[float]:

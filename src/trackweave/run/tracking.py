@@ -28,7 +28,8 @@ from trackweave.run.laying import laid
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
-from trackweave.run.scans import notes_on_lone_reports, notes_on_sparse_scans, scan_ends
+from trackweave.run.scan_doubts import doubts_on_scans
+from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
 
 __all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
@@ -134,11 +135,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     table = _report_table(reports, configuration)
     begun = _prior_table(priors, table)
     settings = settings_for(table, configuration, preset=preset)
-    periods = {sensor.name: sensor.scan_period for sensor in settings.sensors}
     guessed = {
-        name
-        for name in periods
-        if settings.sources[f"sensors.{name}.scan_period"] in {"estimated", "default"}
+        sensor.name
+        for sensor in settings.sensors
+        if settings.sources[f"sensors.{sensor.name}.scan_period"] in {"estimated", "default"}
     }
     rotations = rotations_in(settings)
     table, assumed = laid(table, settings.sensors)
@@ -146,8 +146,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *table.notes,
         *assumed,
         *doubts_on(table, settings.sensors),
-        *notes_on_lone_reports(table, periods, guessed, rotations),
-        *notes_on_sparse_scans(table, settings.sensors, guessed, rotations),
+        *doubts_on_scans(table, settings.sensors, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))

@@ -294,7 +294,7 @@ class MultiScanTracker:
         density = self._undetected.look(data, waited)
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
         self._concerned = np.concatenate([tree.slots()[0], data.slot])
-        with pace.growth(tree, self._limits, len(scan)):
+        with pace.growth(tree, len(scan)):
             tree.grow(data, density)
         return tree
 
@@ -325,7 +325,7 @@ class MultiScanTracker:
         """Return a planted tree grown by the window's scans as if they had come in order."""
         self._undetected = self._past.undetected.copy()
         last, n_scans = self._open.fixed_until, len(self._open.scans)
-        with pace.growth(tree, self._limits, self._open.end_slot - self._open.first_slot, n_scans):
+        with pace.growth(tree, self._open.end_slot - self._open.first_slot, n_scans):
             for place in range(n_scans):
                 data, waited = self._timed(place, last)
                 self._dormant.exchange(tree, data, 0.0)

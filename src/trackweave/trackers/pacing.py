@@ -8,7 +8,6 @@ from time import perf_counter
 
 import numpy as np
 
-from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer
 from trackweave.association.tree import AssociationTree
 from trackweave.solvers.protocol import Stop
@@ -109,17 +108,13 @@ class Pace:
         return bool(np.isfinite(self.end))
 
     @contextmanager
-    def growth(
-        self, tree: AssociationTree, usual: GrowthLimits, n_reports: int, n_scans: int = 1
-    ) -> Iterator[None]:
+    def growth(self, tree: AssociationTree, n_reports: int, n_scans: int = 1) -> Iterator[None]:
         """Let a tree grow no larger than the clock allows, and take in how long it took.
 
         Parameters
         ----------
         tree
             The sequences, before they grow.
-        usual
-            What bounds them without a deadline.
         n_reports
             How many reports there are to begin with.
         n_scans
@@ -131,22 +126,22 @@ class Pace:
         """
         self._lap()
         n_before, n_scans = tree.n_nodes, max(1, n_scans)
-        tree.limit(self._room(usual, n_before, tree.n_families + n_reports, n_scans))
+        tree.limit(self._room(tree, n_reports, n_scans))
         yield
         self.pacer.growth.learn(self._lap() / n_scans, n_before + tree.n_nodes)
 
-    def _room(self, usual: GrowthLimits, n_before: int, n_beginnings: int, n_scans: int) -> int:
+    def _room(self, tree: AssociationTree, n_reports: int, n_scans: int) -> int:
         """Return how many sequences there may be: fewer where the clock allows no more."""
         if not self.is_timed:
-            return usual.max_nodes
+            return tree.limits.max_nodes
         pacer = self.pacer
         # Growth cannot be told to stop, and how much is proposed differs from scan to scan.
         growth = n_scans * (pacer.growth.usual + pacer.growth.most) / 2
         each = growth + SEARCH * pacer.search.usual + pacer.overrun.usual + pacer.rest.most
-        left = self.end - self.last - growth * (n_before + BASE)
-        fits = max(FEWEST * n_beginnings, left / each - BASE, 1)
+        left = self.end - self.last - growth * (tree.n_nodes + BASE)
+        fits = max(FEWEST * (tree.n_families + n_reports), left / each - BASE, 1)
         # The lesser first: a deadline of ages is no whole number.
-        return int(min(usual.max_nodes, fits))
+        return int(min(tree.limits.max_nodes, fits))
 
     def gap_of(self, answer: Answer) -> float | None:
         """Return the gap that a search left open because it had to stop; None without a clock."""
