@@ -21,7 +21,7 @@ from capacity_scene import TURN, Radars, Sky, Truth, lifecycle
 from scipy.spatial import cKDTree
 from text_tables import command, heading, table
 
-from trackweave import ConstantVelocity, MultiScanTracker, Window
+from trackweave import ConstantVelocity, MultiHypothesisTracker, Window
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 
 NEAR = 2_000.0
@@ -78,7 +78,7 @@ def run(aircraft: int, turns: int, depth: int, seed: int = 1) -> Figures:
     """Return the figures of a run, its tracks written to a file that grows."""
     sky = Sky(aircraft, seed)
     radars, judge = Radars(sky), Judge()
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(process_noise=15.0, max_speed=300.0),
         sensors=radars.sensors(),
         window=Window(depth, 10 * depth),

@@ -24,7 +24,7 @@ from simulated_scenes import rotating
 from solvers_families import ENDLESS, Clock
 from text_tables import command, heading, table
 
-from trackweave import MultiScanTracker
+from trackweave import MultiHypothesisTracker
 from trackweave.association._clusters import partition
 from trackweave.association.problem import AssignmentProblem, Status
 from trackweave.solvers import Annealing, Auto, Dual, Genetic, Hint
@@ -87,7 +87,7 @@ def of_solvers(windows: dict[str, Problems], times: int) -> list[Row]:
 def reuse(bench: Bench, targets: int, depth: int, times: int) -> Row:
     """Return what keeping the tree from scan to scan gains."""
     scene = bench.scene(targets, 1, 1)
-    kinds = (MultiScanTracker, GrownAnew)
+    kinds = (MultiHypothesisTracker, GrownAnew)
     ways = [lambda kind=kind: followed(kind, scene, depth) for kind in kinds]
     (_, kept), (_, anew) = paired(ways, times)
     gospa = [bench.score(scene, way.rows)["gospa"] for way in (kept, anew)]
@@ -224,7 +224,7 @@ def hurried(name: str, problems: Problems, milliseconds: float) -> Row:
 def beliefs_prices(bench: Bench, targets: int, times: int) -> Row:
     """Return what growth gains from knowing which reports others want."""
     scene = bench.scene(targets, 1, 1)
-    kinds = (MultiScanTracker, WithoutPrices)
+    kinds = (MultiHypothesisTracker, WithoutPrices)
     ways = [lambda kind=kind: followed(kind, scene, 7) for kind in kinds]
     (_, priced), (_, plain) = paired(ways, times)
     gospa = [bench.score(scene, way.rows)["gospa"] for way in (priced, plain)]

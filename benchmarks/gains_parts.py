@@ -10,7 +10,7 @@ import numpy as np
 from bench_data import Scene
 from runs import CONFIGURATION, configuration_for, priors_of, reports_of
 
-from trackweave import MultiScanTracker, read_reports
+from trackweave import MultiHypothesisTracker, read_reports
 from trackweave.association import dormant
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.association.tree import AssociationTree
@@ -25,7 +25,7 @@ from trackweave.trackers.pacing import Pace
 Problems = list[tuple[AssignmentProblem, Hint | None]]
 
 
-class GrownAnew(MultiScanTracker):
+class GrownAnew(MultiHypothesisTracker):
     """The tracker that keeps no tree: each scan grows all scans of the window again."""
 
     def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
@@ -33,7 +33,7 @@ class GrownAnew(MultiScanTracker):
         return self._taken_late(tree, scan, self._open.find(scan.sensor, scan.time), pace)
 
 
-class WithoutPrices(MultiScanTracker):
+class WithoutPrices(MultiHypothesisTracker):
     """The tracker whose beliefs do not tell growth which reports others want."""
 
     def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
@@ -75,7 +75,7 @@ class Followed(NamedTuple):
 
 
 def followed(
-    kind: type[MultiScanTracker], scene: Scene, depth: int, search: Any = None
+    kind: type[MultiHypothesisTracker], scene: Scene, depth: int, search: Any = None
 ) -> Followed:
     """Run a kind of tracker over a scene of the bench, from its priors."""
     table = read_reports(reports_of(scene))
@@ -111,7 +111,7 @@ def followed(
 def windows_of(scene: Scene, depth: int = 7) -> Problems:
     """Return the problems of a scene of the bench, scan by scan."""
     collector = Collector([])
-    followed(MultiScanTracker, scene, depth, collector)
+    followed(MultiHypothesisTracker, scene, depth, collector)
     return collector.met
 
 

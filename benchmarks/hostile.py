@@ -57,16 +57,20 @@ def _measured(kind: str, count: int, n_scans: int) -> tuple[Any, ...]:
     return f"{np.mean(seconds):.1f}", f"{max(seconds):.1f}", max(sequences), peak
 
 
-def _tracker() -> tw.MultiScanTracker:
+def _tracker() -> tw.MultiHypothesisTracker:
     sensor = tw.Sensor(
         "radar", sigma=10.0, detection_probability=0.9, clutter_density=1e-6, scan_period=1.0
     )
     motion = tw.ConstantVelocity(process_noise=0.05, max_speed=30.0)
-    return tw.MultiScanTracker(motion=motion, sensors=[sensor])
+    return tw.MultiHypothesisTracker(motion=motion, sensors=[sensor])
 
 
 def _follow(
-    tracker: tw.MultiScanTracker, kind: str, count: int, n_scans: int, rng: np.random.Generator
+    tracker: tw.MultiHypothesisTracker,
+    kind: str,
+    count: int,
+    n_scans: int,
+    rng: np.random.Generator,
 ) -> tuple[list[float], list[int]]:
     """Return the CPU time of each scan [s] and how many sequences were held."""
     start, speed = rng.uniform(0.0, 30.0, (count, 2)), rng.normal(0.0, 5.0, (count, 2))

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from text_tables import heading, table
 
-from trackweave import ConstantVelocity, Lifecycle, MultiScanTracker, Scan, Sensor, Window
+from trackweave import ConstantVelocity, Lifecycle, MultiHypothesisTracker, Scan, Sensor, Window
 
 SIDE, MARGIN, SIGMA, DETECTION, PROCESS_NOISE = 1000.0, 100.0, 10.0, 0.9, 0.05
 
@@ -83,7 +83,7 @@ def _run(
     targets: int, n_scans: int, depth: int, look: Callable[[int], None] | None = None
 ) -> None:
     clutter = targets / (SIDE + 2 * MARGIN) ** 2
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(PROCESS_NOISE, 20.0),
         sensors=[Sensor("radar", SIGMA, DETECTION, clutter, scan_period=1.0)],
         window=Window(depth),

@@ -12,7 +12,7 @@ from solvers_families import SEED, solver_named, warm_up
 from solvers_highs import Columns, columns_of_problem, mixed_integer
 from text_tables import command, heading, table
 
-from trackweave import MultiScanTracker, read_reports, solve
+from trackweave import MultiHypothesisTracker, read_reports, solve
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.config import load_configuration
 from trackweave.io.priors import read_priors
@@ -49,7 +49,7 @@ def collected(scene: Scene, *, priors: bool) -> list[tuple[AssignmentProblem, Hi
         table_read, load_configuration(configuration_for(scene, CONFIGURATION, {}))
     )
     collector = Collector()
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=settings.motion,
         sensors=list(settings.sensors),
         window=settings.window,

@@ -12,7 +12,7 @@ from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.solvers import Dual, Hint, Stop
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 SIGMA, DETECTION, PROCESS_NOISE, MAX_SPEED = 10.0, 0.9, 0.05, 20.0
@@ -77,7 +77,7 @@ def grown(
 ) -> tuple[AssignmentProblem, int]:
     """Return the last window's problem, and how many sequences the last scan left out."""
     keeper = Keeper()
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(PROCESS_NOISE, MAX_SPEED),
         sensors=[
             Sensor(str(k), SIGMA, DETECTION, place.clutter_density, scan_period=1.0)

@@ -81,7 +81,9 @@ if TYPE_CHECKING:
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
     from trackweave.trackers.lifecycle import Lifecycle as Lifecycle
-    from trackweave.trackers.multiscan import MultiScanTracker as MultiScanTracker
+    from trackweave.trackers.multi_hypothesis import (
+        MultiHypothesisTracker as MultiHypothesisTracker,
+    )
     from trackweave.trackers.nearest_neighbour import (
         NearestNeighbourTracker as NearestNeighbourTracker,
     )
@@ -131,7 +133,7 @@ _HOMES = {
     "MBest": "trackweave.solvers",
     "MaxMinAntSystem": "trackweave.solvers",
     "MissingDependencyError": "trackweave.errors",
-    "MultiScanTracker": "trackweave.trackers.multiscan",
+    "MultiHypothesisTracker": "trackweave.trackers.multi_hypothesis",
     "NearestNeighbourTracker": "trackweave.trackers.nearest_neighbour",
     "NotObservableError": "trackweave.fusion.bias_fit",
     "NumericalError": "trackweave.errors",

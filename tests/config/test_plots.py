@@ -35,7 +35,7 @@ def filled(values, preset=None, estimates=ESTIMATES):
 
 def test_left_out_it_is_the_tracker_of_a_window_and_nothing_is_entered():
     settings = filled({"tracker": {}, "plots": {}})
-    assert settings.tracker.kind == "multi-scan"
+    assert settings.tracker.kind == "multi-hypothesis"
     assert settings.plots is None
     assert not {"tracker", "plots"} & set(settings.values)
 
@@ -80,7 +80,7 @@ def test_equation_one_prices_plots_alone_and_keeps_all_tuples():
     ("values", "note"),
     [
         ({"tracker": {"kind": "nearest-neighbour"}, "window": {"depth": 3}}, "window"),
-        ({"tracker": {"kind": "multi-scan", "pairing": "nearest"}}, "tracker.pairing"),
+        ({"tracker": {"kind": "multi-hypothesis", "pairing": "nearest"}}, "tracker.pairing"),
     ],
 )
 def test_keys_that_another_tracker_would_use_are_noted(values, note):
@@ -91,7 +91,10 @@ def test_keys_that_another_tracker_would_use_are_noted(values, note):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"tracker": {"kind": "window"}}, 'tracker.kind.*"multi-scan" or "nearest-neighbour"'),
+        (
+            {"tracker": {"kind": "window"}},
+            'tracker.kind.*"multi-hypothesis" or "nearest-neighbour"',
+        ),
         ({"tracker": {"pairing": 1}}, 'tracker.pairing.*"nearest" or "one-to-one"'),
         ({"plots": {"fuse": 1}}, "plots.fuse.*true or false"),
         ({"plots": {"within": -1.0}}, "plots.within.*≥ 0"),

@@ -7,7 +7,7 @@ from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.solvers import Exact
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 MOTION = ConstantVelocity(process_noise=0.05, max_speed=30.0)
 WIDE = GrowthLimits(
@@ -30,7 +30,7 @@ def sensor(name="radar", **changed):
 def tracker(*sensors, **changed):
     """Return a tracker that solves each window exactly."""
     options = {"motion": MOTION, "sensors": sensors or (sensor(),), "window": 4}
-    return MultiScanTracker(**(options | {"search": Exact()} | changed))
+    return MultiHypothesisTracker(**(options | {"search": Exact()} | changed))
 
 
 def scan(time, positions, name="radar", report=()):

@@ -47,7 +47,7 @@ def quality(result):
     return assignment_quality(real["target"].to_numpy(), real["track"].to_numpy()).idf1
 
 
-@pytest.mark.parametrize("kind", ["multi-scan", "nearest-neighbour"])
+@pytest.mark.parametrize("kind", ["multi-hypothesis", "nearest-neighbour"])
 @pytest.mark.parametrize("cost", ["evidence", "equation-1"])
 def test_objects_are_told_apart_by_their_fused_plots(kind, cost):
     table = reports()

@@ -68,7 +68,7 @@ def modules(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
 
 @pytest.mark.parametrize("name", [*HEAVY, *OURS])
 def test_a_configured_run_does_not_import(modules: set[str], name: str) -> None:
-    assert "trackweave.trackers.multiscan" in modules
+    assert "trackweave.trackers.multi_hypothesis" in modules
     assert name not in modules
 
 

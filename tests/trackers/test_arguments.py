@@ -9,7 +9,7 @@ from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Greedy
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 
@@ -45,7 +45,7 @@ class Failing:
 )
 def test_refuses_a_part_of_another_kind(wrong):
     with pytest.raises(InvalidInputError, match=rf"^{next(iter(wrong))}.*; expected"):
-        MultiScanTracker(**({"motion": MOTION, "sensors": [sensor()]} | wrong))
+        MultiHypothesisTracker(**({"motion": MOTION, "sensors": [sensor()]} | wrong))
 
 
 @pytest.mark.parametrize("values", [{"depth": 2.5}, {"max_scans": "9"}, {"depth": True}])

@@ -11,7 +11,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 SIDE, SIGMA, FALSE = 10e3, 0.002, 2.0
@@ -28,8 +28,8 @@ def eyes(places=PLACES) -> list[Sensor]:
     ]  # fmt: skip
 
 
-def tracker(sensors, limits=None) -> MultiScanTracker:
-    return MultiScanTracker(
+def tracker(sensors, limits=None) -> MultiHypothesisTracker:
+    return MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, max_speed=40.0), sensors=sensors, limits=limits,
         window=Window(depth=4, max_scans=16),
         lifecycle=Lifecycle(new_target_density=1e-9, initial_target_density=10 / SIDE**2),

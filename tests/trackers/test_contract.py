@@ -9,11 +9,11 @@ from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import ConstantAcceleration, CoordinatedTurn, Imm
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
 TRACKERS = {
-    "multi-scan": lambda **given: MultiScanTracker(**given),
+    "multi-hypothesis": lambda **given: MultiHypothesisTracker(**given),
     "one-to-one": lambda **given: NearestNeighbourTracker(**given),
     "nearest": lambda **given: NearestNeighbourTracker(**given, pairing="nearest"),
 }

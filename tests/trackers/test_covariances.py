@@ -7,7 +7,7 @@ from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.models.sensors import Sensor
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 SIGMA = np.array([40.0, 5.0])
 ANGLE = np.radians(30.0)
@@ -39,7 +39,7 @@ def scans(seed: int) -> list[np.ndarray]:
 )
 def test_turning_the_world_turns_the_tracks(motion) -> None:
     trackers = [
-        MultiScanTracker(
+        MultiHypothesisTracker(
             motion=motion, window=4, sensors=[Sensor("A", clutter_density=1e-5, scan_period=1.0)]
         )
         for _ in range(2)
@@ -67,12 +67,12 @@ def test_turning_the_world_turns_the_tracks(motion) -> None:
 
 def test_scans_of_one_time_keep_their_covariances_when_merged() -> None:
     covariance = np.array([[[9.0, 2.0], [2.0, 4.0]]])
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, max_speed=30.0),
         sensors=[Sensor("A", sigma=2.0, scan_period=1.0)],
         window=3,
     )
-    split = MultiScanTracker(
+    split = MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, max_speed=30.0),
         sensors=[Sensor("A", sigma=2.0, scan_period=1.0)],
         window=3,

@@ -11,12 +11,12 @@ from trackweave.domain.tracks import CONFIRMED, TENTATIVE
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Exact
 from trackweave.trackers.fused_plots import FusedPlotsTracker
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 from trackweave.trackers.plot_fusion import PlotFuser
 
 NAMES = ("A", "B", "C")
-INSIDE = {"multi-scan": MultiScanTracker, "nearest-neighbour": NearestNeighbourTracker}
+INSIDE = {"multi-hypothesis": MultiHypothesisTracker, "nearest-neighbour": NearestNeighbourTracker}
 
 
 @pytest.fixture(params=INSIDE)
@@ -70,14 +70,14 @@ def test_an_object_has_the_plots_of_all_its_sensors(inside):
 def test_what_the_tracker_inside_says_is_said_of_each_plot():
     """The wrapper against the same steps taken by hand."""
     steps = instants(4, objects=4)
-    target = tracker(MultiScanTracker, window=3)
+    target = tracker(MultiHypothesisTracker, window=3)
     fuser = PlotFuser(
         [sensor(name) for name in NAMES],
         PlotsRule(object_density=1e-6, negative_only=True, lone_plots=True),
         Exact(),
         motion=MOTION,
     )
-    plain = MultiScanTracker(motion=MOTION, sensors=fuser.fused_sensors(1.0), window=3)
+    plain = MultiHypothesisTracker(motion=MOTION, sensors=fuser.fused_sensors(1.0), window=3)
     rng, other, first, members = np.random.default_rng(1), np.random.default_rng(1), 0, {}
     said, tracks = {}, None
     for step in steps:

@@ -9,7 +9,7 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 PATIENT = Lifecycle(certain_probability=1.0, confirm_probability=0.0, new_target_density=1e-5)
 
@@ -122,7 +122,7 @@ def test_a_lost_object_is_taken_up_again_under_a_new_name():
 @pytest.mark.parametrize("estimate", ["average", "best"])
 def test_misses_end_a_confirmed_track_and_nothing_sooner(estimate):
     """With the usual survival the best explanation is an end after three misses already."""
-    target = MultiScanTracker(
+    target = MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, 20.0),
         sensors=[Sensor("radar", 5.0, 0.9, 1e-7, scan_period=1.0)],
         lifecycle=Lifecycle(delete_after_misses=5),

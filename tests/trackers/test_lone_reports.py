@@ -7,7 +7,7 @@ from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 N_OBJECTS = 6
 
@@ -27,7 +27,7 @@ def tracker(scan_period):
         Sensor("transponder", 3.0, 0.9, 1e-8, scan_period=scan_period),
         Sensor("radar", 3.0, 0.9, 1e-8, scan_period=2.0),
     ]
-    return MultiScanTracker(
+    return MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, 20.0),
         sensors=sensors,
         window=5,
@@ -59,7 +59,7 @@ def test_an_empty_scan_of_a_sensor_without_period_is_a_miss_for_all():
 @pytest.mark.parametrize("silence", [500.0, 700.0])
 def test_without_any_period_a_track_ends_after_ten_minutes_unseen(silence):
     rng = np.random.default_rng(1)
-    following = MultiScanTracker(
+    following = MultiHypothesisTracker(
         motion=ConstantVelocity(1e-6, 5.0),
         sensors=[Sensor("transponder", 3.0, 0.9, 1e-8)],
         lifecycle=Lifecycle(survival=1 - 1e-9, new_target_density=1e-7),

@@ -15,7 +15,7 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.solvers import Exact
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
 RNG = np.random.default_rng(1)
@@ -72,7 +72,7 @@ def test_in_its_first_scan_it_decides_as_the_best_hypothesis_of_that_scan(seed):
     heavy = sensor(clutter_density=2e-4)
     options = {"motion": MOTION, "sensors": [heavy], "priors": known(*states)}
     one = NearestNeighbourTracker(**options).step(seen, rng=RNG)
-    other = MultiScanTracker(**options, window=1, search=Exact(), estimate="best")
+    other = MultiHypothesisTracker(**options, window=1, search=Exact(), estimate="best")
     best = other.step(seen, rng=RNG)
     assert one.certificate.status is Status.OPTIMAL
     assert one.certificate.cost == pytest.approx(best.certificate.cost, abs=1e-9)

@@ -33,7 +33,7 @@ class TrackerSettings:
         How the nearest-neighbour tracker pairs tracks and reports.
     """
 
-    kind: Literal["multi-scan", "nearest-neighbour"] = "multi-scan"
+    kind: Literal["multi-hypothesis", "nearest-neighbour"] = "multi-hypothesis"
     pairing: Literal["nearest", "one-to-one"] = "one-to-one"
 
 

@@ -58,8 +58,8 @@ class TrackerSection(Section):
 
     kind: (
         Annotated[
-            Literal["multi-scan", "nearest-neighbour"],
-            Expected('"multi-scan" or "nearest-neighbour"'),
+            Literal["multi-hypothesis", "nearest-neighbour"],
+            Expected('"multi-hypothesis" or "nearest-neighbour"'),
         ]
         | None
     ) = None

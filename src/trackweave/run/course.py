@@ -17,7 +17,7 @@ from trackweave.run.instants import instants_of
 from trackweave.run.scans import complete_scans
 from trackweave.run.turns import with_turns
 from trackweave.trackers.hypothesis import Hypothesis
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 if TYPE_CHECKING:
     from trackweave.trackers.fused_plots import FusedPlotsTracker, ScanTracker
@@ -138,7 +138,7 @@ def _tracker(
             dim=dim,
             unscented=settings.unscented,
         )
-    return MultiScanTracker(
+    return MultiHypothesisTracker(
         motion=settings.motion,
         sensors=list(sensors),
         window=settings.window,

@@ -29,7 +29,7 @@ from trackweave.estimation import (
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 __all__ = ["Directions", "estimates_for"]
@@ -198,7 +198,7 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
     scans = complete_scans(reports, {sensor.name: sensor.scan_period for sensor in sensors})
     counts = Counter(scan.sensor for scan in scans)
     misses = round(PATIENT_MISSES * len(scans) / min(counts.values()))
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=settings.motion,
         sensors=sensors,
         window=settings.window,

@@ -20,7 +20,7 @@ from trackweave.studies.hillis_fitness import (
 )
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 __all__ = [
@@ -109,7 +109,7 @@ def run_example(depth: int, rng: np.random.Generator, solver: Solver | None = No
     What the tracker says.
     """
     asked = Recorded(solver or BestHypothesis())
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=MOTION, sensors=[SENSOR], window=Window(depth), search=asked,
         lifecycle=Lifecycle(new_target_density=1e-6), limits=document_growth(), estimate="best",
     )  # fmt: skip

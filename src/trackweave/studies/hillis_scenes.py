@@ -26,7 +26,7 @@ from trackweave.simulation import (
 from trackweave.solvers.protocol import Solver
 from trackweave.studies.hillis_fitness import Recorded, document_growth
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 __all__ = ["Followed", "TwoSensors", "dense_scene", "follow", "lone_reports", "meeting_scene"]
@@ -266,7 +266,7 @@ def follow(
     What came out.
     """
     asked = Recorded(solver)
-    tracker = MultiScanTracker(
+    tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(PROCESS_NOISE, max_speed=60.0),
         sensors=scene.sensors,
         window=Window(depth),

@@ -15,7 +15,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import require_haste
 from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.plot_fusion import FusedPlots, PlotFuser
 
 __all__ = ["FusedHypothesis", "FusedPlotsTracker", "ScanTracker"]
@@ -27,7 +27,7 @@ MOST_REMEMBERED = 100_000
 
 
 class ScanTracker(Protocol):
-    """Turns scans into tracks: ``MultiScanTracker``, ``NearestNeighbourTracker`` or another."""
+    """Turns scans into tracks: ``MultiHypothesisTracker`` or another."""
 
     def step(
         self,
@@ -73,9 +73,9 @@ class FusedPlotsTracker:
     Everything that it says of a fused report is said of each plot that the report holds; a plot in
     none is a false alarm, finally.
 
-    The certificate is that of the choice of tuples; with a ``MultiScanTracker`` inside, whose
-    window is chosen too, costs and bounds are the sums of both. Where tuples had to be left out,
-    nothing is proven.
+    The certificate is that of the choice of tuples; with a ``MultiHypothesisTracker`` inside,
+    whose window is chosen too, costs and bounds are the sums of both. Where tuples had to be left
+    out, nothing is proven.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ class FusedPlotsTracker:
         return replace(tracks, hits=tracks.hits + added)
 
     def _certificate(self, tracked: Certificate, fused: Certificate) -> Certificate:
-        if not isinstance(self._tracker, MultiScanTracker):
+        if not isinstance(self._tracker, MultiHypothesisTracker):
             return fused
         is_proven = tracked.status == fused.status == Status.OPTIMAL
         return Certificate(
@@ -272,7 +272,7 @@ class FusedPlotsTracker:
 
     def _reason(self, found: Hypothesis, fused: FusedPlots) -> str:
         if (
-            not isinstance(self._tracker, MultiScanTracker)
+            not isinstance(self._tracker, MultiHypothesisTracker)
             or found.stop_reason == fused.stop_reason
         ):
             return fused.stop_reason

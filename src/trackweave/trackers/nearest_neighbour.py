@@ -59,7 +59,7 @@ class NearestNeighbourTracker:
     an object no faster than the motion's ``max_speed`` can have come there. Every report that no
     track takes starts a tentative track, unless it does not say where its object is: bearings
     update tracks and start none. Nothing is ever amended; for decisions that later scans may
-    correct see `MultiScanTracker`, whose motions, sensors and costs these are.
+    correct see `MultiHypothesisTracker`, whose motions, sensors and costs these are.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Dual, Exact, Genetic, Greedy, MBest
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.multiscan import MultiScanTracker
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
 SOLVERS = {
@@ -276,7 +276,7 @@ def test_reports_without_numbers_get_free_ones():
 @pytest.mark.parametrize("sensors", [(), (sensor("a"), sensor("a"))])
 def test_refuses_sensors_without_names_of_their_own(sensors):
     with pytest.raises(InvalidInputError, match="sensors: expected at least one"):
-        MultiScanTracker(motion=MOTION, sensors=sensors)
+        MultiHypothesisTracker(motion=MOTION, sensors=sensors)
 
 
 def test_refuses_an_unknown_estimate():

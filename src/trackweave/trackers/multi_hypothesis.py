@@ -1,4 +1,4 @@
-"""The multi-scan tracker: a sliding window over an association tree."""
+"""The multi-hypothesis tracker: a sliding window over an association tree, with N-scan pruning."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -47,14 +47,14 @@ from trackweave.trackers.slots import Slots
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.window import OpenScans, Window
 
-__all__ = ["MultiScanTracker"]
+__all__ = ["MultiHypothesisTracker"]
 
 
-class MultiScanTracker:
+class MultiHypothesisTracker:
     """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
 
-    A fixed hypothesis holds what lies before the window; what lies in it may be amended by later
-    scans [1]_.
+    A track-oriented multi-hypothesis tracker (MHT) with N-scan pruning: a fixed hypothesis holds
+    what lies before the window; what lies in it may be amended by later scans [1]_.
 
     Parameters
     ----------
