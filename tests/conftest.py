@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import tempfile
 from pathlib import Path
 
@@ -10,16 +11,23 @@ from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "trackweave"
-# No kernel imports from these, so that editing them need not compile anything anew.
-WITHOUT_KERNELS = {
-    "cli", "config", "config.py", "io", "metrics", "plotting", "run.py", "simulation", "studies",
-}  # fmt: skip
+IMPORTED = re.compile(r"^from (trackweave[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
 
 
 def kernel_sources() -> list[Path]:
-    """Return the files on which compiled kernels may depend."""
-    files = sorted(SOURCE.rglob("*.py"))
-    return [file for file in files if file.relative_to(SOURCE).parts[0] not in WITHOUT_KERNELS]
+    """Return the files on which compiled kernels may depend: theirs, and what those import."""
+    waiting = [file for file in SOURCE.rglob("*.py") if "@jit" in file.read_text()]
+    found: set[Path] = set()
+    while waiting:
+        file = waiting.pop()
+        if file in found:
+            continue
+        found.add(file)
+        for module, many, few in IMPORTED.findall(file.read_text()):
+            names = [name.split(" as ")[0].strip() for name in (many or few).split(",")]
+            paths = [SOURCE.parent.joinpath(*module.split("."), name) for name in ("", *names)]
+            waiting += [path for path in (p.with_suffix(".py") for p in paths) if path.is_file()]
+    return sorted(found)
 
 
 def _cache_folder() -> Path:
