@@ -1,58 +1,51 @@
-"""The command reproduce."""
+"""The command reproduce, run as it is: quick, each document's study."""
 
 import json
+import re
 from pathlib import Path
 
-import numpy as np
+import matplotlib.image
 import pytest
 
 from cli.conftest import Run
-from trackweave import studies
-from trackweave.studies import Claim, Study
+from trackweave.studies import STUDIES, study_of
+from trackweave.studies.judging import Verdict
 
 
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Put a study in place of the document's that takes no time."""
-
-    def reproduce(rng: np.random.Generator, quick: bool, progress: object) -> Study:
-        number = rng.integers(1000)
-        claims = (Claim("It holds", True, "It does."), Claim("Who knows", None, "Nobody."))
-        return Study(f"# Report {number} {quick}\n", claims, {"spacing.csv": b"a\n1\n"})
-
-    monkeypatch.setattr(
-        studies, "import_module", lambda _: type("M", (), {"reproduce": reproduce})
-    )
-
-
-@pytest.mark.usefixtures("quick")
-def test_writes_the_report_and_says_what_holds(run: Run, tmp_path: Path) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", sorted(STUDIES))
+def test_repeats_a_study_claim_by_claim(preset: str, run: Run, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = run("reproduce", "huo-2008", "--out", out, "--seed", 4, "--json")
+    done = run("reproduce", preset, "--quick", "--seed", 4, "--out", out, "--json")
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["claims"] == [
-        {"claim": "It holds", "holds": True}, {"claim": "Who knows", "holds": None}
-    ]  # fmt: skip
-    assert (found["preset"], found["seed"], found["out"]) == ("huo-2008", 4, str(out))
-    assert (out / "report.md").read_text().startswith("# Report")
+    assert (found["preset"], found["seed"], found["out"]) == (preset, 4, str(out))
+    assert len(found["claims"]) >= 7
+    assert {claim["verdict"] for claim in found["claims"]} <= set(Verdict)
+    report = (out / "report.md").read_text()
+    assert "**Quick run" in report
+    for claim in found["claims"]:
+        assert claim["claim"] in report
+        assert claim["found"]
     record = json.loads((out / "run.json").read_text())
-    assert record["files"] == ["report.md", "run.json", "spacing.csv"]
-    first = (out / "report.md").read_bytes()
-    done = run("reproduce", "huo-2008", "--out", out, "--seed", 4)
-    assert done.exit_code == 0, done.stderr
-    assert "It holds: holds" in done.stderr
-    assert (out / "report.md").read_bytes() == first
+    assert record["complete"] is True
+    assert record["files"] == sorted(path.name for path in out.iterdir())
+    assert set(record["parts"]) == {part.name for part in study_of(preset).parts}
+    for name in re.findall(r"!\[[^]]*\]\(([^)]*)\)", report):
+        assert matplotlib.image.imread(out / name).std() > 0.0
+    assert not [name for name in record["files"] if name.endswith(".png") and name not in report]
 
 
-def test_says_which_presets_have_a_study(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delitem(studies.STUDIES, "hillis-1997")
-    done = run("reproduce", "hillis-1997", "--out", tmp_path / "out")
-    assert done.exit_code == 2
-    assert "a preset without a study so far; expected huo-2008" in done.stderr
-    done = run("reproduce", "huo", "--out", tmp_path / "out")
+def test_says_which_presets_have_a_study(run: Run, tmp_path: Path) -> None:
+    done = run("reproduce", "huo-2009", "--out", tmp_path / "out")
     assert done.exit_code == 2
     assert "huo-2008" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_leaves_a_directory_that_is_not_its_own_as_it_is(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("dear")
+    done = run("reproduce", "huo-2008", "--quick", "--out", tmp_path)
+    assert done.exit_code == 2
+    assert "not empty and not a run of trackweave" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]

@@ -11,6 +11,7 @@ change and removes it.
 import contextlib
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -36,20 +37,17 @@ FILES = {
     "track": _TRACKED,
     "demo": _SIMULATED | _TRACKED | {"tracker.toml", "demo.png"},
     "fuse": frozenset({"associations.csv", "tracks.csv"}),
-    # The report, and each figure with its numbers.
-    "reproduce": frozenset({"report.md"})
-    | {
-        f"{figure}.{ending}"
-        for figure in (
-            *("spacing", "convergence", "confirmation", "sizes"),
-            *("figures", "example", "depths", "generations", "stops"),
-            *("thresholds", "interruptions", "arrivals"),
-            *("figure3", "figure4", "figure5", "figure6"),
-            *("sorting", "tracking", "courses", "noise", "cpu"),
-        )
-        for ending in ("csv", "png")
-    },
+    "reproduce": frozenset({"report.md"}),
 }
+# A study's figures and their numbers, beside its report: it alone knows which there are.
+_OF_STUDY = re.compile(r"[a-z0-9-]+\.(csv|png)")
+
+
+def _writes(command: str, name: str) -> bool:
+    """Tell whether a command writes files of a name."""
+    return name in FILES[command] or (
+        command == "reproduce" and _OF_STUDY.fullmatch(name) is not None
+    )
 
 
 class OutputDirectory:
@@ -130,6 +128,10 @@ class OutputDirectory:
             else:
                 self._create(target, contents)
 
+    def record(self) -> dict[str, Any] | None:
+        """Return the record of the run that the directory holds, None where it holds none."""
+        return _read_record(self.path / RECORD)
+
     def _target(self) -> Path:
         if self.path.is_symlink() and not self.path.exists():
             raise OutputError(f"{self.path}: a symbolic link to nowhere; expected a directory")
@@ -162,7 +164,7 @@ class OutputDirectory:
                 f"{self.path}: holds a run of `trackweave {writer}`; expected a new or empty "
                 f"directory, or an earlier run of `trackweave {self.command}`"
             )
-        ours = (names & FILES[self.command]) | {RECORD}
+        ours = {name for name in names if _writes(self.command, name)} | {RECORD}
         return sorted(name for name in ours & present if (target / name).is_file())
 
     def _spare(self, target: Path, inputs: Iterable[Path]) -> None:
@@ -222,7 +224,7 @@ def _contents(
     if "trackweave" not in record:
         raise InvalidInputError("record: no key trackweave; expected the version under it")
     for name in files:
-        if name not in FILES[command]:
+        if not _writes(command, name):
             raise InvalidInputError(
                 f"{name!r}: expected the name of a file that `trackweave {command}` writes"
             )

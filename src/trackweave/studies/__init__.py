@@ -1,4 +1,9 @@
-"""The source documents' own studies, repeated: what each says, and what comes out here."""
+"""The source documents' own studies, repeated: what each says, and what comes out here.
+
+A study is a list of parts. Each part measures tables of numbers by itself, from random numbers of
+its own, so that a study that was interrupted goes on where it stopped and ends with the same
+bytes. Report, claims and figures are made from the tables alone.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,12 +14,15 @@ import numpy as np
 from trackweave.config.messages import suggest
 from trackweave.config.presets import FUSION_PRESETS, PRESETS
 from trackweave.errors import InvalidInputError
+from trackweave.studies.judging import Verdict
+from trackweave.studies.writing import Table
 
-__all__ = ["STUDIES", "Claim", "Progress", "Study", "study_of"]
+__all__ = ["STUDIES", "Claim", "Part", "Study", "Tick", "WriteUp", "study_of"]
 
-Progress = Callable[[int, int], None]
+# Called with how much of a part is done and how much it is in all.
+Tick = Callable[[int, int], None]
 
-# The module of each preset's study; its ``reproduce`` makes a Study.
+# The module of each preset's study, which has a ``STUDY``.
 STUDIES: dict[str, str] = {
     "hillis-1997": "trackweave.studies.hillis_1997",
     "huo-2008": "trackweave.studies.huo_2008",
@@ -24,26 +32,49 @@ STUDIES: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What a document says, or what one would expect of it.
+    """What a document says, or what one would expect of it, and what came out.
 
     Parameters
     ----------
     text
-        The claim, as a sentence.
-    holds
-        Whether it came out here; None where the document claims nothing that can be measured.
+        The claim, as a sentence; the document's own words in quotation marks.
+    verdict
+        What the measured figure says of it.
     found
-        What came out, in words and numbers.
+        What came out, in words and numbers, each figure with its 95 % interval.
+    judged_by
+        The threshold and whose it is, such as "≥ 95 % of windows (ours)"; empty where the claim
+        needs none.
     """
 
     text: str
-    holds: bool | None
+    verdict: Verdict
     found: str
+    judged_by: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
-    """A study's result.
+class Part:
+    """A part of a study, measured by itself.
+
+    Parameters
+    ----------
+    name
+        Its name among the parts.
+    measure
+        From its own source of randomness, whether a fraction of the scenes will do, and whom to
+        tell of progress, its tables by name; each becomes a file, NAME.csv. A table whose numbers
+        differ from run to run, as CPU times do, has no place here: ``trackweave reproduce`` tells
+        each part's CPU time in run.json.
+    """
+
+    name: str
+    measure: Callable[[np.random.Generator, bool, Tick], Mapping[str, Table]]
+
+
+@dataclass(frozen=True, slots=True)
+class WriteUp:
+    """What a study's tables say.
 
     Parameters
     ----------
@@ -51,20 +82,34 @@ class Study:
         The report, as Markdown.
     claims
         The claims, in the report's order.
-    files
-        Figures and their numbers: each file's name and content.
+    figures
+        Each figure's file name, ending in .png, and content.
     """
 
     report: str
     claims: tuple[Claim, ...]
-    files: Mapping[str, bytes]
+    figures: Mapping[str, bytes]
 
 
-Reproduce = Callable[[np.random.Generator, bool, Progress | None], Study]
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A document's study.
+
+    Parameters
+    ----------
+    parts
+        What is measured, in this order; no two have a name or a table's name in common.
+    write_up
+        From all tables, and whether they are of a fraction of the scenes, the report with claims
+        and figures.
+    """
+
+    parts: tuple[Part, ...]
+    write_up: Callable[[Mapping[str, Table], bool], WriteUp]
 
 
-def study_of(preset: str) -> Reproduce:
-    """Return what repeats the study of a preset's document.
+def study_of(preset: str) -> Study:
+    """Return the study of a preset's document.
 
     Parameters
     ----------
@@ -73,21 +118,20 @@ def study_of(preset: str) -> Reproduce:
 
     Returns
     -------
-    A function of the source of randomness, of whether a fraction of the scenes will do, and of
-    what to call with the number of parts done and of all.
+    Its parts and what writes them up.
 
     Raises
     ------
     InvalidInputError
-        If there is no such preset, or its document has no study yet.
+        If there is no such preset, or it has no document of its own.
     """
     if preset not in STUDIES:
         there_are = f"expected {' or '.join(sorted(STUDIES))}, the presets that have a study"
         if preset in {*PRESETS, *FUSION_PRESETS}:
-            raise InvalidInputError(f"{preset}: a preset without a study so far; {there_are}")
+            raise InvalidInputError(f"{preset}: a preset without a study; {there_are}")
         hint = suggest(preset, sorted(STUDIES))
         raise InvalidInputError(
             f'preset: "{preset}" is not known; {hint if hint.startswith("did") else there_are}'
         )
-    made: Reproduce = import_module(STUDIES[preset]).reproduce
-    return made
+    study: Study = import_module(STUDIES[preset]).STUDY
+    return study

@@ -2,18 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.io.encoding import encode_table
-from trackweave.studies import Claim
+
+if TYPE_CHECKING:
+    from trackweave.studies import Claim
 
 __all__ = ["Table", "claims_text", "csv_table", "text_table"]
-
-HOLDS = {True: "**holds**", False: "**does not hold**", None: "cannot be told"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +78,12 @@ def csv_table(header: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -
     return {name: encode_table(pl.DataFrame(columns, strict=False), name)}
 
 
-def claims_text(claims: Sequence[Claim]) -> str:
+def claims_text(claims: Sequence["Claim"]) -> str:
     """Return claims with what came out of each, as Markdown."""
     return "\n".join(
-        f"{number}. {claim.text} – {HOLDS[claim.holds]}. {claim.found}"
+        f"{number}. {claim.text} – **{claim.verdict}**"
+        + (f", judged by {claim.judged_by}" if claim.judged_by else "")
+        + f". {claim.found}"
         for number, claim in enumerate(claims, start=1)
     )
 
