@@ -365,3 +365,20 @@ def test_strength_and_identities_are_handed_on() -> None:
 def test_the_kind_of_filter_is_handed_on() -> None:
     assert not filled({}).unscented
     assert filled({"motion": {"filter": "unscented"}}).unscented
+
+
+@pytest.mark.parametrize("repeated", [{}, {"method": "genetic"}])
+def test_a_key_of_the_search_is_merged_over_the_presets(repeated: dict[str, str]) -> None:
+    settings = filled({"search": {**repeated, "population": 40}}, preset="hillis-1997")
+    assert settings.search.population == 40
+    assert settings.search.crossover == 0.9
+    assert settings.search.settle is False
+    assert settings.sources["search.population"] == "file"
+    assert settings.sources["search.settle"] == "preset"
+
+
+def test_says_whose_an_option_of_another_solver_is() -> None:
+    with pytest.raises(InvalidInputError, match=r"search\.ants: a key of ant-system.*is genetic"):
+        filled({"search": {"ants": 50}}, preset="hillis-1997")
+    with pytest.raises(InvalidInputError, match=r"search\.ants: a key of ant-system.*is auto"):
+        filled({"search": {"ants": 50}})

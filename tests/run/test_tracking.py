@@ -309,3 +309,10 @@ def test_a_sensor_that_falls_silent_for_an_hour_ends_its_tracks() -> None:
     first = result.tracks.filter(pl.col("time") < 1000.0)["track"].unique()
     last = result.tracks.filter(pl.col("time") > 3600.0)["track"].unique()
     assert set(first.to_list()).isdisjoint(last.to_list())
+
+
+def test_a_presets_search_is_changed_by_one_key_where_all_else_is_estimated() -> None:
+    config = {"search": {"ants": 7}}
+    result = tracked(pl.DataFrame(columns()), config, preset="wiranto-2018")
+    assert result.run["configuration"]["search"]["ants"] == 7
+    assert result.run["configuration"]["search"]["persistence"] == 0.8

@@ -296,7 +296,7 @@ def _search(ledger: Ledger, configuration: Configuration) -> tuple[Any, float | 
         # The preset's options are its own method's.
         preset = {}
     chosen = section.model_copy(update={**preset, **section.model_dump(exclude_unset=True)})
-    solver = make_solver(chosen)
+    solver = make_solver(chosen, configuration.name)
     ledger.choose(("search", "method"), default=DEFAULT_METHOD)
     for option in {**preset, **(section.model_extra or {})}:
         if option != "method":

@@ -49,7 +49,7 @@ def load_configuration(
     except ValidationError as err:
         raise InvalidInputError(explain(err, Configuration, [name], values)) from None
     check_search(configuration.search, name)
-    return configuration
+    return configuration.called(name)
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

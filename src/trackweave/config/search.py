@@ -93,6 +93,7 @@ def make_solver(search: SearchSection, name: str = "configuration") -> Any:
 def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
     """Return the solver of a known name; ``key`` is the table that its options stand in."""
     model = options_model(method)
+    _refuse_others_options(method, options, f"{name}, {key}")
     try:
         model.model_validate(options)
     except ValidationError as err:
@@ -106,6 +107,19 @@ def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
         return _solver_class(method)(**values)
     except InvalidInputError as err:
         raise InvalidInputError(f"{name}, {key}.{err}") from err
+
+
+def _refuse_others_options(method: str, options: dict[str, Any], place: str) -> None:
+    """Say whose an option is that the method does not have, where another has it."""
+    for option in options:
+        owners = [] if option in _options(method) else [
+            owner for owner in METHODS if option in _options(owner)
+        ]  # fmt: skip
+        if owners:
+            raise InvalidInputError(
+                f"{place}.{option}: a key of {', '.join(owners)}, but the method is {method}; "
+                f"expected one of {', '.join(sorted(_options(method)))}"
+            )
 
 
 def _searches(entries: list[Any], key: str, name: str) -> tuple[Any, ...]:

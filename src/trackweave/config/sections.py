@@ -5,7 +5,7 @@ A key that is left out is None here and is filled later, from the data or by a d
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr
 
 from trackweave.config.fields import Count, Expected, Positive, Probability, Section
 from trackweave.config.motion_sections import MotionSection
@@ -218,6 +218,8 @@ def _on_earth(value: list[float]) -> list[float]:
 class Configuration(Section):
     """Everything that ``tracker.toml`` can say; keys left out are estimated or take defaults."""
 
+    _name: str = PrivateAttr("configuration")
+
     seed: Annotated[int, Field(ge=0, lt=2**63), Expected("a whole number ≥ 0")] | None = None
     """Seed of the random numbers; ``--seed`` comes first."""
 
@@ -231,6 +233,17 @@ class Configuration(Section):
     growth: GrowthSection = GrowthSection()
     output: OutputSection = OutputSection()
     frame: FrameSection = FrameSection()
+
+    @property
+    def name(self) -> str:
+        """What messages call the file."""
+        return self._name
+
+    def called(self, name: str) -> "Configuration":
+        """Return the same under another name in messages."""
+        named = self.model_copy()
+        named._name = name  # noqa: SLF001 a copy of ourselves
+        return named
 
     def as_file(self) -> dict[str, Any]:
         """Return the keys that were given, nested as in the file."""

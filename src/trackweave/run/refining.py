@@ -10,7 +10,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sections import Configuration
+from trackweave.config.sections import Configuration, SearchSection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import (
@@ -92,6 +92,8 @@ def estimates_for(
     names = reports.sensors
     if directions is None and not needs_estimates(configuration, names):
         return None
+    # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
+    configuration = configuration.model_copy(update={"search": SearchSection()})
     estimates = estimate(reports, known_sigma(configuration, names))
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
