@@ -79,16 +79,16 @@ def test_edges_hold_no_kernels() -> None:
     assert [name_of(file) for file in edges if "trackweave.jit" in file.read_text()] == []
 
 
-def test_only_the_commands_make_a_random_generator() -> None:
-    # Elsewhere the caller hands one over: a default would be unseeded or shared. Estimates alone
-    # must follow from the reports, whatever the seed of the run that takes them.
+def test_generators_are_made_of_seeds_in_one_place() -> None:
+    # The commands have their own. Estimates alone must follow from the reports, whatever the seed
+    # of the run that takes them.
     makers = [
         name_of(file)
         for file in SOURCES
         if file.relative_to(SOURCE).parts[0] != "cli"
         and any(name.endswith("default_rng") for name, _ in calls(ast.parse(file.read_text())))
     ]
-    assert makers == ["src/trackweave/run/refining.py"]
+    assert makers == ["src/trackweave/randomness.py", "src/trackweave/run/refining.py"]
 
 
 def test_library_raises_its_own_exceptions() -> None:

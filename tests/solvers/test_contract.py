@@ -122,6 +122,11 @@ class TestSolver:
         for problem in [*PROBLEMS[:8], *REQUIRED[:4], HARD]:
             require_same(solver(problem, rng=rng()), solver(problem, rng=rng()))
 
+    def test_takes_a_seed_for_a_generator_and_zero_for_none(self, solver, rng) -> None:
+        for problem in [*PROBLEMS[:2], HARD]:
+            require_same(solver(problem, rng=7), solver(problem, rng=rng()))
+        require_same(solver(HARD), solver(HARD, rng=0))
+
     def test_leaves_the_problem_as_it_is(self, solver, rng) -> None:
         for problem in [*PROBLEMS[:4], REQUIRED[2]]:
             names = [field.name for field in fields(problem)]

@@ -5,7 +5,7 @@ import pytest
 
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import Dual, solve
+from trackweave.solvers import Dual, Genetic, solve
 
 PROBLEM = AssignmentProblem.from_tuples([(1, 1), (1, 2)], [-1.0, -2.0])
 
@@ -22,9 +22,9 @@ def test_refuses_what_is_no_problem(problem) -> None:
         solve(problem, Dual(), rng=np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("rng", [1, None, np.random, np.random.RandomState(1)])
+@pytest.mark.parametrize("rng", [1.0, None, np.random, np.random.RandomState(1)])
 def test_refuses_what_is_no_generator(rng) -> None:
-    with pytest.raises(InvalidInputError, match=r"rng: .*; expected an instance of Generator"):
+    with pytest.raises(InvalidInputError, match=r"rng: .*; expected a numpy\.random\.Generator"):
         solve(PROBLEM, Dual(), rng=rng)
 
 
@@ -32,6 +32,14 @@ def test_refuses_what_is_no_generator(rng) -> None:
 def test_refuses_a_hint_or_stop_of_another_kind(option) -> None:
     with pytest.raises(InvalidInputError, match=f"{next(iter(option))}: .*; expected"):
         solve(PROBLEM, Dual(), rng=np.random.default_rng(1), **option)
+
+
+def test_takes_a_seed_for_a_generator_and_zero_for_none() -> None:
+    solver = Genetic(population=20)
+    for seed in (0, 5):
+        expected = solve(PROBLEM, solver, rng=np.random.default_rng(seed))
+        assert solve(PROBLEM, solver, rng=seed).evaluations == expected.evaluations
+    assert solve(PROBLEM).cost == -2.0
 
 
 def test_solves_by_the_genetic_search_unless_told() -> None:

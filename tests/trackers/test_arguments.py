@@ -78,7 +78,7 @@ def test_takes_a_window_by_its_depth(depth):
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"rng": 1},
+        {"rng": 1.5},
         {"rng": None},
         {"rng": np.random.RandomState(1)},
         {"scan": [[1.0, 2.0]]},

@@ -117,6 +117,8 @@ def test_refuses_a_part_of_another_kind(make, wrong):
     "wrong",
     [
         {"rng": None},
+        {"rng": True},
+        {"rng": -1},
         {"rng": np.random.RandomState(1)},
         {"scan": [[1.0, 2.0]]},
         {"scan": scan(6.0, [(0, 0)], "sonar")},
@@ -141,6 +143,14 @@ def test_a_refused_step_changes_nothing(make, wrong):
         np.testing.assert_array_equal(mine.tracks.mean, theirs.tracks.mean)
         np.testing.assert_array_equal(mine.final.report, theirs.final.report)
         assert mine.certificate == theirs.certificate
+
+
+def test_steps_without_a_generator_are_steps_with_the_same_seed(make):
+    scans, bare, seeded = scene(1, times=range(9)), make(), make()
+    for each in scans:
+        mine, theirs = bare.step(each), seeded.step(each, rng=np.random.default_rng(0))
+        np.testing.assert_array_equal(mine.tracks.mean, theirs.tracks.mean)
+        assert (mine.certificate, mine.evaluations) == (theirs.certificate, theirs.evaluations)
 
 
 def test_a_scan_far_too_late_is_counted_and_changes_nothing(make):

@@ -207,7 +207,7 @@ def test_a_step_that_fails_midway_is_the_last(inside):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"rng": 1}, "rng"), ({"deadline": 0.0}, "deadline"), ({"deadline": "soon"}, "deadline")],
+    [({"rng": 1.5}, "rng"), ({"deadline": 0.0}, "deadline"), ({"deadline": "soon"}, "deadline")],
 )
 def test_refuses_arguments_of_another_kind(options, message):
     target = tracker(NearestNeighbourTracker)

@@ -145,5 +145,5 @@ def test_arguments_of_other_kinds_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="scored"):
         ObjectFinder(REACH)("tuples", rng=rng())  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="rng"):
-        ObjectFinder(REACH)(scored, rng=1)  # type: ignore[arg-type]
+        ObjectFinder(REACH)(scored, rng=1.5)  # type: ignore[arg-type]
     assert Sampling() == ObjectFinder(REACH).sampling

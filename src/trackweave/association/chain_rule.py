@@ -22,6 +22,7 @@ from trackweave.arrays import (
 )
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = [
     "Chains",
@@ -56,6 +57,8 @@ class TrackEstimates:
 
     mean: FloatArray
     covariance: FloatArray
+
+    __repr__ = summary
 
     def __post_init__(self) -> None:
         n_axes = np.ndim(self.mean)

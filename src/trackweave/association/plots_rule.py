@@ -34,6 +34,7 @@ from trackweave.association.plot_tables import common_dimension, plot_table, vie
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
 
@@ -65,6 +66,8 @@ class ScoredTuples:
     positions: FloatArray
     covariances: FloatArray
     is_complete: bool = True
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return int(self.costs.shape[0])

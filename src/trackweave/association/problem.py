@@ -16,6 +16,7 @@ from trackweave.association.tuples import (
     parts_of_tuples,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
 
@@ -91,6 +92,8 @@ class Answer:
     prices: FloatArray
     node_probability: FloatArray | None = None
 
+    __repr__ = summary
+
     @property
     def cost(self) -> float:
         """What the answer costs."""
@@ -161,6 +164,8 @@ class AssignmentProblem:
     base_cost: float = 0.0
     row: IntArray | None = None
     requirement: Requirement | None = None
+
+    __repr__ = summary
 
     def __post_init__(self) -> None:
         # Cast here, once, so that kernels may count on types and order in memory.

@@ -31,6 +31,8 @@ from trackweave.association._sampling import (
 )
 from trackweave.association.plots_rule import ScoredTuples
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
+from trackweave.summaries import summary
 
 __all__ = ["Draws", "Sampling"]
 
@@ -54,6 +56,8 @@ class Draws:
 
     answers: tuple[IntArray, ...]
     probability: FloatArray
+
+    __repr__ = summary
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,7 @@ class Sampling:
         scored: ScoredTuples,
         start: ArrayLike,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         stop: Callable[[], bool] | None = None,
     ) -> Draws:
         """Return answers drawn one from another.
@@ -117,7 +121,7 @@ class Sampling:
         start
             Rows of a good answer; no two may share a plot.
         rng
-            Source of randomness.
+            Source of randomness: a generator, or a seed.
         stop
             Asked after each answer whether to stop with those drawn so far.
 
@@ -130,6 +134,7 @@ class Sampling:
         InvalidInputError
             If rows of the start are none of the table's, or share a plot.
         """
+        rng = generator_of(rng)
         rows = _checked_start(scored, start)
         number, index, alone_row = _index(scored, self.margin, rng)
         partition, scratch = _partition(index), _scratch(index)

@@ -16,6 +16,7 @@ from trackweave.arrays import (
     require_finite,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["Scan"]
 
@@ -73,6 +74,8 @@ class Scan:
     identity: IntArray | None = None
     strength: FloatArray | None = None
     covariance: FloatArray | None = None
+
+    __repr__ = summary
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__

@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array
+from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["COASTING", "CONFIRMED", "STATUSES", "TENTATIVE", "TrackTable"]
 
@@ -50,9 +52,27 @@ class TrackTable:
     last_update: FloatArray
     acceleration: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
+    __repr__ = summary
+
     def __post_init__(self) -> None:
-        if self.acceleration.shape[0] != self.time.shape[0]:
-            object.__setattr__(self, "acceleration", np.empty((self.time.shape[0], 0)))
+        rows = len(float_array(self.time, "time", (None,)))
+        if isinstance(self.acceleration, np.ndarray) and self.acceleration.shape == (0, 0):
+            object.__setattr__(self, "acceleration", np.empty((rows, 0)))
+        for name in ("track", "status", "hits"):
+            object.__setattr__(self, name, int_array(getattr(self, name), name, (rows,)))
+        for name in ("time", "score", "last_update"):
+            object.__setattr__(self, name, float_array(getattr(self, name), name, (rows,)))
+        mean = float_array(self.mean, "mean", (rows, None))
+        if mean.shape[1] not in (4, 6):
+            raise InvalidInputError(f"mean: {mean.shape[1]} columns; expected 4 or 6")
+        n = mean.shape[1]
+        object.__setattr__(self, "mean", mean)
+        covariance = float_array(self.covariance, "covariance", (rows, n, n))
+        object.__setattr__(self, "covariance", covariance)
+        pull = float_array(self.acceleration, "acceleration", (rows, None))
+        object.__setattr__(self, "acceleration", pull)
+        if np.any((self.status < TENTATIVE) | (self.status > COASTING)):
+            raise InvalidInputError("status: expected 0, 1 or 2, as STATUSES counts them")
 
     def __len__(self) -> int:
         return int(self.time.shape[0])

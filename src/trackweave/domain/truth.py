@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trackweave.arrays import FloatArray, float_array, require_finite
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["TruthTable"]
 
@@ -35,6 +36,8 @@ class TruthTable:
     target: np.ndarray[Any, Any]
     position: FloatArray
     velocity: FloatArray | None = None
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return len(self.time)

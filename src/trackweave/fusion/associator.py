@@ -17,7 +17,9 @@ from trackweave.fusion.histories import Histories
 from trackweave.fusion.objects import Change, renumber
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.statistic import Statistic
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.protocol import Solver, require_solver
+from trackweave.summaries import summary
 
 __all__ = ["Association", "TrackAssociator"]
 
@@ -63,6 +65,8 @@ class Association:
     certificate: Certificate
     n_tuples: int
     n_pruned: int
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return int(self.track.shape[0])
@@ -181,7 +185,7 @@ class TrackAssociator:
                 raise InvalidInputError(f"{name}: {value!r:.80}; expected {expected}")
 
     def step(
-        self, time: float, pictures: Mapping[str, LocalPicture], *, rng: np.random.Generator
+        self, time: float, pictures: Mapping[str, LocalPicture], *, rng: RandomSource = 0
     ) -> Association:
         """Take what sensors say by a time, and return which tracks are of one object.
 
@@ -193,7 +197,7 @@ class TrackAssociator:
             For each sensor that has news its tracks, all of them: one that is not there any more
             has ended. A sensor that is left out has no news.
         rng
-            Source of randomness.
+            Source of randomness: a generator, or a seed, which draws alike at each step.
 
         Returns
         -------
@@ -206,7 +210,7 @@ class TrackAssociator:
         """
         if not is_number(time):
             raise InvalidInputError(f"time: {time!r:.80}; expected a finite number")
-        require_instance(rng, np.random.Generator, "rng")
+        rng = generator_of(rng)
         histories = self._histories
         if self.complete:
             known = {name: len(source.picture) for name, source in histories.sources.items()}

@@ -13,6 +13,8 @@ from trackweave.fusion.associator import Association, TrackAssociator
 from trackweave.fusion.combine import Combination, SharedPrior
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.registration import Registration
+from trackweave.randomness import RandomSource
+from trackweave.summaries import summary
 
 __all__ = ["FusedPicture", "TrackFuser"]
 
@@ -40,6 +42,8 @@ class FusedPicture:
     time: float
     tracks: TrackTable
     association: Association
+
+    __repr__ = summary
 
 
 @dataclass(slots=True, eq=False)
@@ -118,7 +122,7 @@ class TrackFuser:
                 )
 
     def step(
-        self, time: float, pictures: Mapping[str, LocalPicture], *, rng: np.random.Generator
+        self, time: float, pictures: Mapping[str, LocalPicture], *, rng: RandomSource = 0
     ) -> FusedPicture:
         """Take what sensors say by a time, and return the objects.
 
@@ -130,7 +134,7 @@ class TrackFuser:
             For each sensor that has news its tracks, all of them. A sensor that is left out has
             none; one that is silent for long is not reckoned with until it returns.
         rng
-            Source of randomness.
+            Source of randomness: a generator, or a seed, which draws alike at each step.
 
         Returns
         -------

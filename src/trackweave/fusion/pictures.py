@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray, float_array, int_array, is_number
 from trackweave.errors import InvalidInputError
 from trackweave.filters.kalman import predicted
+from trackweave.summaries import summary
 
 __all__ = ["LocalPicture"]
 
@@ -45,6 +46,8 @@ class LocalPicture:
     track: IntArray
     mean: FloatArray
     covariance: FloatArray
+
+    __repr__ = summary
 
     def __post_init__(self) -> None:
         if not isinstance(self.sensor, str) or not self.sensor:

@@ -26,6 +26,7 @@ from trackweave.metrics.targets import (
     TargetRecord,
     target_records,
 )
+from trackweave.summaries import summary
 
 __all__ = ["Evaluation", "evaluate"]
 
@@ -155,6 +156,8 @@ class Evaluation:
     order: float = 2.0
     window: int = 10
     targets: tuple[TargetRecord, ...] = ()
+
+    __repr__ = summary
 
     def as_dict(self) -> dict[str, Any]:
         """Return every measure by its name, in a fixed order, ready for JSON."""

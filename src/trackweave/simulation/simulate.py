@@ -13,6 +13,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.simulation._paths import course, random_walk
 from trackweave.simulation.scenario import Area, RandomTargets, Scenario, SimulatedSensor
 from trackweave.simulation.targets import Target
+from trackweave.summaries import summary
 
 __all__ = ["Simulation", "simulate"]
 
@@ -34,6 +35,8 @@ class Simulation:
 
     reports: ReportTable
     truth: TruthTable
+
+    __repr__ = summary
 
 
 class _Truth(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
 from trackweave.solvers.exact.exact import begin, branch, go_on
@@ -60,12 +61,12 @@ class Auto:
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:
         """Return the best answer found; see ``Solver``."""
-        source = rng.spawn(1)[0]
+        source = generator_of(rng).spawn(1)[0]
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
         effort = _Effort(relaxation, source, hint, stop, evaluations)
         if not stopped:

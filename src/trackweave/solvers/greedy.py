@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.randomness import RandomSource
 from trackweave.solvers._kernels import cheapest_first
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop
@@ -24,7 +23,7 @@ class Greedy:
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
@@ -23,6 +24,7 @@ from trackweave.solvers.protocol import (
     require_solver,
 )
 from trackweave.solvers.relaxation import Relaxation
+from trackweave.summaries import summary
 
 __all__ = ["MBest", "Ranking"]
 
@@ -51,6 +53,8 @@ class Ranking:
     cost: FloatArray
     n_proven: int
     is_complete: bool
+
+    __repr__ = summary
 
     @property
     def probability(self) -> FloatArray:
@@ -121,18 +125,18 @@ class MBest:
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:
         """Return the cheapest hypothesis, with probabilities; see ``Solver``."""
-        return self._search(problem, 1, rng.spawn(1)[0], hint, stop)[0]
+        return self._search(problem, 1, generator_of(rng).spawn(1)[0], hint, stop)[0]
 
     def rank(
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Ranking:
@@ -143,7 +147,7 @@ class MBest:
         problem
             What to choose from.
         rng
-            Source of randomness, for the solver.
+            Source of randomness, for the solver: a generator, or a seed.
         hint
             What is known beforehand.
         stop
@@ -155,7 +159,7 @@ class MBest:
         what has to be covered.
         """
         answer, components, found = self._search(
-            problem, self.hypotheses, rng.spawn(1)[0], hint, stop
+            problem, self.hypotheses, generator_of(rng).spawn(1)[0], hint, stop
         )
         if not np.isfinite(answer.cost):
             return Ranking(answer, (), np.empty(0), 0, False)

@@ -10,6 +10,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray, is_number, is_whole
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 
 __all__ = ["Hint", "Solver", "Stop", "refuse_parameters", "require_kinds", "require_solver"]
 
@@ -32,6 +33,8 @@ class Hint:
 
     prices: FloatArray | None = None
     nodes: IntArray | None = None
+
+    __repr__ = summary
 
 
 class Solver(Protocol):

@@ -11,6 +11,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers._kernels import Component, cheapest_first
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
@@ -147,7 +148,7 @@ class Resumable(ABC):
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:
@@ -159,7 +160,7 @@ class Resumable(ABC):
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> SearchState:
@@ -170,7 +171,8 @@ class Resumable(ABC):
         problem
             What to solve.
         rng
-            Source of randomness. It is advanced, always by one child, and not kept.
+            Source of randomness: a generator, which is advanced, always by one child, and not
+            kept, or a seed.
         hint
             What is known beforehand.
         stop
@@ -198,7 +200,7 @@ class Resumable(ABC):
         relaxation: Relaxation,
         seeds: Sequence[IntArray],
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         evaluations: int = 0,
     ) -> SearchState:
         """Return the state before the first evaluation, where others have prepared it.
@@ -210,7 +212,8 @@ class Resumable(ABC):
         seeds
             Selections over all families of the rest.
         rng
-            Source of randomness. It is advanced, always by one child, and not kept.
+            Source of randomness: a generator, which is advanced, always by one child, and not
+            kept, or a seed.
         evaluations
             What was spent on it before.
 
@@ -223,7 +226,7 @@ class Resumable(ABC):
             queue=tuple(relaxation.rest.open().tolist()),
             search=None,
             seeds=tuple(seeds),
-            rng=rng.spawn(1)[0],
+            rng=generator_of(rng).spawn(1)[0],
             evaluations=evaluations,
             stop_reason="",
         )

@@ -1,10 +1,9 @@
 """Solving a problem in one call."""
 
-import numpy as np
-
 from trackweave.arrays import require_instance
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
 
@@ -15,7 +14,7 @@ def solve(
     problem: AssignmentProblem,
     solver: Solver | None = None,
     *,
-    rng: np.random.Generator,
+    rng: RandomSource = 0,
     hint: Hint | None = None,
     stop: Stop | None = None,
 ) -> Answer:
@@ -28,7 +27,7 @@ def solve(
     solver
         How; None for ``Auto``.
     rng
-        The only source of randomness.
+        The only source of randomness: a generator, or a seed.
     hint
         What is known beforehand.
     stop
@@ -44,17 +43,14 @@ def solve(
         If an argument is of another kind than it has to be.
     """
     chosen = Auto() if solver is None else solver
-    _require_arguments(problem, chosen, rng, hint, stop)
-    return chosen(problem, rng=rng, hint=hint, stop=stop)
+    _require_arguments(problem, chosen, hint, stop)
+    return chosen(problem, rng=generator_of(rng), hint=hint, stop=stop)
 
 
-def _require_arguments(
-    problem: object, solver: object, rng: object, hint: object, stop: object
-) -> None:
+def _require_arguments(problem: object, solver: object, hint: object, stop: object) -> None:
     """Refuse arguments of a wrong kind, so that solvers need not."""
     require_instance(problem, AssignmentProblem, "problem")
     require_solver(solver, "solver")
-    require_instance(rng, np.random.Generator, "rng")
     if hint is not None:
         require_instance(hint, Hint, "hint")
     if stop is not None and not callable(stop):

@@ -23,6 +23,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.protocol import require_solver
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
@@ -100,21 +101,24 @@ def require_parts(motion: object, search: object, lifecycle: object, limits: obj
         require_instance(limits, GrowthLimits, "limits")
 
 
-def require_step(scan: object, rng: object, deadline: object, stop: object) -> None:
-    """Refuse what no step can be taken with."""
+def require_step(
+    scan: object, rng: RandomSource, deadline: object, stop: object
+) -> np.random.Generator:
+    """Refuse what no step can be taken with, and return the source of randomness."""
     require_instance(scan, Scan, "scan")
-    require_haste(rng, deadline, stop)
+    return require_haste(rng, deadline, stop)
 
 
-def require_haste(rng: object, deadline: object, stop: object) -> None:
-    """Refuse a source of randomness, a deadline or a stop that is none."""
-    require_instance(rng, np.random.Generator, "rng")
+def require_haste(rng: RandomSource, deadline: object, stop: object) -> np.random.Generator:
+    """Refuse a deadline or a stop that is none, and return the source of randomness."""
+    generator = generator_of(rng)
     if deadline is not None and not (is_number(deadline) and deadline > 0):  # type: ignore[operator] # a number
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None")
     if stop is not None and not callable(stop):
         raise InvalidInputError(
             f"stop: {stop!r:.80}; expected a function without arguments, or None"
         )
+    return generator
 
 
 def checked_dim(

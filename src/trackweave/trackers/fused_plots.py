@@ -12,7 +12,9 @@ from trackweave.association.problem import Certificate, Status
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource
 from trackweave.solvers.protocol import Stop
+from trackweave.summaries import summary
 from trackweave.trackers._arguments import require_haste
 from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -33,7 +35,7 @@ class ScanTracker(Protocol):
         self,
         scan: Scan,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         deadline: float | None = None,
         stop: Stop | None = None,
         tracks: bool = True,
@@ -63,6 +65,8 @@ class FusedHypothesis(Hypothesis):
     n_tuples: int = 0
     n_fused: int = 0
     is_complete: bool = True
+
+    __repr__ = summary
 
 
 class FusedPlotsTracker:
@@ -113,7 +117,7 @@ class FusedPlotsTracker:
         self,
         scans: Sequence[Scan],
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         deadline: float | None = None,
         stop: Stop | None = None,
     ) -> FusedHypothesis:
@@ -124,7 +128,8 @@ class FusedPlotsTracker:
         scans
             One scan of each sensor that looked, empty where it saw nothing.
         rng
-            The only source of randomness.
+            The only source of randomness: a generator, or a seed, which draws the same numbers at
+            each step.
         deadline
             Seconds of wall clock for both steps together, above 0; None for none.
         stop
@@ -142,7 +147,7 @@ class FusedPlotsTracker:
             error, such as one of a search, leaves it halfway, and every later step is refused by
             this error.
         """
-        require_haste(rng, deadline, stop)
+        rng = require_haste(rng, deadline, stop)
         if not self._is_whole:
             raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
         end = None if deadline is None else perf_counter() + deadline

@@ -8,6 +8,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Certificate, Status
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
+from trackweave.summaries import summary
 
 __all__ = ["Amendment", "Assignments", "Hypothesis", "left_out"]
 
@@ -46,6 +47,8 @@ class Assignments:
     report: IntArray
     track: IntArray
     probability: FloatArray
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return int(self.report.shape[0])
@@ -110,6 +113,8 @@ class Hypothesis:
     n_pruned_by_deadline: int = 0
     is_crowded: bool = False
     deadline_gap: float | None = None
+
+    __repr__ = summary
 
 
 def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:

@@ -19,6 +19,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.randomness import RandomSource
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Hint, Solver, Stop
 from trackweave.trackers._arguments import (
@@ -165,7 +166,7 @@ class MultiHypothesisTracker:
         self,
         scan: Scan,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         deadline: float | None = None,
         stop: Stop | None = None,
         tracks: bool = True,
@@ -178,7 +179,8 @@ class MultiHypothesisTracker:
             Reports of one sensor, none for an empty scan. A scan that is older than the last one
             but not older than the window is put into its place.
         rng
-            The only source of randomness.
+            The only source of randomness: a generator, or a seed, which draws the same numbers at
+            each step.
         deadline
             Seconds of wall clock for all of the step, above 0; None for none.
         stop
@@ -200,7 +202,7 @@ class MultiHypothesisTracker:
             was. Any other error, such as one of the search, leaves it halfway through the scan,
             and every later step is refused by this error.
         """
-        require_step(scan, rng, deadline, stop)
+        rng = require_step(scan, rng, deadline, stop)
         if not self._is_whole:
             raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
         pace = self._pacer.start(deadline, stop)

@@ -18,6 +18,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.randomness import RandomSource
 from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import (
     checked_dim,
@@ -158,7 +159,7 @@ class NearestNeighbourTracker:
         self,
         scan: Scan,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         deadline: float | None = None,
         stop: Stop | None = None,
         tracks: bool = True,

@@ -19,8 +19,10 @@ from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Solver, Stop, require_solver
+from trackweave.summaries import summary
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_sensors,
@@ -75,6 +77,8 @@ class FusedPlots:
     stop_reason: str
     n_tuples: int
     is_complete: bool
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return len(self.members)
@@ -150,7 +154,7 @@ class PlotFuser:
         self,
         scans: Sequence[Scan],
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         stop: Stop | None = None,
         tracks: TrackTable | None = None,
         first_report: int = 0,
@@ -165,7 +169,8 @@ class PlotFuser:
             covers was missed; one without a scan did not look. Reports without numbers are
             counted on from the greatest one, or from 0, in the order of the sensors.
         rng
-            The only source of randomness.
+            The only source of randomness: a generator, or a seed, which draws the same numbers at
+            each call.
         stop
             Asked every few milliseconds whether to stop with the best choice so far.
         tracks
@@ -182,6 +187,7 @@ class PlotFuser:
         InvalidInputError
             If scans are not of different known sensors, or do not fit them or each other.
         """
+        rng = generator_of(rng)
         looked = _numbered(self.checked(scans))
         time = max(scan.time for scan in looked)
         known = self._dimensions(looked)

@@ -16,9 +16,11 @@ from trackweave.association.plots_rule import ScoredTuples
 from trackweave.association.problem import AssignmentProblem, Certificate
 from trackweave.association.sampling import Draws, Sampling
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Solver, Stop, require_solver
 from trackweave.solvers.solve import solve
+from trackweave.summaries import summary
 
 __all__ = ["FoundObjects", "ObjectFinder"]
 
@@ -61,6 +63,8 @@ class FoundObjects:
     likeliest: IntArray
     certificate: Certificate
     draws: Draws
+
+    __repr__ = summary
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +115,7 @@ class ObjectFinder:
         require_instance(self.sampling, Sampling, "sampling")
 
     def __call__(
-        self, scored: ScoredTuples, *, rng: np.random.Generator, stop: Stop | None = None
+        self, scored: ScoredTuples, *, rng: RandomSource = 0, stop: Stop | None = None
     ) -> FoundObjects:
         """Return the objects.
 
@@ -120,7 +124,7 @@ class ObjectFinder:
         scored
             Tuples at the cost of their evidence, best without ``negative_only``.
         rng
-            The only source of randomness.
+            The only source of randomness: a generator, or a seed.
         stop
             Asked every few milliseconds whether to stop with what is known so far.
 
@@ -129,7 +133,7 @@ class ObjectFinder:
         Groups and places; fewer draws stand behind them after an early stop.
         """
         require_instance(scored, ScoredTuples, "scored")
-        require_instance(rng, np.random.Generator, "rng")
+        rng = generator_of(rng)
         # No best answer needs a tuple that costs nothing or more.
         likeliest, certificate = self._choose(scored, scored.costs, rng, stop)
         draws = self.sampling(scored, likeliest, rng=rng, stop=stop)

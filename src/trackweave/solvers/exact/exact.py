@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from time import perf_counter
 
-import numpy as np
-
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
@@ -59,7 +58,7 @@ class Exact:
         self,
         problem: AssignmentProblem,
         *,
-        rng: np.random.Generator,
+        rng: RandomSource = 0,
         hint: Hint | None = None,
         stop: Stop | None = None,
     ) -> Answer:
