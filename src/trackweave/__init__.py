@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from trackweave.io.truth import read_tracks as read_tracks
     from trackweave.io.truth import read_truth as read_truth
     from trackweave.metrics import Evaluation as Evaluation
-    from trackweave.metrics import evaluate as evaluate
     from trackweave.models.coverage import FieldOfView as FieldOfView
     from trackweave.models.motion import ConstantAcceleration as ConstantAcceleration
     from trackweave.models.motion import ConstantVelocity as ConstantVelocity
@@ -62,6 +61,7 @@ if TYPE_CHECKING:
     from trackweave.run import track as track
     from trackweave.run.fusing import FusionResult as FusionResult
     from trackweave.run.fusing import fuse as fuse
+    from trackweave.run.judging import evaluate as evaluate
     from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Auto as Auto
@@ -162,7 +162,7 @@ _HOMES = {
     "TruthTable": "trackweave.domain.truth",
     "Window": "trackweave.trackers.window",
     "combine": "trackweave.fusion.combine",
-    "evaluate": "trackweave.metrics",
+    "evaluate": "trackweave.run.judging",
     "fuse": "trackweave.run.fusing",
     "plots_of": "trackweave.association.scan_plots",
     "read_local_tracks": "trackweave.io.tracks_in",

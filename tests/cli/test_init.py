@@ -76,3 +76,16 @@ def test_leaves_out_bad_rows_when_told_to(run: Run, reports: Path, tmp_path: Pat
     out = tmp_path / "c.toml"
     assert run("init", reports, "-o", out).exit_code == 2
     assert run("init", reports, "-o", out, "--on-bad-row", "skip").exit_code == 0
+
+
+def test_takes_frames_for_times_and_says_so(run: Run, reports: Path, tmp_path: Path) -> None:
+    frames = tmp_path / "frames.csv"
+    frames.write_text(reports.read_text().replace("time,", "frame,", 1))
+    found = []
+    for name in (reports, frames):
+        done = run("init", name, "-o", tmp_path / "tracker.toml", "--force", "--json")
+        found.append(json.loads(done.stdout))
+    assert found[0]["configuration"] == found[1]["configuration"]
+    assert set(found[1]["notes"]) - set(found[0]["notes"]) == {
+        "column frame: taken for time, for there is no column time"
+    }

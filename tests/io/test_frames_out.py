@@ -55,9 +55,9 @@ def test_an_assignment_names_report_and_track_and_carries_the_rest():
     frame = assignments_frame(reports, {0: 7, 2: 8})
     assert frame.columns == ["report", "time", "sensor", "track", "probability", "target"]
     assert frame.rows() == [
-        ("1", 0.0, "a", 7, None, "t"),
-        ("2", 0.0, "b", None, None, None),
-        ("3", 1.5, "a", 8, None, "t"),
+        (1, 0.0, "a", 7, None, "t"),
+        (2, 0.0, "b", None, None, None),
+        (3, 1.5, "a", 8, None, "t"),
     ]
     same = assignments_frame(reports, np.array([7, -1, 8]), np.array([0.5, np.nan, 1.0]))
     assert same["track"].to_list() == frame["track"].to_list()

@@ -7,12 +7,12 @@ import numpy as np
 
 from trackweave.cli.edge import Voice
 from trackweave.cli.simulate import simulated_tables
-from trackweave.cli.track import tables, with_seed
 from trackweave.config import load_configuration
 from trackweave.io.output import OutputDirectory
 from trackweave.metrics import assignment_quality, evaluate
 from trackweave.plotting import Scene, picture_of_run
 from trackweave.run import TrackingResult, track
+from trackweave.run.record import with_seed
 from trackweave.simulation import Scenario, Simulation, demo_scenario, simulate
 
 __all__ = ["demo_configuration", "run_demo"]
@@ -47,12 +47,12 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
     )
     files = {
         **simulated_tables(scene),
-        **tables(result),
+        **result.files(),
         "tracker.toml": text.encode(),
         "demo.png": picture,
     }
     # Its configuration file says the seed.
-    record = with_seed(result.run, seed, on_command_line=False)
+    record = with_seed(result.run, seed, "file")
     place.write(files, {**record, "evaluation": _without_time(found)})
     voice.table("Three radars, false alarms, misses and a crossing", _rows(found))
     voice.say(f"The picture is {out / 'demo.png'}; all files are in {out}.")
@@ -83,7 +83,7 @@ def demo_configuration(scenario: Scenario, seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _compare(scene: Simulation, result: TrackingResult) -> dict[str, Any]:
+def _compare(scene: Simulation, result: TrackingResult[Any]) -> dict[str, Any]:
     values = result.values
     assigned = [values.assignment.get(row, -1) for row in range(len(scene.reports))]
     quality = assignment_quality(scene.reports.carried["target"], assigned)

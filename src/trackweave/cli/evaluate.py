@@ -8,9 +8,8 @@ import numpy as np
 
 from trackweave.cli.edge import Voice
 from trackweave.domain.truth import TruthTable
-from trackweave.errors import DataFormatError, InvalidInputError
-from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
-from trackweave.metrics import assignment_quality, evaluate
+from trackweave.metrics import evaluate
+from trackweave.run.judging import compared, quality_in
 
 __all__ = ["Measure", "run_evaluate", "show_evaluation"]
 
@@ -46,9 +45,7 @@ def run_evaluate(
     truth: Path, tracks: Path, assignments: Path | None, measure: Measure
 ) -> dict[str, Any]:
     """Return every measure of tracks against the truth by its name."""
-    frame = plane_of(truth)
-    true, claimed = read_truth(truth, frame), read_tracks(tracks, frame)
-    _require_common_time((truth, true), (tracks, claimed))
+    true, claimed = compared(truth, tracks)
     found = evaluate(
         true,
         claimed,
@@ -58,13 +55,7 @@ def run_evaluate(
         window=measure.window,
     )
     if assignments is not None:
-        table = read_assignments(assignments)
-        if table.target is None:
-            raise DataFormatError(
-                f"{assignments}: no column target; expected the truth of each report, which "
-                "passes through when the reports have it"
-            )
-        found = found.with_assignments(assignment_quality(table.target, table.track))
+        found = found.with_assignments(quality_in(assignments))
     return {**found.as_dict(), "notes": _notes(true)}
 
 
@@ -117,17 +108,3 @@ def _told(record: dict[str, Any]) -> str:
 
 def _shown(value: float | int | None) -> str:
     return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _require_common_time(truth: tuple[Path, TruthTable], tracks: tuple[Path, TruthTable]) -> None:
-    """Refuse tracks of another time: every measure would say that nothing was found."""
-    if len(truth[1]) == 0 or len(tracks[1]) == 0:
-        return
-    (begin, end), (first, last) = (
-        (float(table.time.min()), float(table.time.max())) for _, table in (truth, tracks)
-    )
-    if last < begin or first > end:
-        raise InvalidInputError(
-            f"{tracks[0]}: from {first:.15g} to {last:.15g} s, {truth[0]}: from {begin:.15g} to "
-            f"{end:.15g} s; expected tracks and truth of the same time"
-        )

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from trackweave.cli.edge import Voice
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
@@ -56,10 +54,10 @@ def run_fuse(request: FuseRequest, voice: Voice) -> dict[str, Any]:
             files,
             request.config,
             preset=request.preset,
-            rng=np.random.default_rng(request.seed),
+            rng=request.seed,
             progress=progress,
         )
-    record = {**result.run, "seed": request.seed}
+    record = result.run
     place.write(_tables(result), record)
     for line in [*_assumed(record), *_registered(record), *record["notes"]]:
         voice.say(line)
@@ -99,7 +97,7 @@ def _stem(path: Path) -> str:
     return path.name
 
 
-def _tables(result: FusionResult) -> dict[str, bytes]:
+def _tables(result: FusionResult[Any]) -> dict[str, bytes]:
     return {
         "associations.csv": encode_table(result.associations, "associations.csv"),
         "tracks.csv": encode_table(result.tracks, "tracks.csv"),

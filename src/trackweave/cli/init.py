@@ -53,7 +53,8 @@ def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
         raise InvalidInputError(f"{request.reports}: no rows; expected at least one report")
     settings, estimates = settle(reports, load_configuration(None), to_be_edited=True)
     # What a run takes where nobody says a seed.
-    settings = replace(settings, values={**settings.values, "seed": 0})
+    notes = (*reports.notes, *settings.notes)
+    settings = replace(settings, values={**settings.values, "seed": 0}, notes=notes)
     text = commented_toml(
         settings,
         head=_head(request.reports, reports),

@@ -6,24 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
 from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
 from trackweave.io.output_file import OutputFile
 from trackweave.io.reports import read_reports
-from trackweave.io.run_files import AssignedReports, RunFiles, read_run
-from trackweave.io.truth import plane_of, read_truth
+from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
+from trackweave.run.drawing import PROVEN_GAP, assigned_per_scan, places_told
+from trackweave.run.judging import truth_on
 
 __all__ = ["PlotRequest", "run_plot"]
 
 PICTURE = "plot.png"
-PROVEN_GAP = 1e-9
 # Times that were written to a file and read back may differ in the last digits.
-SAME_TIME_S, SAME_REPORT_S = 1e-6, 1e-3
+SAME_REPORT_S = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +69,11 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
     scene = Scene(
         reports=reports,
         tracks=run.history if request.history else run.tracks,
-        truth=_read_truth(request.truth, run),
+        truth=None
+        if request.truth is None
+        else truth_on(request.truth, run.frame, f"the run in {run.path}"),
         assignment=assignment,
-        sensor_positions=_sensor_positions(run),
+        sensor_positions=places_told(run.record),
         title=None if reports is not None else _title(run),
         pixels=request.pixels,
         origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),
@@ -146,61 +147,18 @@ def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, in
     return {row: track for row, track in enumerate(tracks) if track >= 0}
 
 
-def _read_truth(path: Path | None, run: RunFiles) -> Any:
-    if path is None:
-        return None
-    if run.frame is None and plane_of(path) is not None:
-        raise InvalidInputError(
-            f"{path}: in latitudes and longitudes, which the run in {run.path} is not; expected "
-            "columns x and y"
-        )
-    return read_truth(path, run.frame)
-
-
-def _sensor_positions(run: RunFiles) -> dict[str, tuple[float, ...]]:
-    """Return where the configuration says that sensors stand."""
-    sensors = run.record.get("configuration", {}).get("sensors", {})
-    if not isinstance(sensors, dict):
-        return {}
-    return {
-        name: tuple(float(number) for number in values["position"])
-        for name, values in sensors.items()
-        if isinstance(values, dict) and values.get("position") is not None
-    }
-
-
 def _series(run: RunFiles) -> ScanSeries:
     time, reports, gap = run.scans("time", "reports", "gap")
     return ScanSeries(
         time=time,
         reports=reports,
-        assigned=_assigned(run.record["scans"], time, run.assignments),
+        assigned=assigned_per_scan(run.record["scans"], time, run.assignments),
         gap=gap,
         proven=gap <= PROVEN_GAP,
         cpu_ms=run.cpu_ms(),
         known=run.tracks,
         iso_time=run.iso_time,
     )
-
-
-def _assigned(scans: list[dict[str, Any]], time: FloatArray, table: AssignedReports) -> FloatArray:
-    """Return how many reports of each scan have a track.
-
-    A report belongs to its sensor's first scan that does not end before it. Scans of several
-    sensors that were taken together are named for all of them.
-    """
-    counts = np.zeros(time.size)
-    named = [str(scan.get("sensor")) for scan in scans]
-    of_track = table.track >= 0
-    known = np.unique(table.sensor.astype(str)).tolist()
-    looks = {text: {text, *text.split("+")} for text in dict.fromkeys(named)}
-    for name in known:
-        own = np.array([row for row, text in enumerate(named) if name in looks[text]], dtype=int)
-        own = own[np.argsort(time[own], kind="stable")]
-        when = table.time[of_track & (table.sensor == name)]
-        place = np.searchsorted(time[own], when - SAME_TIME_S)
-        np.add.at(counts, own[place[place < own.size]], 1)
-    return counts
 
 
 def _title(run: RunFiles) -> str:

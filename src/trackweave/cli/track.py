@@ -5,19 +5,15 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
-import numpy as np
-
 from trackweave.cli.edge import Voice
 from trackweave.config import load_configuration
 from trackweave.errors import InvalidInputError
-from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
 from trackweave.io.reports import read_reports
-from trackweave.run import TrackingResult
 from trackweave.run import track as run
-from trackweave.run.record import with_file
+from trackweave.run.record import with_file, with_seed
 
-__all__ = ["Request", "run_track", "summary", "tables", "what_was_assumed", "with_seed"]
+__all__ = ["Request", "run_track", "summary", "what_was_assumed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,36 +75,18 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
             configuration,
             preset=request.preset,
             priors=request.priors,
-            rng=np.random.default_rng(seed),
+            rng=seed,
             deadline=None if request.deadline_ms is None else request.deadline_ms / 1e3,
             progress=progress,
         )
-    told = with_file(result.run, request.reports)
-    record = with_seed(told, seed, on_command_line=request.seed is not None)
-    place.write(tables(result), record)
+    record = with_file(result.run, request.reports)
+    record = with_seed(record, seed, None if request.seed is None else "command line")
+    place.write(result.files(), record)
     for line in [*what_was_assumed(record), *record["notes"]]:
         voice.say(line)
     found = {**summary(record, request.out), "time_s": perf_counter() - begin}
     voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
     return found
-
-
-def with_seed(record: dict[str, Any], seed: int, *, on_command_line: bool) -> dict[str, Any]:
-    """Return a run's record with the seed as used, there and in its configuration."""
-    sources = dict(record["sources"])
-    if on_command_line:
-        sources["seed"] = "command line"
-    configuration = {**record["configuration"], "seed": seed}
-    return {**record, "seed": seed, "configuration": configuration, "sources": sources}
-
-
-def tables(result: TrackingResult) -> dict[str, bytes]:
-    """Return the files of a run but for its record."""
-    return {
-        "tracks.csv": encode_table(result.tracks, "tracks.csv"),
-        "assignments.csv": encode_table(result.assignments, "assignments.csv"),
-        "history.csv": encode_table(result.history, "history.csv"),
-    }
 
 
 def summary(record: dict[str, Any], out: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
+from trackweave.summaries import summary
 
 __all__ = ["BadRow", "ReportTable"]
 
@@ -43,7 +44,7 @@ class BadRow:
 
 _PER_REPORT = (
     "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-    "strength", "height",
+    "strength", "height", "row",
 )  # fmt: skip
 
 
@@ -100,6 +101,11 @@ class ReportTable:
         Height of each report's object [m], shape (reports,), NaN where the row does not say.
     notes
         Sentences on what a user should know of how the table was read.
+    row
+        Number of each report's data record in what was read, from 1, shape (reports,); None where
+        the reports came in the order that they have here.
+    report_type
+        The polars type of numbers that the identifiers came as, None where they came as text.
     """
 
     time: FloatArray
@@ -122,6 +128,10 @@ class ReportTable:
     strength: FloatArray | None = None
     height: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    row: IntArray | None = None
+    report_type: Any = None
+
+    __repr__ = summary
 
     def __len__(self) -> int:
         return len(self.time)

@@ -269,4 +269,5 @@ class RowChecks:
     def _bad_row(self, place: int) -> BadRow:
         column, expected = self._reasons[self._complaint[place]]
         found = cell_text(self.column(column), place)
-        return BadRow(int(self._table.row[place]), column, found, expected)
+        shown = self._table.time_name if column == "time" else column
+        return BadRow(int(self._table.row[place]), shown, found, expected)

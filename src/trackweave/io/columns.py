@@ -7,16 +7,18 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 
 __all__ = [
     "BoolArray",
     "Numbers",
     "cell_text",
     "empty_cells",
+    "numbered",
     "read_numbers",
     "read_text",
     "text_array",
+    "typed_column",
 ]
 
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -127,6 +129,54 @@ def text_array(column: pl.Series) -> np.ndarray[Any, Any]:
     Strings, dtype object.
     """
     return column.fill_null("").to_numpy().astype(object, copy=False)
+
+
+def typed_column(column: pl.Series) -> pl.Series:
+    """Return a column of a text file as numbers where all its cells are; others as they are.
+
+    Parameters
+    ----------
+    column
+        Values of any type. Numbers written with leading zeros are names, and stay text.
+
+    Returns
+    -------
+    The cells as whole numbers, as numbers or as they came.
+    """
+    if column.dtype != pl.String or column.null_count() == len(column):
+        return column
+    whole = column.cast(pl.Int64, strict=False)
+    if whole.null_count() == column.null_count() and (whole.cast(pl.String) == column).all():
+        return whole
+    numbers = column.cast(pl.Float64, strict=False)
+    is_name = column.str.contains(r"^[+-]?0[0-9]").any()
+    return column if is_name or numbers.null_count() > column.null_count() else numbers
+
+
+def numbered(names: pl.Series) -> tuple[tuple[str, ...], IntArray]:
+    """Return the different names, numbers first and by size, and each row's place among them.
+
+    Parameters
+    ----------
+    names
+        Text without nulls.
+
+    Returns
+    -------
+    The names in their order, and an index into them for each cell.
+    """
+    different = sorted(names.unique().to_list(), key=_natural_order)
+    places = pl.Series(range(len(different)), dtype=pl.Int64)
+    code = names.replace_strict(pl.Series(different), places, return_dtype=pl.Int64)
+    return tuple(different), code.to_numpy()
+
+
+def _natural_order(name: str) -> tuple[bool, float, str]:
+    try:
+        number = float(name)
+    except ValueError:
+        number = np.nan
+    return (True, 0.0, name) if np.isnan(number) else (False, number, name)
 
 
 def cell_text(column: pl.Series, place: int) -> str:

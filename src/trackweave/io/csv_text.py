@@ -95,7 +95,7 @@ def parse_csv_carefully(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -
             chunk = []
     chunks.append(_text_frame(chunk, names))
     row = np.asarray(numbers, dtype=np.int64)
-    return RawTable(name, pl.concat(chunks), row, tuple(skipped))
+    return RawTable(name, pl.concat(chunks), row, tuple(skipped), is_text=True)
 
 
 def _require_text(data: bytes, name: str) -> None:
@@ -141,7 +141,7 @@ def _parse_plain(data: bytes, name: str) -> RawTable | None:
         return None
     if frame.height != n_rows:
         return None
-    return RawTable(name, frame, np.arange(1, n_rows + 1))
+    return RawTable(name, frame, np.arange(1, n_rows + 1), is_text=True)
 
 
 def _without_needless_quotes(data: bytes) -> bytes | None:

@@ -9,7 +9,7 @@ import polars as pl
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.tables import RawTable
 
-__all__ = ["from_native"]
+__all__ = ["from_native", "native_of"]
 
 _NAME = "table"
 
@@ -56,6 +56,11 @@ def from_native(source: Any) -> RawTable:
     kind = frame.implementation.value
     kind = kind if kind in {"pandas", "pyarrow"} else "polars"
     return RawTable(_NAME, columns, np.arange(1, columns.height + 1), kind=kind)
+
+
+def native_of(source: Any) -> Any:
+    """Return a table in memory as its own library has it; narwhals' wrapping is taken off."""
+    return nw.to_native(source, pass_through=True)
 
 
 def _column_names(native: Any) -> list[Any]:

@@ -1,6 +1,6 @@
 """Results become data frames with the columns that files have."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,14 @@ from trackweave.io.measured_out import geodetic_columns, measured_columns, numbe
 from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.times import datetime_column
 
-__all__ = ["assignments_frame", "reports_frame", "time_column", "tracks_frame", "truth_frame"]
+__all__ = [
+    "assignments_frame",
+    "reports_frame",
+    "time_column",
+    "tracks_frame",
+    "truth_frame",
+    "ways_out",
+]
 
 
 def tracks_frame(
@@ -69,7 +76,7 @@ def assignments_frame(
     """Return which report belongs to which track as a data frame.
 
     Carried columns follow in their order; one whose name is already taken by a column here gets
-    the prefix ``reports_``.
+    the prefix ``reports_``. Rows are in the order in which the reports came.
 
     Parameters
     ----------
@@ -95,13 +102,13 @@ def assignments_frame(
         numbers[:] = track
     chances = np.full(len(reports), np.nan) if probability is None else probability
     columns = [
-        _text_column("report", reports.report),
+        _identifier_column(reports),
         time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
         pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
     ]
-    return _frame([*columns, *_carried_columns(reports, columns)])
+    return _as_they_came(_frame([*columns, *_carried_columns(reports, columns)]), reports)
 
 
 def reports_frame(reports: ReportTable) -> pl.DataFrame:
@@ -110,23 +117,23 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
     Parameters
     ----------
     reports
-        The reports, whose order is kept.
+        The reports.
 
     Returns
     -------
     ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]`` or what else is measured, then
     ``sigma_x,…``, where the sensor was, and ``scan`` where there are any, and the carried
-    columns.
+    columns. Rows are in the order in which the reports came.
     """
     columns = [
-        _text_column("report", reports.report),
+        _identifier_column(reports),
         time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
         *measured_columns(reports),
     ]
     if reports.scan is not None:
         columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
-    return _frame([*columns, *_carried_columns(reports, columns)])
+    return _as_they_came(_frame([*columns, *_carried_columns(reports, columns)]), reports)
 
 
 def truth_frame(
@@ -166,6 +173,15 @@ def _frame(columns: list[pl.Series]) -> pl.DataFrame:
     return pl.DataFrame({column.name: column for column in columns})
 
 
+def _as_they_came(frame: pl.DataFrame, reports: ReportTable) -> pl.DataFrame:
+    return frame if reports.row is None else frame[np.argsort(reports.row)]
+
+
+def _identifier_column(reports: ReportTable) -> pl.Series:
+    column = _text_column("report", reports.report)
+    return column if reports.report_type is None else column.cast(reports.report_type)
+
+
 def time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
     """Return times as a column.
 
@@ -196,17 +212,38 @@ def _sensor_column(reports: ReportTable) -> pl.Series:
 
 
 def _carried_columns(reports: ReportTable, taken: list[pl.Series]) -> list[pl.Series]:
-    names = {column.name for column in taken} | set(reports.carried)
+    ways = ways_out({column.name for column in taken}, reports.carried)
     columns = []
     for name, values in reports.carried.items():
-        free = name
-        if name in {column.name for column in taken}:
-            while free in names:
-                free = f"reports_{free}"
-            names.add(free)
+        free = ways.get(name, name)
         if isinstance(values, pl.Series):
             columns.append(values.rename(free))
         else:
             column = _text_column(free, np.asarray(values))
             columns.append(column.set(column == "", None))
     return columns
+
+
+def ways_out(taken: Collection[str], names: Collection[str]) -> dict[str, str]:
+    """Return other names for columns whose names are ours, so that neither is lost.
+
+    Parameters
+    ----------
+    taken
+        The names of our columns.
+    names
+        The names of a user's columns.
+
+    Returns
+    -------
+    From each name that is taken to one that nobody has: with the prefix ``reports_``.
+    """
+    everybody, ways = {*taken, *names}, {}
+    for name in names:
+        if name in taken:
+            free = f"reports_{name}"
+            while free in everybody:
+                free = f"reports_{free}"
+            everybody.add(free)
+            ways[name] = free
+    return ways

@@ -11,7 +11,7 @@ from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
 from trackweave.io.positions import DISTANCE
-from trackweave.io.tables import TableSource, load_table
+from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.truth import read_status
 
 __all__ = ["covariance_names", "read_covariances", "read_priors", "state_names"]
@@ -87,7 +87,7 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
     DataFormatError
         If the table is not one of tracks with covariances, or has a bad row.
     """
-    checks = RowChecks(load_table(source, may_be_empty=True))
+    checks = RowChecks(with_time(load_table(source, may_be_empty=True)))
     dim = 3 if checks.filled("z") else 2
     for name in ("time", "track", *state_names(dim), *covariance_names(dim)):
         checks.require(name, "a tracks table with velocities and covariances")

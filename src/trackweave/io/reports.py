@@ -11,13 +11,13 @@ from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import text_array
+from trackweave.io.columns import numbered, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
-from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table
+from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
 
-__all__ = ["ONLY_SENSOR", "read_reports"]
+__all__ = ["ONLY_SENSOR", "read_reports", "reports_in"]
 
 # The name of the sensor of a table without a column for it, as in [sensors.default].
 ONLY_SENSOR = "default"
@@ -36,16 +36,16 @@ def read_reports(
 ) -> ReportTable:
     """Read reports and check every value.
 
-    Columns: ``time`` (seconds, or ISO 8601); a measurement, ``x,y[,z]`` [m] or
-    ``lat,lon[,alt_m]`` [degrees, m] or ``range_m,azimuth_deg[,elevation_deg][,range_rate_mps]``
-    or ``bearing_deg``, of one kind per sensor; optionally ``sensor``, the report's own noise
-    ``sigma_x,sigma_y[,sigma_z]`` [m] or ``sigma_range_m,sigma_azimuth_deg,…`` (empty cells leave
-    it to the sensor, but x and y go together), where the sensor was, ``sensor_x,sensor_y,…``,
-    ``identity``, ``strength``, ``height_m``, ``report`` (an identifier, else the row's number),
-    ``scan`` (a whole number) and ``target``. All columns but the measurement, also unknown ones,
-    are carried along. Where a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the
-    position when ``frame_origin`` is given and ``x,y`` when not; a row with a position is one,
-    whatever else it holds.
+    Columns: ``time`` (seconds, or ISO 8601; ``t`` or ``frame`` where there is none); a
+    measurement, ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m] or
+    ``range_m,azimuth_deg[,elevation_deg][,range_rate_mps]`` or ``bearing_deg``, of one kind per
+    sensor; optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] or
+    ``sigma_range_m,sigma_azimuth_deg,…`` (empty cells leave it to the sensor, but x and y go
+    together), where the sensor was, ``sensor_x,sensor_y,…``, ``identity``, ``strength``,
+    ``height_m``, ``report`` (an identifier, else the row's number), ``scan`` (a whole number)
+    and ``target``. All columns but the measurement, also unknown ones, are carried along. Where
+    a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin``
+    is given and ``x,y`` when not; a row with a position is one, whatever else it holds.
 
     Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
     Tracking is in three dimensions only where every report has an altitude. The altitude itself
@@ -77,10 +77,37 @@ def read_reports(
         If the table is not one of reports, or has a bad row; the message names file, row and
         column, what was there and what was expected.
     """
-    frame = None
+    return reports_in(
+        load_table(source, on_bad_row),
+        frame_origin=frame_origin,
+        frame_projection=frame_projection,
+        on_bad_row=on_bad_row,
+    )
+
+
+def reports_in(
+    table: RawTable,
+    *,
+    frame_origin: tuple[float, float] | None = None,
+    frame_projection: Projection = "tangent",
+    on_bad_row: OnBadRow = "fail",
+) -> ReportTable:
+    """Return the reports that raw columns hold; parameters and errors as ``read_reports``.
+
+    Parameters
+    ----------
+    table
+        The raw columns.
+    frame_origin, frame_projection, on_bad_row
+        As ``read_reports`` takes them.
+
+    Returns
+    -------
+    The reports, sorted by time, then sensor, then row.
+    """
+    table, frame = with_time(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
-    table = load_table(source, on_bad_row)
     checks = RowChecks(table)
     has_plane = {"x", "y"} <= set(checks.names)
     if frame is None and frame_projection != "tangent" and not has_plane:
@@ -98,7 +125,7 @@ def read_reports(
     skipped = checks.finish(on_bad_row)
 
     good = np.flatnonzero(checks.good)
-    sensors, code = _numbered(sensor_names.gather(good))
+    sensors, code = numbered(sensor_names.gather(good))
     order = np.lexsort((code, time[good]))
     rows = good[order]
     identity, identities = _identities(checks, rows)
@@ -122,7 +149,9 @@ def read_reports(
         identities=identities,
         strength=None if strength is None else strength[rows],
         height=None if height is None else height[rows],
-        notes=measured.notes,
+        notes=(*table.notes, *measured.notes),
+        row=table.row[rows],
+        report_type=_type_of_identifiers(table),
     )
 
 
@@ -170,20 +199,14 @@ def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
     return identifiers
 
 
-def _numbered(names: pl.Series) -> tuple[tuple[str, ...], IntArray]:
-    """Return the different names, numbers first and by size, and each row's place among them."""
-    different = sorted(names.unique().to_list(), key=_natural_order)
-    places = pl.Series(range(len(different)), dtype=pl.Int64)
-    code = names.replace_strict(pl.Series(different), places, return_dtype=pl.Int64)
-    return tuple(different), code.to_numpy()
-
-
-def _natural_order(name: str) -> tuple[bool, float, str]:
-    try:
-        number = float(name)
-    except ValueError:
-        number = np.nan
-    return (True, 0.0, name) if np.isnan(number) else (False, number, name)
+def _type_of_identifiers(table: RawTable) -> Any:
+    """Return the type of numbers that the table's identifiers are, None where they are text."""
+    if "report" not in table.columns.columns:
+        return pl.Int64()
+    column = table.columns["report"]
+    dtype = (typed_column(column) if table.is_text else column).dtype
+    is_plain = dtype.is_float() or (dtype.is_integer() and dtype != pl.Int128)
+    return dtype if is_plain else None
 
 
 def _carried(

@@ -3,7 +3,7 @@
 import gzip
 import os
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -15,7 +15,15 @@ from trackweave.arrays import IntArray
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
 
-__all__ = ["ENDINGS", "OnBadRow", "RawTable", "TableSource", "file_ending", "load_table"]
+__all__ = [
+    "ENDINGS",
+    "OnBadRow",
+    "RawTable",
+    "TableSource",
+    "file_ending",
+    "load_table",
+    "with_time",
+]
 
 OnBadRow: TypeAlias = Literal["fail", "skip"]
 if TYPE_CHECKING:
@@ -27,6 +35,8 @@ else:
     TableSource = str | os.PathLike[str] | Any
 
 ENDINGS = (".csv", ".csv.gz", ".parquet")
+TIME = "time"
+TIME_TOO = ("t", "frame")  # what others call it; the first that is there counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +55,10 @@ class RawTable:
         Rows that have too few or too many cells to be placed in columns.
     kind
         Library that the table came from: "polars" (also for files), "pandas" or "pyarrow".
+    time_name
+        What the table itself calls its column ``time``.
+    is_text
+        Whether cells are text because the file knows nothing else.
     """
 
     name: str
@@ -52,9 +66,18 @@ class RawTable:
     row: IntArray
     skipped: tuple[BadRow, ...] = field(default=())
     kind: str = "polars"
+    time_name: str = TIME
+    is_text: bool = False
 
     def __len__(self) -> int:
         return len(self.row)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what a user should know of how the columns were understood."""
+        if self.time_name == TIME:
+            return ()
+        return (f"column {self.time_name}: taken for time, for there is no column time",)
 
 
 def load_table(
@@ -89,6 +112,25 @@ def load_table(
     if len(table) == 0 and not table.skipped and not may_be_empty:
         raise DataFormatError(f"{table.name}: no data rows; expected at least one")
     return table
+
+
+def with_time(table: RawTable) -> RawTable:
+    """Return a table whose column ``t`` or ``frame`` is called ``time``, unless it has one.
+
+    Parameters
+    ----------
+    table
+        The raw columns.
+
+    Returns
+    -------
+    The table; it remembers what it calls its times itself.
+    """
+    names = table.columns.columns
+    found = [name for name in TIME_TOO if name in names]
+    if TIME in names or not found:
+        return table
+    return replace(table, columns=table.columns.rename({found[0]: TIME}), time_name=found[0])
 
 
 def file_ending(path: Path) -> str:

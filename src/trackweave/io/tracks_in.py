@@ -11,8 +11,9 @@ from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
 from trackweave.io.positions import DISTANCE, LATITUDE, LONGITUDE
 from trackweave.io.priors import covariance_names, read_covariances, state_names
-from trackweave.io.tables import TableSource, load_table
+from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.truth import read_status
+from trackweave.summaries import summary
 
 __all__ = ["LocalTracks", "read_local_tracks"]
 
@@ -52,6 +53,8 @@ class LocalTracks:
     n_left_out: int = 0
     is_tentative: bool = False
 
+    __repr__ = summary
+
     def __len__(self) -> int:
         return len(self.tracks)
 
@@ -83,7 +86,7 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
         If the table is not one of tracks with covariances, a row is bad, or a track has two rows
         at one time.
     """
-    table = load_table(source, may_be_empty=True)
+    table = with_time(load_table(source, may_be_empty=True))
     checks = RowChecks(table)
     has_height = checks.filled("z") or (len(checks) == 0 and "z" in checks.names)
     dim = 3 if has_height else 2

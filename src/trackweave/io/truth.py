@@ -11,9 +11,10 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED, STATUSES
 from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import BoolArray, read_numbers, text_array
+from trackweave.io.columns import BoolArray, numbered, read_numbers, text_array
 from trackweave.io.positions import read_positions
-from trackweave.io.tables import TableSource, load_table
+from trackweave.io.tables import TableSource, load_table, with_time
+from trackweave.io.times import read_times
 
 __all__ = [
     "AssignmentTable",
@@ -75,9 +76,9 @@ def plane_of(source: TableSource) -> LocalFrame | None:
 def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
     """Read true positions: ``time,target,x,y[,z][,vx,vy[,vz]]``, or ``lat,lon[,alt_m]``.
 
-    ISO 8601 times become seconds from 1970 UTC. Other columns are passed over, and so are
-    velocities unless every row has them. A row whose position is empty or NaN throughout says
-    that its target is away, as if there were no such row.
+    ``time`` may be called ``t`` or ``frame``. ISO 8601 times become seconds from 1970 UTC. Other
+    columns are passed over, and so are velocities unless every row has them. A row whose position
+    is empty or NaN throughout says that its target is away, as if there were no such row.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
     DataFormatError
         If the table is not one of true positions, or has a bad row.
     """
-    checks = RowChecks(load_table(source))
+    checks = RowChecks(with_time(load_table(source)))
     there = _there(checks)
     return _as_truth(checks, _paths(checks, "target", frame, there), there)
 
@@ -123,7 +124,7 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     DataFormatError
         If the table is not one of tracks, or has a bad row.
     """
-    checks = RowChecks(load_table(source, may_be_empty=True))
+    checks = RowChecks(with_time(load_table(source, may_be_empty=True)))
     if frame is not None:
         checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
     tracks = _paths(checks, "track", frame)
@@ -144,7 +145,7 @@ def read_assignments(source: TableSource) -> AssignmentTable:
 
     Returns
     -------
-    One row per report, in the order of the table.
+    One row per report, in order of time, then sensor, then row, where the table tells these.
 
     Raises
     ------
@@ -160,7 +161,17 @@ def read_assignments(source: TableSource) -> AssignmentTable:
     track = text_array(checks.text("track"))
     target = text_array(checks.text("target")) if "target" in checks.names else None
     checks.finish("fail")
-    return AssignmentTable(text_array(report), track, target)
+    # Switches are counted in order of time, whatever the order of the file.
+    time = np.zeros(len(checks))
+    if "time" in checks.names:
+        time = read_times(checks.column("time")).numbers.values
+    sensor = np.zeros(len(checks), dtype=np.int64)
+    if "sensor" in checks.names:
+        sensor = numbered(checks.text("sensor").fill_null(""))[1]
+    rows = np.lexsort((sensor, time))
+    return AssignmentTable(
+        text_array(report)[rows], track[rows], None if target is None else target[rows]
+    )
 
 
 def read_status(checks: RowChecks) -> np.ndarray[Any, Any]:

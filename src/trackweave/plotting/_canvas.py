@@ -1,5 +1,6 @@
 """A sheet with equal axes in m or km, whose places on paper are known before it is drawn."""
 
+import io
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,15 @@ PANEL_GAP_IN, PANEL_TOP_IN, FOOT_IN = 0.42, 0.4, 0.55
 BESIDE_FROM = 0.6  # height of the plan over its width
 
 Box = tuple[float, float, float, float]
+
+
+class Sheet(Figure):
+    """A figure that a notebook shows, although pyplot, which would see to it, is not imported."""
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        self.savefig(file, format="png")
+        return file.getvalue()
 
 
 class Canvas(NamedTuple):
@@ -95,7 +105,7 @@ def open_canvas(places: FloatArray, *, n_panels: int = 0, down: bool = False) ->
     low, high = low - (grown - size) / 2, high + (grown - size) / 2
     unit_m = 1000.0 if grown.max() > KILOMETRES_FROM_M and not down else 1.0
     sheet, plan, panels = _arranged(width, height, n_panels)
-    figure = Figure(figsize=(sheet[0], sheet[1]), facecolor="white")
+    figure = Sheet(figsize=(sheet[0], sheet[1]), facecolor="white")
     axes = figure.add_axes(_share(plan, sheet))
     axes.set_xlim(low[0] / unit_m, high[0] / unit_m)
     vertical = (high[1], low[1]) if down else (low[1], high[1])

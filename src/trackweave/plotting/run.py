@@ -1,12 +1,15 @@
 """One picture of a run: the plan from above and, where scans are known, curves over time."""
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.style
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from trackweave.arrays import FloatArray
@@ -27,10 +30,11 @@ from trackweave.plotting._plan import (
 )
 from trackweave.plotting.scene import ScanSeries, Scene, paths_of_sensors, places_of_reports
 
-__all__ = ["FORMATS", "picture_of_run", "plot_run"]
+__all__ = ["FORMATS", "figure_of_run", "picture_of_run", "plot_run", "small_png"]
 
 FORMATS = ("png", "svg", "pdf")
 DOTS_PER_INCH = 150
+SMALL_DOTS_PER_INCH, SMALL_BYTES = (72, 54, 40, 30), 60_000
 MOST_IN_TWO_ROWS = 8
 LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
 # Without versions and dates in the file, its bytes depend on what is drawn alone.
@@ -69,11 +73,7 @@ def plot_run(scene: Scene, path: str | Path, scans: ScanSeries | None = None) ->
 def picture_of_run(
     scene: Scene, scans: ScanSeries | None = None, file_format: str = "png"
 ) -> bytes:
-    """Return the picture of a run: a plan seen from above, with curves over time.
-
-    The curves are the number of tracks by status, reports and those assigned in each scan, the
-    gap to the bound with the scans told apart that were proven optimal, CPU per scan, the speed
-    of tracks and, in three dimensions, their height.
+    """Return the picture of a run as a file.
 
     Parameters
     ----------
@@ -95,8 +95,49 @@ def picture_of_run(
     """
     if file_format not in FORMATS:
         raise InvalidInputError(f"file_format: {file_format!r}; expected {', '.join(FORMATS)}")
-    # The user's own style files must not change the picture.
-    with matplotlib.style.context("default"), mpl.rc_context({"svg.hashsalt": "trackweave"}):
+    with _own_style():
+        return _encoded(figure_of_run(scene, scans), file_format, DOTS_PER_INCH)
+
+
+def small_png(figure: Figure) -> bytes:
+    """Return a figure as a PNG of a size that a notebook bears.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+
+    Returns
+    -------
+    The file's bytes, at the finest of some resolutions at which they are few.
+    """
+    with _own_style():
+        for dots in SMALL_DOTS_PER_INCH:
+            data = _encoded(figure, "png", dots)
+            if len(data) <= SMALL_BYTES:
+                break
+    return data
+
+
+def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:
+    """Return the picture of a run: a plan seen from above, with curves over time.
+
+    The curves are the number of tracks by status, reports and those assigned in each scan, the
+    gap to the bound with the scans told apart that were proven optimal, CPU per scan, the speed
+    of tracks and, in three dimensions, their height.
+
+    Parameters
+    ----------
+    scene
+        What is to be seen on the plan.
+    scans
+        What each scan left behind, None for the plan alone.
+
+    Returns
+    -------
+    A figure that belongs to no window.
+    """
+    with _own_style():
         lines = list(track_lines(scene.tracks))
         places, sensor_paths = np.empty((0, 2)), {}
         if scene.reports is not None:
@@ -120,10 +161,19 @@ def picture_of_run(
         if curves:
             draw_panels(canvas, curves)
         FigureCanvasAgg(canvas.figure)
-        file = io.BytesIO()
-        canvas.figure.savefig(
-            file, format=file_format, dpi=DOTS_PER_INCH, metadata=METADATA[file_format]
-        )
+    return canvas.figure
+
+
+@contextmanager
+def _own_style() -> Iterator[None]:
+    """Keep the user's own style files from changing the picture."""
+    with matplotlib.style.context("default"), mpl.rc_context({"svg.hashsalt": "trackweave"}):
+        yield
+
+
+def _encoded(figure: Figure, file_format: str, dots_per_inch: float) -> bytes:
+    file = io.BytesIO()
+    figure.savefig(file, format=file_format, dpi=dots_per_inch, metadata=METADATA[file_format])
     return file.getvalue()
 
 

@@ -1,12 +1,14 @@
 """From the tracks of several sensors to system tracks."""
 
+import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_uppercase
-from typing import Any
+from typing import Any, Generic, overload
 
 import numpy as np
+import polars as pl
 
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
@@ -21,25 +23,28 @@ from trackweave.io.associations_out import associations_frame
 from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import tracks_frame
 from trackweave.io.tracks_in import LocalTracks, read_local_tracks
+from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.agreement import on_one_plane, require_agreement
 from trackweave.run.fusion_log import FusionLog
 from trackweave.run.fusion_record import fusion_record
 from trackweave.run.fusion_settings import FusionSettings, settle_fusion
 from trackweave.run.local_pictures import local_pictures
+from trackweave.run.result import Result, Table, named
+from trackweave.summaries import counted, summary
 
 __all__ = ["FusionResult", "FusionValues", "fuse"]
 
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FusionResult:
-    """What a fusion found.
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FusionResult(Result, Generic[Table]):
+    """What a fusion found, in the kind of table that came in.
 
     Parameters
     ----------
     tracks
-        Fused tracks, one row per object and time, in the kind of table that came in.
+        Fused tracks, one row per object and time.
     associations
         Which local track was of which object, from when to when, and why that ended.
     run
@@ -48,10 +53,18 @@ class FusionResult:
         The same as values of the library.
     """
 
-    tracks: Any
-    associations: Any
+    tracks: Table
+    associations: Table
     run: dict[str, Any]
     values: "FusionValues"
+
+    def _facts(self) -> dict[str, str]:
+        totals, names = self.run["totals"], list(self.run["input"]["sensors"])
+        return {
+            "objects": f"{totals['objects']:,} in {counted(len(self.values.tracks), 'row')}",
+            "sensors": named(names),
+            "notes": f'{len(self.run["notes"])}, in .run["notes"]',
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,15 +91,44 @@ class FusionValues:
     frame: LocalFrame | None
     settings: FusionSettings
 
+    __repr__ = summary
 
+
+@overload
+def fuse(
+    tracks: Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
+    config: Mapping[str, Any] | None = None,
+    *,
+    preset: str | None = None,
+    rng: RandomSource = 0,
+    progress: Progress | None = None,
+) -> FusionResult[pl.DataFrame]: ...
+@overload
+def fuse(
+    tracks: Sequence[LocalTracks] | Mapping[str, LocalTracks],
+    config: Mapping[str, Any] | None = None,
+    *,
+    preset: str | None = None,
+    rng: RandomSource = 0,
+    progress: Progress | None = None,
+) -> FusionResult[Any]: ...
+@overload
+def fuse(
+    tracks: Sequence[Table] | Mapping[str, Table],
+    config: Mapping[str, Any] | None = None,
+    *,
+    preset: str | None = None,
+    rng: RandomSource = 0,
+    progress: Progress | None = None,
+) -> FusionResult[Table]: ...
 def fuse(
     tracks: Sequence[Any] | Mapping[str, Any],
     config: Mapping[str, Any] | None = None,
     *,
     preset: str | None = None,
-    rng: np.random.Generator,
+    rng: RandomSource = 0,
     progress: Progress | None = None,
-) -> FusionResult:
+) -> FusionResult[Any]:
     """Turn the tracks of several sensors into system tracks.
 
     Parameters
@@ -102,7 +144,7 @@ def fuse(
     preset
         Name of a preset, such as huo-2008, applied where ``config`` is silent.
     rng
-        The only source of randomness.
+        The only source of randomness: a generator, or a seed.
     progress
         Called after each update with the number of updates done and of all.
 
@@ -115,8 +157,8 @@ def fuse(
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
     """
-    named = _named(tracks)
-    tables = {name: _table(source) for name, source in named.items()}
+    generator = generator_of(rng)
+    tables = {name: _table(source) for name, source in _named(tracks).items()}
     require_agreement(tables)
     tables, frame, notes = on_one_plane(tables)
     settings = settle_fusion(config or {}, preset=preset, process_noise=_process_noise(tables))
@@ -128,7 +170,7 @@ def fuse(
     updates = _updates(pictures)
     for number, (time, news) in enumerate(updates, start=1):
         cpu, wall = clock.process_time(), clock.perf_counter()
-        fused = fuser.step(time, news, rng=rng)
+        fused = fuser.step(time, news, rng=generator)
         log.add(fused, news, clock.process_time() - cpu, clock.perf_counter() - wall)
         rows.append(fused.tracks)
         if progress is not None:
@@ -137,15 +179,11 @@ def fuse(
     fused_tracks = TrackTable.concatenate(rows, first.tracks.dim)
     values = FusionValues(fused_tracks, log.pairings.all(), found, frame, settings)
     iso = first.iso_time
+    notes += [*_notes(tables), *_notes_on_pairings(tables, values, log)]
     return FusionResult(
         to_native(tracks_frame(fused_tracks, frame, iso_time=iso), first.kind),
         to_native(associations_frame(values.pairings, iso_time=iso), first.kind),
-        fusion_record(
-            tables,
-            values,
-            log,
-            [*notes, *_notes(tables), *_notes_on_pairings(tables, values, log)],
-        ),
+        {**fusion_record(tables, values, log, notes), "seed": seed_of(rng)},
         values,
     )
 

@@ -37,8 +37,7 @@ def fusion_record(
 
     Returns
     -------
-    An object for JSON; only ``timing`` differs from run to run with the same seed, which whoever
-    made the random generator enters.
+    An object for JSON, but for the seed; only ``timing`` differs from run to run with the same.
     """
     frame = values.frame
     return {

@@ -1,8 +1,8 @@
 """The record of a run, as in run.json."""
 
+import os
 from collections.abc import Mapping
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
 from trackweave.run.merging import MergedReports
 
-__all__ = ["record_of", "with_file"]
+__all__ = ["record_of", "with_file", "with_seed"]
 
 
 def record_of(
@@ -39,8 +39,7 @@ def record_of(
 
     Returns
     -------
-    An object for JSON; only ``timing`` differs from run to run with the same seed, which whoever
-    made the random generator enters.
+    An object for JSON, but for the seed; only ``timing`` differs from run to run with the same.
     """
     cpu = sum(scan["cpu_ms"] for scan in log.timing)
     wall = sum(scan["wall_ms"] for scan in log.timing)
@@ -87,7 +86,7 @@ def record_of(
     }
 
 
-def with_file(record: dict[str, Any], path: str | Path) -> dict[str, Any]:
+def with_file(record: dict[str, Any], path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return a run's record with the file of the reports.
 
     Parameters
@@ -102,6 +101,31 @@ def with_file(record: dict[str, Any], path: str | Path) -> dict[str, Any]:
     Another record.
     """
     return {**record, "input": {**record["input"], "file": str(path)}}
+
+
+def with_seed(
+    record: dict[str, Any], seed: int | None, source: str | None = None
+) -> dict[str, Any]:
+    """Return a run's record with the seed as used, there and in its configuration.
+
+    Parameters
+    ----------
+    record
+        The record of a run.
+    seed
+        The seed; None where a generator was handed over.
+    source
+        Where it came from; None where the configuration says it, or nobody does.
+
+    Returns
+    -------
+    Another record.
+    """
+    sources = dict(record["sources"])
+    if source is not None:
+        sources["seed"] = source
+    configuration = {**record["configuration"], "seed": seed}
+    return {**record, "seed": seed, "configuration": configuration, "sources": sources}
 
 
 def _input(reports: ReportTable) -> dict[str, Any]:

@@ -1,13 +1,15 @@
 """The main job: from reports to tracks."""
 
+import os
 import time as clock
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, overload
 
 import numpy as np
+import polars as pl
 
 from trackweave.arrays import FloatArray, is_number
 from trackweave.config import Configuration, load_configuration
@@ -16,10 +18,13 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import to_native
-from trackweave.io.frames_out import assignments_frame, tracks_frame
+from trackweave.io.frames_in import native_of
+from trackweave.io.marking import marked, notes_on_names, table_of, with_index
 from trackweave.io.priors import read_priors
-from trackweave.io.reports import read_reports
+from trackweave.io.reports import reports_in
+from trackweave.io.tables import OnBadRow, load_table
 from trackweave.models.rotation import Rotation
+from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.course import Course, course_of
 from trackweave.run.doubts import doubts_on
@@ -27,7 +32,8 @@ from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
-from trackweave.run.record import record_of, with_file
+from trackweave.run.record import record_of, with_file, with_seed
+from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.run.scan_doubts import doubts_on_scans
 from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
@@ -35,75 +41,63 @@ from trackweave.solvers.auto import Auto
 __all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
+Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TrackingResult:
-    """What a run found.
-
-    Parameters
-    ----------
-    tracks
-        What was known after each scan, one row per live track, in the kind of table that came in.
-    assignments
-        One row per report with its track, after all amendments; no track = false alarm.
-    history
-        Like tracks, amended and smoothed after the fact.
-    run
-        The record of the run: configuration as used, each scan's cost and bound, totals.
-    values
-        The same as values of the library.
-    """
-
-    tracks: Any
-    assignments: Any
-    history: Any
-    run: dict[str, Any]
-    values: "RunValues"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunValues:
-    """A run's results as values of ``trackweave.domain``.
-
-    Parameters
-    ----------
-    reports
-        What was tracked.
-    tracks
-        What was known after each scan.
-    history
-        Amended and smoothed after the fact.
-    assignment
-        From a report's row to its track.
-    settings
-        The configuration as used.
-    """
-
-    reports: ReportTable
-    tracks: TrackTable
-    history: TrackTable
-    assignment: Mapping[int, int]
-    settings: Settings
-
-
-def track(  # noqa: PLR0913 the one function that users call with everything
-    reports: Any,
-    config: str | Path | Mapping[str, Any] | Configuration | None = None,
+@overload
+def track(
+    reports: str | os.PathLike[str],
+    config: Config = None,
     *,
     preset: str | None = None,
     priors: Any = None,
-    rng: np.random.Generator,
+    rng: RandomSource = 0,
     deadline: float | None = None,
+    on_bad_row: OnBadRow = "fail",
     progress: Progress | None = None,
-) -> TrackingResult:
+) -> TrackingResult[pl.DataFrame]: ...
+@overload
+def track(
+    reports: ReportTable,
+    config: Config = None,
+    *,
+    preset: str | None = None,
+    priors: Any = None,
+    rng: RandomSource = 0,
+    deadline: float | None = None,
+    on_bad_row: OnBadRow = "fail",
+    progress: Progress | None = None,
+) -> TrackingResult[Any]: ...
+@overload
+def track(
+    reports: Table,
+    config: Config = None,
+    *,
+    preset: str | None = None,
+    priors: Any = None,
+    rng: RandomSource = 0,
+    deadline: float | None = None,
+    on_bad_row: OnBadRow = "fail",
+    progress: Progress | None = None,
+) -> TrackingResult[Table]: ...
+def track(  # noqa: PLR0913 the one function that users call with everything
+    reports: Any,
+    config: Config = None,
+    *,
+    preset: str | None = None,
+    priors: Any = None,
+    rng: RandomSource = 0,
+    deadline: float | None = None,
+    on_bad_row: OnBadRow = "fail",
+    progress: Progress | None = None,
+) -> TrackingResult[Any]:
     """Turn reports into tracks.
 
     Parameters
     ----------
     reports
         A path of a CSV or Parquet file, a pandas, polars or Arrow table, or what
-        ``read_reports`` returns. At least one report.
+        ``read_reports`` returns. At least one report, in any order. Never changed.
     config
         A path of a TOML file, or its content as a mapping. Keys left out are estimated from the
         reports or take defaults; ``run`` says which and with what value.
@@ -113,26 +107,40 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         Tracks from which to set out: a tracks file or table; the last row counts of each track
         that is alive at its end.
     rng
-        The only source of randomness.
+        The only source of randomness: a generator, or a seed; the configuration's ``seed`` is for
+        the command line.
     deadline
         Wall clock per scan [s], before that of the configuration. None for none. With one, runs
         are not repeatable.
+    on_bad_row
+        "fail" to refuse a table with a bad row; "skip" to leave bad rows out, which then have no
+        track, and list them in ``run``.
     progress
         Called after each scan with the number of scans done and of all.
 
     Returns
     -------
-    Tracks, assignments and history in the kind of table that came in, and the run's record.
+    Tracks, assignments and history in the kind of table that came in, that table with the track
+    of each of its rows, and the run's record.
 
     Raises
     ------
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> from trackweave import track
+    >>> reports = pl.DataFrame({"frame": [3, 1, 4, 2], "x": [3.1, 1.0, 4.0, 1.9], "y": [5.0] * 4})
+    >>> track(reports).reports["frame"].to_list()
+    [3, 1, 4, 2]
     """
+    generator = generator_of(rng)
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
-    table = _report_table(reports, configuration)
+    table, came = _report_table(reports, configuration, on_bad_row)
     begun = _prior_table(priors, table)
     settings = settings_for(table, configuration, preset=preset)
     guessed = {
@@ -144,6 +152,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     table, assumed = laid(table, settings.sensors)
     notes = [
         *table.notes,
+        *notes_on_names(table),
         *assumed,
         *doubts_on(table, settings.sensors),
         *doubts_on_scans(table, settings.sensors, guessed, rotations),
@@ -157,25 +166,27 @@ def track(  # noqa: PLR0913 the one function that users call with everything
             from trackweave.run.preparing import prepare, without_pauses
 
             # The first scan's deadline is not for compiling.
-            prepare(course, settings.search or Auto(), rng)
+            prepare(course, settings.search or Auto(), generator)
             stack.enter_context(without_pauses())
-        rows, log, assigned = _followed(course, table, settings, (rng, limit), progress)
+        rows, log, assigned = _followed(course, table, settings, (generator, limit), progress)
     tracks = rows.table(table.dim)
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
-    values = RunValues(table, tracks, history, assignment, settings)
+    values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
-    if isinstance(reports, str | Path):
+    seed = seed_of(rng)
+    record = with_seed(record, seed, None if seed == (configuration.seed or 0) else "argument")
+    given = (reports, config, priors)
+    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
+    if isinstance(reports, str | os.PathLike):
         record = with_file(record, reports)
-    return TrackingResult(
-        tracks=_native(tracks_frame(tracks, table.frame, iso_time=table.iso_time), table),
-        assignments=_native(assignments_frame(table, assigned.track, assigned.probability), table),
-        history=_native(tracks_frame(history, table.frame, iso_time=table.iso_time), table),
-        run=record,
-        values=values,
-    )
+    frames = values.frames()
+    native = {name: to_native(frame, table.kind) for name, frame in frames.items()}
+    native["assignments"] = with_index(native["assignments"], came, table)
+    marks = None if came is None else marked(came, table, frames["assignments"])
+    return TrackingResult(**native, run=record, values=values, inputs=inputs, _reports=marks)
 
 
 def _followed(
@@ -249,19 +260,26 @@ def rotations_in(settings: Settings) -> dict[str, Rotation]:
     return {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
 
 
-def _report_table(reports: Any, configuration: Configuration) -> ReportTable:
+def _report_table(
+    reports: Any, configuration: Configuration, on_bad_row: OnBadRow
+) -> tuple[ReportTable, Any]:
+    """Return the reports, and the table that came in, None where they did not come as one."""
+    came = None
     if isinstance(reports, ReportTable):
         table = reports
     else:
         origin = configuration.frame.origin
-        table = read_reports(
-            reports,
+        raw = load_table(reports, on_bad_row)
+        came = table_of(raw) if isinstance(reports, str | os.PathLike) else native_of(reports)
+        table = reports_in(
+            raw,
             frame_origin=None if origin is None else (origin[0], origin[1]),
             frame_projection=configuration.frame.projection or "tangent",
+            on_bad_row=on_bad_row,
         )
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
-    return table
+    return table, came
 
 
 def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
@@ -293,7 +311,3 @@ def _notes_on_priors(priors: TrackTable | None, ends: FloatArray) -> list[str]:
         f"priors: newest at {newest:.15g} s; {n_late} of {ends.size} reports are of before "
         "and count as late"
     ]
-
-
-def _native(frame: Any, reports: ReportTable) -> Any:
-    return to_native(frame, reports.kind)

@@ -1,0 +1,208 @@
+"""Tracks against the truth, whatever they come as."""
+
+import os
+from typing import Any, TypeAlias
+
+from trackweave.domain.tracks import TrackTable
+from trackweave.domain.truth import TruthTable
+from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.io.frames_out import tracks_frame
+from trackweave.io.tables import TableSource
+from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
+from trackweave.metrics import AssignmentQuality, Evaluation, assignment_quality
+from trackweave.metrics import evaluate as measure
+from trackweave.run.result import Result, TrackingResult
+
+__all__ = ["Claimed", "Truth", "compared", "evaluate", "quality_in", "truth_on"]
+
+Truth: TypeAlias = TableSource | TruthTable
+Claimed: TypeAlias = TableSource | TrackTable | TruthTable | Result
+
+
+def evaluate(  # noqa: PLR0913 the one function that users call with everything
+    truth: Truth,
+    tracks: Claimed,
+    assignments: TableSource | None = None,
+    *,
+    cutoff: float = 50.0,
+    order: float = 2.0,
+    max_gap: float | None = None,
+    window: int = 10,
+) -> Evaluation:
+    """Return how far tracks are from the truth.
+
+    Confirmed and coasting rows are interpolated linearly to the truth's times; nothing is
+    extrapolated. Every measure is taken over these times.
+
+    Parameters
+    ----------
+    truth
+        Where targets really were: a path of a CSV or Parquet file, a pandas, polars or Arrow
+        table with ``time,target,x,y`` or ``time,target,lat,lon``, or a ``TruthTable``.
+    tracks
+        What ``track`` or ``fuse`` returned, its ``tracks`` or ``history``, a path or table of
+        tracks, a ``TrackTable``, or a ``TruthTable`` whose targets are the tracks' names.
+    assignments
+        A path or table of assignments with a column ``target``, for the measures of reports. A
+        result of ``track`` has its own where its reports tell their targets.
+    cutoff
+        Distance from which a track is not a target's [m], in all measures; positive. Some five
+        times the reports' noise is a fair choice: 50 suits noise of 10.
+    order
+        Exponent p of GOSPA, OSPA and OSPA(2); at least 1.
+    max_gap
+        Longest time between two rows of a track that is bridged [s]; None for 1.5 times the
+        tracks' own period.
+    window
+        Number of the truth's times over which OSPA(2) is taken; at least 1.
+
+    Returns
+    -------
+    All measures; those of reports are None where assignments or targets are not known.
+
+    Raises
+    ------
+    InvalidInputError
+        If a table cannot be used, dimensions or times do not fit together, or a parameter is out
+        of range.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> from trackweave import evaluate
+    >>> truth = pl.DataFrame({"time": [0, 1], "target": [1, 1], "x": [0, 9], "y": [0, 0]})
+    >>> tracks = pl.DataFrame({"time": [0, 1], "track": [7, 7], "x": [3, 9], "y": [4, 0]})
+    >>> evaluate(truth, tracks).motp
+    2.5
+    """
+    true, claimed = compared(truth, tracks)
+    found = measure(true, claimed, cutoff=cutoff, order=order, max_gap=max_gap, window=window)
+    quality = quality_in(assignments) if assignments is not None else _own_quality(tracks)
+    return found if quality is None else found.with_assignments(quality)
+
+
+def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | TruthTable]:
+    """Return truth and tracks as values, on one plane and of the same time.
+
+    Parameters
+    ----------
+    truth, tracks
+        As ``evaluate`` takes them.
+
+    Returns
+    -------
+    Both.
+
+    Raises
+    ------
+    InvalidInputError
+        If a table cannot be used, or they are of different times.
+    """
+    if isinstance(truth, TruthTable):
+        true, frame = truth, None
+    else:
+        frame = plane_of(truth)
+        true = read_truth(truth, frame)
+    found: Any = tracks
+    if isinstance(tracks, Result):
+        found = tracks.values.tracks
+        if frame is not None:
+            found = tracks_frame(found, tracks.values.frame)
+    if isinstance(found, TrackTable | TruthTable):
+        if frame is not None:
+            raise InvalidInputError(
+                f"truth: in latitudes and longitudes, which a {type(found).__name__} is not; "
+                "expected columns x and y, or tracks as a table with lat and lon"
+            )
+        claimed: TrackTable | TruthTable = found
+    else:
+        claimed = read_tracks(found, frame)
+    _require_common_time(_named(truth, "truth"), true, _named(tracks, "tracks"), claimed)
+    return true, claimed
+
+
+def truth_on(truth: Truth, frame: Any, place: str) -> TruthTable:
+    """Return the truth on a run's own plane.
+
+    Parameters
+    ----------
+    truth
+        As ``evaluate`` takes it.
+    frame
+        The plane, None for plane coordinates.
+    place
+        What messages call the run.
+
+    Returns
+    -------
+    The truth.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is in latitudes and longitudes, and the run is not.
+    """
+    if isinstance(truth, TruthTable):
+        return truth
+    if frame is None and plane_of(truth) is not None:
+        raise InvalidInputError(
+            f"{_named(truth, 'truth')}: in latitudes and longitudes, which {place} is not; "
+            "expected columns x and y"
+        )
+    return read_truth(truth, frame)
+
+
+def quality_in(assignments: TableSource) -> AssignmentQuality:
+    """Return how rightly reports were assigned.
+
+    Parameters
+    ----------
+    assignments
+        A path or table of assignments with targets.
+
+    Returns
+    -------
+    The measures of reports.
+
+    Raises
+    ------
+    DataFormatError
+        If there is no column ``target``.
+    """
+    table = read_assignments(assignments)
+    if table.target is None:
+        raise DataFormatError(
+            f"{_named(assignments, 'assignments')}: no column target; expected the truth of each "
+            "report, which passes through when the reports have it"
+        )
+    return assignment_quality(table.target, table.track)
+
+
+def _own_quality(tracks: Claimed) -> AssignmentQuality | None:
+    """Return the measures of the reports of a result that knows their targets."""
+    if not isinstance(tracks, TrackingResult) or "target" not in tracks.values.reports.carried:
+        return None
+    values = tracks.values
+    given = [values.assignment.get(row, -1) for row in range(len(values.reports))]
+    return assignment_quality(values.reports.carried["target"], given)
+
+
+def _named(source: object, otherwise: str) -> str:
+    """Return what messages call a table."""
+    return str(source) if isinstance(source, str | os.PathLike) else otherwise
+
+
+def _require_common_time(
+    truth: str, true: TruthTable, tracks: str, claimed: TrackTable | TruthTable
+) -> None:
+    """Refuse tracks of another time: every measure would say that nothing was found."""
+    if len(true) == 0 or len(claimed) == 0:
+        return
+    (begin, end), (first, last) = (
+        (float(table.time.min()), float(table.time.max())) for table in (true, claimed)
+    )
+    if last < begin or first > end:
+        raise InvalidInputError(
+            f"{tracks}: from {first:.15g} to {last:.15g} s, {truth}: from {begin:.15g} to "
+            f"{end:.15g} s; expected tracks and truth of the same time"
+        )
