@@ -1,8 +1,10 @@
 """A run's result in one's hands."""
 
+import doctest
 import json
 import pickle
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -293,6 +295,18 @@ def test_a_result_is_saved_as_the_command_saves_it(
         assert (out / name).read_bytes() == (tmp_path / "command" / name).read_bytes()
     with pytest.raises(OutputError, match="not empty"):
         tw.track(path).save(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["randomness", "run.tracking", "run.result", "run.judging"])
+def test_examples_of_docstrings_run(name: str) -> None:
+    done = doctest.testmod(import_module(f"trackweave.{name}"))
+    assert done.attempted > 0
+    assert done.failed == 0
+
+
+def test_refuses_another_way_with_bad_rows() -> None:
+    with pytest.raises(InvalidInputError, match="on_bad_row: 'ignore'; expected 'fail' or 'skip'"):
+        track(pl.DataFrame(columns()), on_bad_row="ignore")
 
 
 def test_a_result_can_be_kept() -> None:

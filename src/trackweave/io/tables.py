@@ -6,14 +6,14 @@ import zlib
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import BadRow
-from trackweave.errors import DataFormatError
+from trackweave.errors import DataFormatError, InvalidInputError
 
 __all__ = [
     "ENDINGS",
@@ -100,9 +100,13 @@ def load_table(
 
     Raises
     ------
+    InvalidInputError
+        If the source is no table, or ``on_bad_row`` is another word.
     DataFormatError
         If the source cannot be read as a table, or has no rows where it must have some.
     """
+    if on_bad_row not in get_args(OnBadRow):
+        raise InvalidInputError(f"on_bad_row: {on_bad_row!r:.80}; expected 'fail' or 'skip'")
     if isinstance(source, str | os.PathLike):
         table = _load_file(Path(source), on_bad_row)
     else:

@@ -34,7 +34,7 @@ __all__ = ["FORMATS", "figure_of_run", "picture_of_run", "plot_run", "small_png"
 
 FORMATS = ("png", "svg", "pdf")
 DOTS_PER_INCH = 150
-SMALL_DOTS_PER_INCH, SMALL_BYTES = (72, 54, 40, 30), 60_000
+SMALL_DOTS_PER_INCH, SMALL_COLOURS, SMALL_BYTES = (72, 54, 40, 30), 64, 60_000
 MOST_IN_TWO_ROWS = 8
 LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
 # Without versions and dates in the file, its bytes depend on what is drawn alone.
@@ -111,12 +111,16 @@ def small_png(figure: Figure) -> bytes:
     -------
     The file's bytes, at the finest of some resolutions at which they are few.
     """
-    with _own_style():
-        for dots in SMALL_DOTS_PER_INCH:
-            data = _encoded(figure, "png", dots)
-            if len(data) <= SMALL_BYTES:
-                break
-    return data
+    from PIL import Image  # which matplotlib needs too
+
+    for dots in SMALL_DOTS_PER_INCH:
+        file = io.BytesIO()
+        with _own_style(), Image.open(io.BytesIO(_encoded(figure, "png", dots))) as image:
+            few = image.convert("RGB").quantize(SMALL_COLOURS, dither=Image.Dither.NONE)
+            few.save(file, format="png", optimize=True)
+        if len(file.getvalue()) <= SMALL_BYTES:
+            break
+    return file.getvalue()
 
 
 def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:

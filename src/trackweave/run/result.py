@@ -116,6 +116,21 @@ class TrackingResult(Result, Generic[Table]):
         The same as values of the library.
     inputs
         The files that were read.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frames = pl.DataFrame({"frame": [2, 0, 1, 3], "x": [4.1, 0.0, 2.0, 6.0], "y": [1.0] * 4})
+    >>> result = tw.track(frames)
+    >>> result.reports.columns
+    ['frame', 'x', 'y', 'track', 'probability']
+    >>> print(repr(result).splitlines()[1])
+      tracks: 1 from 4 reports, 100.0 % of them assigned
+    >>> result.evaluate(frames.with_columns(target=1)).n_found
+    1
+    >>> result.plot().savefig("run.png")  # doctest: +SKIP
+    >>> result.save("result")  # doctest: +SKIP
     """
 
     tracks: Table

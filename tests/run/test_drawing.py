@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from trackweave.cli.plot import _assigned
 from trackweave.io.run_files import AssignedReports
+from trackweave.run.drawing import assigned_per_scan
 
 
 def test_scans_of_several_sensors_count_the_reports_of_each() -> None:
@@ -14,4 +14,4 @@ def test_scans_of_several_sensors_count_the_reports_of_each() -> None:
         sensor=np.array(["A", "B", "B", "A"], dtype=object),
         track=np.array([1, 1, -1, 1]),
     )
-    assert _assigned(scans, np.array([0.0, 1.0]), table).tolist() == [2.0, 1.0]
+    assert assigned_per_scan(scans, np.array([0.0, 1.0]), table).tolist() == [2.0, 1.0]
