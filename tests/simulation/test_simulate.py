@@ -45,6 +45,8 @@ def test_the_same_seed_gives_the_same_and_another_another() -> None:
     scenario = replace(demo_scenario(), random=RandomTargets(3, (1, 5), 0.05, 0.99))
     assert same(run(scenario, 4), run(scenario, 4))
     assert not same(run(scenario, 4), run(scenario, 5))
+    assert same(simulate(scenario, 4), run(scenario, 4))
+    assert same(simulate(scenario), run(scenario, 0))
 
 
 def test_rates_noise_and_clutter_are_as_asked() -> None:

@@ -18,7 +18,6 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import to_native
-from trackweave.io.frames_in import native_of
 from trackweave.io.marking import marked, notes_on_names, table_of, with_index
 from trackweave.io.priors import read_priors
 from trackweave.io.reports import reports_in
@@ -270,7 +269,12 @@ def _report_table(
     else:
         origin = configuration.frame.origin
         raw = load_table(reports, on_bad_row)
-        came = table_of(raw) if isinstance(reports, str | os.PathLike) else native_of(reports)
+        if isinstance(reports, str | os.PathLike):
+            came = table_of(raw)
+        else:
+            from trackweave.io.frames_in import native_of
+
+            came = native_of(reports)
         table = reports_in(
             raw,
             frame_origin=None if origin is None else (origin[0], origin[1]),

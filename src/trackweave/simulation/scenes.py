@@ -12,6 +12,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.simulation._checks import number, whole
 
 __all__ = ["BearingKind", "PositionKind", "Scene", "SceneKind", "draw_scene"]
@@ -161,7 +162,7 @@ class Scene:
         return density
 
 
-def draw_scene(kind: SceneKind, rng: np.random.Generator) -> Scene:
+def draw_scene(kind: SceneKind, rng: RandomSource = 0) -> Scene:
     """Draw a scene.
 
     Objects stand anywhere in the square, independently; the number of false alarms of each
@@ -172,13 +173,13 @@ def draw_scene(kind: SceneKind, rng: np.random.Generator) -> Scene:
     kind
         What kind of scene.
     rng
-        Source of randomness; the same seed gives the same scene.
+        Source of randomness: a generator, or a seed. The same gives the same scene.
 
     Returns
     -------
     The plots and the truth.
     """
-    side, n_sensors = kind.side, kind.n_sensors
+    rng, side, n_sensors = generator_of(rng), kind.side, kind.n_sensors
     objects = rng.uniform(0.0, side, size=(kind.n_objects, 2))
     expected = (kind.clutter_per_object or 0.0) * kind.n_objects
     places = None if isinstance(kind, PositionKind) else _circle(kind)

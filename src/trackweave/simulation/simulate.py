@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.simulation._paths import course, random_walk
 from trackweave.simulation.scenario import Area, RandomTargets, Scenario, SimulatedSensor
 from trackweave.simulation.targets import Target
@@ -56,7 +57,7 @@ class _Reports(NamedTuple):
     target: IntArray
 
 
-def simulate(scenario: Scenario, rng: np.random.Generator) -> Simulation:
+def simulate(scenario: Scenario, rng: RandomSource = 0) -> Simulation:
     """Return what the scenario's sensors report, and the truth.
 
     A target is reported with the sensor's chance, with normal noise, where its true position is
@@ -68,7 +69,7 @@ def simulate(scenario: Scenario, rng: np.random.Generator) -> Simulation:
     scenario
         What to simulate.
     rng
-        The only source of randomness: the same generator state gives the same result.
+        The only source of randomness: a generator, or a seed. The same gives the same result.
 
     Returns
     -------
@@ -79,6 +80,7 @@ def simulate(scenario: Scenario, rng: np.random.Generator) -> Simulation:
     InvalidInputError
         If random targets cannot stay inside the area, or a sensor watches none of it.
     """
+    rng = generator_of(rng)
     targets = [*scenario.explicit_targets()]
     if scenario.random is not None:
         targets += _random_targets(scenario, scenario.random, len(targets), rng)
