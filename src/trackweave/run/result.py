@@ -1,6 +1,7 @@
 """What a run found, in one's hands: tables, pictures, measures, files, and a few lines of text."""
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -38,15 +39,15 @@ __all__ = ["Result", "RunValues", "Table", "TrackingResult", "named"]
 MOST_NAMES = 4
 
 
-class Result:
+class Result(ABC):
     """What a run found; it prints as a few lines, never as its whole content."""
 
     run: dict[str, Any]
     values: Any
 
+    @abstractmethod
     def _facts(self) -> dict[str, str]:
         """Return what there is to be said, a line for each name."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         lines = [f"{name}: {told}" for name, told in self._facts().items()]
@@ -232,10 +233,9 @@ class TrackingResult(Result, Generic[Table]):
 
     def files(self) -> dict[str, bytes]:
         """Return the files of a run but for its record, by name."""
-        return {
-            f"{name}.csv": encode_table(frame, f"{name}.csv")
-            for name, frame in self.values.frames().items()
-        }
+        own = {"tracks": self.tracks, "assignments": self.assignments, "history": self.history}
+        frames: Any = own if self.values.reports.kind == "polars" else self.values.frames()
+        return {f"{name}.csv": encode_table(frames[name], f"{name}.csv") for name in own}
 
     def _facts(self) -> dict[str, str]:
         totals, told = self.run["totals"], self.run["input"]
