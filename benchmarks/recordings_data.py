@@ -18,7 +18,7 @@ from scipy.optimize import linear_sum_assignment
 from trackweave import track
 from trackweave.domain.truth import TruthTable
 from trackweave.metrics import align
-from trackweave.run.tracking import TrackingResult
+from trackweave.run import TrackingResult
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 CONFIGURATIONS = Path(__file__).with_name("recordings")

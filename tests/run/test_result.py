@@ -186,6 +186,16 @@ def test_records_of_a_file_stay_in_their_places(tmp_path: Path) -> None:
     require_right(right["target"], right["track"])
 
 
+@pytest.mark.parametrize("ending", [".csv.gz", ".parquet"])
+def test_files_of_every_kind_come_back_as_they_are(ending: str, tmp_path: Path) -> None:
+    given = pl.DataFrame(columns(code=[f"{k}" for k in range(N)]))
+    path = tmp_path / f"reports{ending}"
+    path.write_bytes(encode_table(given, path.name))
+    found = track(str(path)).reports
+    code = pl.String if ending == ".parquet" else pl.Int64  # text knows no types
+    assert found.drop("track", "probability").equals(given.cast({"code": code}))
+
+
 def test_reports_read_beforehand_come_back_as_they_are_written() -> None:
     given = columns()
     result = track(tw.read_reports(pl.DataFrame(given)))
@@ -297,7 +307,11 @@ def test_a_result_is_saved_as_the_command_saves_it(
         tw.track(path).save(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["randomness", "run.tracking", "run.result", "run.judging"])
+@pytest.mark.parametrize(
+    "name",
+    ["randomness", "domain.tracks", "io.reports"]
+    + [f"run.{part}" for part in ("fusing", "judging", "result", "tracking")],
+)
 def test_examples_of_docstrings_run(name: str) -> None:
     done = doctest.testmod(import_module(f"trackweave.{name}"))
     assert done.attempted > 0

@@ -40,6 +40,21 @@ class TrackTable:
     acceleration
         Acceleration [m/s²], shape (rows, dim), or (rows, 0) where the motion knows none, as when
         left out.
+
+    Raises
+    ------
+    InvalidInputError
+        If shapes do not fit together, or a value is no number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> table = TrackTable(
+    ...     time=[0.0], track=[4], status=[CONFIRMED], mean=[[5.0, 0.0, 1.0, 0.0]],
+    ...     covariance=[np.eye(4)], score=[-9.0], hits=[3], last_update=[0.0],
+    ... )
+    >>> len(table), table.dim
+    (1, 2)
     """
 
     time: FloatArray

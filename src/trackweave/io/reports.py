@@ -76,6 +76,13 @@ def read_reports(
     DataFormatError
         If the table is not one of reports, or has a bad row; the message names file, row and
         column, what was there and what was expected.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> reports = read_reports(pl.DataFrame({"time": [2.0, 1.0], "x": [7, 5], "y": [1, 1]}))
+    >>> reports.time, reports.row  # sorted by time, and where each row came from
+    (array([1., 2.]), array([2, 1]))
     """
     return reports_in(
         load_table(source, on_bad_row),

@@ -156,6 +156,16 @@ def fuse(
     ------
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> path = pl.DataFrame({"t": range(6), "x": [0, 6, 12, 15, 21, 27], "y": [0, 2, 0, 2, 0, 2]})
+    >>> radar = tw.track(path).tracks
+    >>> lidar = tw.track(path.with_columns(pl.col("x") + 0.3)).tracks
+    >>> tw.fuse({"radar": radar, "lidar": lidar}).run["totals"]["common_objects"]
+    1
     """
     generator = generator_of(rng)
     tables = {name: _table(source) for name, source in _named(tracks).items()}

@@ -37,7 +37,7 @@ from trackweave.run.scan_doubts import doubts_on_scans
 from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
 
-__all__ = ["RunValues", "TrackingResult", "rotations_in", "settings_for", "track"]
+__all__ = ["rotations_in", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
 Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
