@@ -105,7 +105,7 @@ class ReportTable:
         Number of each report's data record in what was read, from 1, shape (reports,); None where
         the reports came in the order that they have here.
     report_type
-        The polars type of numbers that the identifiers came as, None where they came as text.
+        The polars type of the whole numbers that all identifiers are, None where they are text.
     """
 
     time: FloatArray

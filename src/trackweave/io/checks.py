@@ -82,7 +82,8 @@ class RowChecks:
     @property
     def listed_columns(self) -> str:
         """The columns' names as messages show them."""
-        listed = ", ".join(repr(name)[1:-1] or "(without a name)" for name in self.names)
+        names = [self._own_name(name) for name in self.names]
+        listed = ", ".join(repr(name)[1:-1] or "(without a name)" for name in names)
         return f"the columns are {listed:.200}"
 
     @property
@@ -269,5 +270,8 @@ class RowChecks:
     def _bad_row(self, place: int) -> BadRow:
         column, expected = self._reasons[self._complaint[place]]
         found = cell_text(self.column(column), place)
-        shown = self._table.time_name if column == "time" else column
-        return BadRow(int(self._table.row[place]), shown, found, expected)
+        return BadRow(int(self._table.row[place]), self._own_name(column), found, expected)
+
+    def _own_name(self, column: str) -> str:
+        """Return what the table itself calls a column."""
+        return self._table.time_name if column == "time" else column

@@ -174,7 +174,9 @@ def _frame(columns: list[pl.Series]) -> pl.DataFrame:
 
 
 def _as_they_came(frame: pl.DataFrame, reports: ReportTable) -> pl.DataFrame:
-    return frame if reports.row is None else frame[np.argsort(reports.row)]
+    if reports.row is None or np.all(np.diff(reports.row) > 0):
+        return frame
+    return frame[np.argsort(reports.row)]
 
 
 def _identifier_column(reports: ReportTable) -> pl.Series:

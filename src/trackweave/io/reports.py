@@ -11,7 +11,7 @@ from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import numbered, text_array, typed_column
+from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
@@ -207,13 +207,15 @@ def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
 
 
 def _type_of_identifiers(table: RawTable) -> Any:
-    """Return the type of numbers that the table's identifiers are, None where they are text."""
+    """Return the type of whole numbers that identifiers are, None where they are text."""
     if "report" not in table.columns.columns:
         return pl.Int64()
     column = table.columns["report"]
-    dtype = (typed_column(column) if table.is_text else column).dtype
-    is_plain = dtype.is_float() or (dtype.is_integer() and dtype != pl.Int128)
-    return dtype if is_plain else None
+    if table.is_text or column.dtype.is_float():
+        # As text whole floats have no decimal point, so that files and tables agree.
+        column = typed_column(read_text(column))
+    is_known = column.dtype.is_integer() and column.dtype != pl.Int128
+    return column.dtype if is_known else None
 
 
 def _carried(
