@@ -3,6 +3,7 @@
 import os
 from typing import Any, TypeAlias
 
+from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import DataFormatError, InvalidInputError
@@ -121,7 +122,7 @@ def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | Tr
     return true, claimed
 
 
-def truth_on(truth: Truth, frame: Any, place: str) -> TruthTable:
+def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
     """Return the truth on a run's own plane.
 
     Parameters
