@@ -5,13 +5,13 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
+from numba.core.event import trigger_event
 
 import trackweave as tw
 from cli.conftest import Run
@@ -27,7 +27,7 @@ AXIAL = "3\n2 2 2\n5 1 4 3 2 6 8 7\n"
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let nobody be told of kernels that happen to be compiled here first."""
-    monkeypatch.setattr("trackweave.cli.edge.SILENCE", 600.0)
+    monkeypatch.setattr("trackweave.run.kernels.PATIENCE", 600.0)
 
 
 @pytest.fixture
@@ -202,13 +202,17 @@ def test_the_clock_runs_from_the_start_of_solving(
     assert values["time_s"] == 3.0
 
 
-@pytest.mark.parametrize(("seconds", "quiet", "said"), [(0.2, 0, 1), (0.0, 0, 0), (0.2, 1, 0)])
+@pytest.mark.parametrize(("patience", "quiet", "said"), [(0.0, 0, 1), (60.0, 0, 0), (0.0, 1, 0)])
 def test_says_that_it_compiles_where_that_takes_long(
-    seconds: float, quiet: int, said: int, run: Run, problem: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    silence = 0.05 if seconds else 60.0
-    monkeypatch.setattr("trackweave.cli.edge.SILENCE", silence)
-    monkeypatch.setattr("trackweave.cli.solve.warm_up", lambda solver, rng: time.sleep(seconds))
+    patience: float, quiet: int, said: int, run: Run, problem: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def warm_up(solver: object, rng: object) -> None:
+        with trigger_event("numba:compile"):
+            pass
+
+    monkeypatch.setattr("trackweave.run.kernels.PATIENCE", patience)
+    monkeypatch.setattr("trackweave.cli.solve.warm_up", warm_up)
     done = run("solve", problem, *(["--quiet"] if quiet else []))
     assert done.exit_code == 0, done.stderr
     assert done.stderr.count("compiling kernels, once") == said

@@ -2,6 +2,8 @@
 
 import csv
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -114,12 +116,18 @@ def test_the_seed_of_the_command_comes_before_the_files(
         assert told["sources"]["seed"] == source
 
 
-@pytest.mark.parametrize(("kept", "quiet", "said"), [(0, 0, 1), (1, 0, 0), (0, 1, 0)])
-def test_says_once_that_it_compiles(
-    kept: int, quiet: int, said: int, run: Run, reports: Path, config: Path, tmp_path: Path,
+@pytest.mark.parametrize(("long", "quiet", "said"), [(1, 0, 1), (0, 0, 0), (1, 1, 0)])
+def test_says_that_it_compiles(
+    long: int, quiet: int, said: int, run: Run, reports: Path, config: Path, tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("trackweave.run.kernels.kernels_are_kept", lambda: bool(kept))
+    @contextmanager
+    def compiling_told(tell: Callable[[], None]) -> Iterator[None]:
+        if long:
+            tell()
+        yield
+
+    monkeypatch.setattr("trackweave.run.kernels.compiling_told", compiling_told)
     options = ["--quiet"] if quiet else []
     done = run("track", reports, "--config", config, "--out", tmp_path / "out", *options)
     assert done.exit_code == 0, done.stderr

@@ -148,6 +148,22 @@ def test_writes_times_so_that_they_can_be_read(
     assert (axis.label, axis.unit_s) == (label, unit_s)
 
 
+def test_one_stray_stamp_squeezes_no_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.append(np.arange(99.0), 1e6)
+    scans = series(100, time=time)
+    axis = time_axis(scans)
+    assert (axis.label, axis.unit_s) == ("time [s], 1 scans beyond", 1.0)
+    canvas = drawn(monkeypatch, Scene(None, track_table(1)), scans)
+    low, high = canvas.figure.axes[1].get_xlim()
+    assert low < 0.0
+    assert 98.0 < high < 110.0
+
+
+def test_no_stamp_of_a_few_is_stray() -> None:
+    axis = time_axis(series(3, time=np.array([0.0, 1.0, 5000.0])))
+    assert "beyond" not in axis.label
+
+
 def test_dates_are_written_as_dates() -> None:
     axis = time_axis(series(iso_time=True))
     assert axis.label == "time from 1970-01-01 00:00:00 UTC [s]"

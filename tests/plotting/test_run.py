@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import OutputError
-from trackweave.plotting import _plan
+from trackweave.plotting import _looks
 from trackweave.plotting import run as module
 from trackweave.plotting._canvas import Canvas, open_canvas
 from trackweave.plotting.run import Scene, picture_of_run, plot_run
@@ -163,15 +164,25 @@ def test_very_many_tracks_go_without_identifiers(canvas: Iterator[list[Canvas]])
     assert "95 % ellipse" not in legend(sheet)
 
 
-def test_neighbouring_tracks_differ_in_colour_and_all_of_a_page_in_colour_or_line() -> None:
-    n = len(_plan.COLOURS)
-    looks = [(_plan.COLOURS[k % n], _plan.LINES[k // n % 4]) for k in range(4 * n)]
-    assert len(set(looks)) == 4 * n
+def test_neighbouring_colours_differ_in_a_grey_print() -> None:
     # Luminance, which is what a grey print keeps.
     weights = np.array([0.299, 0.587, 0.114])
-    rgb = np.array([mpl.colors.to_rgb(colour) for colour in _plan.COLOURS])
+    rgb = np.array([mpl.colors.to_rgb(colour) for colour in _looks.COLOURS])
     grey = rgb @ weights
     assert np.abs(grey - np.roll(grey, 1)).min() > 0.1
+
+
+def test_coasting_ellipses_are_outlines_that_fade(canvas: Iterator[list[Canvas]]) -> None:
+    tracks = track_table(1)
+    status = tracks.status.copy()
+    status[-4:] = COASTING
+    sheet = drawn(Scene(report_table(5), replace(tracks, status=status)), canvas)
+    ellipses = next(c for c in sheet.axes.collections if hasattr(c, "get_widths"))
+    fill, outline = ellipses.get_facecolor()[:, 3], ellipses.get_edgecolor()[:, 3]
+    # From the track's end backwards.
+    assert fill[0] == 0.0
+    assert fill[-1] > 0.0
+    assert outline[0] < outline[1] <= outline[-1]
 
 
 def test_tentative_rows_are_not_drawn(canvas: Iterator[list[Canvas]]) -> None:

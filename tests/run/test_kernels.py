@@ -1,20 +1,30 @@
-"""A first run is told from later ones."""
+"""Compiling that takes long is told; what was compiled before is not compiled again."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-TELL = "from trackweave.run.kernels import kernels_are_kept; print(kernels_are_kept())"
-COMPILE = (
-    "import numpy as np; from trackweave.filters import _kernels; "
-    "_kernels.squared_distance(np.zeros(2), np.zeros(2), np.eye(2))"
-)
+import pytest
+
+COMPILE = """
+import numpy as np
+from trackweave.run import kernels
+kernels.PATIENCE = 0.05
+said = []
+with kernels.compiling_told(lambda: said.append(1)):
+    from trackweave.filters import _kernels
+    for _ in range(3):
+        _kernels.squared_distance(np.zeros(2), np.zeros(2), np.eye(2))
+    _kernels.squared_distance(np.zeros(3), np.zeros(3), np.eye(3))
+print(len(said))
+"""
 
 
-def run(code: str, **environment: str) -> str:
+def said(**environment: str) -> str:
+    """Return how often it was told in a process of its own."""
     done = subprocess.run(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", COMPILE],
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
@@ -23,12 +33,12 @@ def run(code: str, **environment: str) -> str:
     return done.stdout.strip()
 
 
-def test_kernels_are_kept_from_the_first_use_on(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_compiling_is_told_once_and_not_where_kernels_are_kept(tmp_path: Path) -> None:
     cache = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
-    assert run(TELL, **cache) == "False"
-    run(COMPILE, **cache)
-    assert run(TELL, **cache) == "True"
+    assert said(**cache) == "1"
+    assert said(**cache) == "0"
 
 
-def test_nothing_is_compiled_where_compiling_is_off(tmp_path: Path) -> None:
-    assert run(TELL, NUMBA_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="1") == "True"
+def test_nothing_is_told_where_compiling_is_off(tmp_path: Path) -> None:
+    assert said(NUMBA_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="1") == "0"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.cli.simulate import simulated_tables
 from trackweave.config import load_configuration
 from trackweave.io.output import OutputDirectory
@@ -20,6 +20,7 @@ __all__ = ["demo_configuration", "run_demo"]
 CUTOFF = 50.0
 
 
+@telling_compiling
 def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
     """Simulate, track, compare with the truth and write everything; return the comparison."""
     import tomllib
@@ -31,7 +32,6 @@ def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
     scene = simulate(scenario, rng)
     text = demo_configuration(scenario, seed)
     configuration = load_configuration(tomllib.loads(text))
-    voice.say_if_compiling()
     with voice.progress("tracking") as progress:
         result = track(scene.reports, configuration, rng=rng, progress=progress)
     found = _compare(scene, result)

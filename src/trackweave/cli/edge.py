@@ -7,20 +7,29 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from threading import Event, Timer
+from threading import Event
 from types import FrameType
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import typer
 
-__all__ = ["Voice", "last_resort", "named_output", "note_interrupts", "show_json", "with_status"]
+__all__ = [
+    "Voice",
+    "last_resort",
+    "named_output",
+    "note_interrupts",
+    "show_json",
+    "telling_compiling",
+    "with_status",
+]
+
+_Given = ParamSpec("_Given")
+_Found = TypeVar("_Found")
 
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 DEBUG = "TRACKWEAVE_DEBUG"
 _INTERRUPTED = Event()
 COMPILING = "compiling kernels, once; this takes a minute or two"
-SILENCE = 2.0
-"""What nobody takes for hanging [s]."""
 
 
 def with_status(command: Callable[..., None]) -> Callable[..., None]:
@@ -50,6 +59,19 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
             _explain(err)
 
     return guarded
+
+
+def telling_compiling(run: Callable[_Given, _Found]) -> Callable[_Given, _Found]:
+    """Return what a command runs, with a word where kernels are compiled; its voice is last."""
+
+    @functools.wraps(run)
+    def told(*args: _Given.args, **options: _Given.kwargs) -> _Found:
+        voice = args[-1]
+        assert isinstance(voice, Voice)
+        with voice.compiling():
+            return run(*args, **options)
+
+    return told
 
 
 def note_interrupts() -> None:
@@ -139,23 +161,13 @@ class Voice:
         if not self.quiet:
             typer.echo(text, err=True)
 
-    def say_if_compiling(self) -> None:
-        """Say why the first run of an installation takes a while before anything happens."""
-        from trackweave.run.kernels import kernels_are_kept
-
-        if not self.quiet and not kernels_are_kept():
-            self.say(COMPILING)
-
     @contextmanager
     def compiling(self) -> Iterator[None]:
-        """Say that kernels compile if the block takes longer than anybody waits without a word."""
-        timer = Timer(SILENCE, self.say, [COMPILING])
-        timer.daemon = True
-        timer.start()
-        try:
+        """Say that kernels compile, where that takes more than a second while the block runs."""
+        from trackweave.run.kernels import compiling_told
+
+        with compiling_told(lambda: self.say(COMPILING)):
             yield
-        finally:
-            timer.cancel()
 
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
         """Print a small table on a terminal, and its rows as lines elsewhere."""
@@ -168,7 +180,9 @@ class Voice:
 
         table = Table(title=title, title_justify="left", show_header=False)
         table.add_column(style="bold")
-        table.add_column(justify="right")
+        # Numbers stand under one another by their ends, words by their beginnings.
+        is_words = any(value[:1].isalpha() for _, value in rows)
+        table.add_column(justify="left" if is_words else "right")
         for row in rows:
             table.add_row(*row)
         Console(stderr=True).print(table)

@@ -18,6 +18,9 @@ MOST_TARGETS = 20
 LEAST_PRESENCE = 0.6
 """Share of the times within its life at which a target is usually there."""
 
+# Measures that are distances.
+LENGTHS = ("gospa", "ospa", "motp", "rmse", "cutoff")
+
 
 @dataclass(frozen=True, slots=True)
 class Measure:
@@ -80,7 +83,9 @@ def _notes(truth: TruthTable) -> list[str]:
 def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     """Show every measure, then the targets that were followed worst."""
     measures = [
-        (name, _shown(value)) for name, value in found.items() if not isinstance(value, list)
+        (name, _shown(value, "m" if name.startswith(LENGTHS) else ""))
+        for name, value in found.items()
+        if not isinstance(value, list)
     ]
     voice.table("Tracks against truth", measures)
     worst = sorted(found["targets"], key=lambda record: record["covered"])[:MOST_TARGETS]
@@ -101,10 +106,13 @@ def _told(record: dict[str, Any]) -> str:
     return (
         f"tracked {record['time_tracked']:.6g} of {record['time_present']:.6g} s, "
         f"{100 * record['covered']:.1f} % of positions, "
-        f"rmse {_shown(record['rmse'])}, switches {record['switches']}, "
+        f"rmse {_shown(record['rmse'], 'm')}, switches {record['switches']}, "
         f"fragmentations {record['fragmentations']}, tracks {tracks or '–'}"
     )
 
 
-def _shown(value: float | int | None) -> str:
-    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+def _shown(value: float | int | None, unit: str = "") -> str:
+    if value is None:
+        return "–"
+    shown = f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{shown} {unit}" if unit else shown

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
@@ -43,12 +43,12 @@ class FuseRequest:
     seed: int = 0
 
 
+@telling_compiling
 def run_fuse(request: FuseRequest, voice: Voice) -> dict[str, Any]:
     """Fuse files of tracks and write what was found; return the run's totals."""
     files = _named_files(request.tracks, request.names)
     place = OutputDirectory(request.out, "fuse")
     place.check(list(files.values()))
-    voice.say_if_compiling()
     with voice.progress("fusing") as progress:
         result = fuse(
             files,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.cli.track import what_was_assumed
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings
@@ -40,6 +40,7 @@ class InitRequest:
     on_bad_row: Literal["fail", "skip"] | str = "fail"
 
 
+@telling_compiling
 def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
     """Estimate a configuration, write it with comments, and return what was found."""
     place = OutputFile(request.out)

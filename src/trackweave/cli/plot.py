@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
@@ -54,6 +54,7 @@ class PlotRequest:
     pixels: bool = False
 
 
+@telling_compiling
 def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
     """Draw a run and write the picture; return what is on it."""
     out = request.directory / PICTURE if request.out is None else request.out

@@ -5,7 +5,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.io.output import OutputDirectory
 from trackweave.studies import study_of
 from trackweave.studies.running import Order, run_study
@@ -35,12 +35,12 @@ class ReproduceRequest:
     quick: bool = False
 
 
+@telling_compiling
 def run_reproduce(request: ReproduceRequest, voice: Voice) -> dict[str, Any]:
     """Repeat a document's study and write its report; return its claims."""
     study = study_of(request.preset)
     place = OutputDirectory(request.out, "reproduce")
     place.check()
-    voice.say_if_compiling()
     begin = perf_counter()
     order = Order(request.preset, request.seed, request.quick)
     try:

@@ -11,7 +11,7 @@ import numpy as np
 
 from trackweave import solvers
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.config.messages import suggest
 from trackweave.config.search import DEFAULT_METHOD, METHODS
 from trackweave.errors import InvalidInputError
@@ -54,6 +54,7 @@ class SolveRequest:
     out: Path | None = None
 
 
+@telling_compiling
 def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
     """Solve the problem in a file and return what is known of the answer."""
     method = DEFAULT_METHOD if request.method is None else request.method
@@ -62,9 +63,8 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
         file_ending(request.out)
         OutputFile(request.out).check([request.problem])
     table = read_problem(request.problem)
-    # Another command, or another method, may have left some kernels compiled but not these.
-    with voice.compiling():
-        warm_up(solver, np.random.default_rng(0))
+    # What is compiled must not count as the search's time.
+    warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
     problem = _problem(request.problem, table)
     rng = np.random.default_rng(request.seed)

@@ -5,7 +5,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.config import load_configuration
 from trackweave.errors import InvalidInputError
 from trackweave.io.output import OutputDirectory
@@ -50,6 +50,7 @@ class Request:
     on_bad_row: Literal["fail", "skip"] | str
 
 
+@telling_compiling
 def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     """Track a file of reports and write what was found; return the run's totals."""
     begin = perf_counter()
@@ -68,7 +69,6 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
         frame_projection=configuration.frame.projection or "tangent",
         on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
     )
-    voice.say_if_compiling()
     with voice.progress("tracking") as progress:
         result = run(
             reports,

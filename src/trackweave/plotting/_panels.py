@@ -1,6 +1,6 @@
 """Curves over time beside the plan."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
@@ -12,16 +12,19 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.plotting._canvas import Canvas
-from trackweave.plotting._plan import COLOURS, TrackLine
+from trackweave.plotting._looks import Look
+from trackweave.plotting._plan import TrackLine
 from trackweave.plotting.scene import ScanSeries
 
 __all__ = ["Curves", "counts_by_status", "draw_panels", "time_axis"]
 
-BLUE, ORANGE, GREY, RED = "#0072B2", "#E69F00", "#9A9A9A", "#D55E00"
+BLUE, ORANGE, PALE, RED = "#0072B2", "#E69F00", "#D0D0D0", "#D55E00"
 MOST_CURVES = 60  # more are drawn as a band
 MOST_STEPS = 200  # more flicker
 LEAST_GAP, GREATEST_GAP = 1e-9, 1e3
 CALENDAR_FROM_S = 1e9  # later times are taken for seconds from 1970, in 2001 and after
+# Times are stray where so few lie so many times as far out as the others reach.
+STRAY, BEYOND = (0.02, 0.98), 2.0
 MINUTES_FROM_S, HOURS_FROM_S = 600.0, 7200.0
 
 
@@ -44,6 +47,7 @@ class Curves(NamedTuple):
     lines: list[TrackLine]
     dim: int
     length: str  # unit of positions
+    looks: Sequence[Look] = ()  # how each track is drawn on the plan
 
     @property
     def panels(self) -> list[Callable[[Axes, "Curves", TimeAxis], None]]:
@@ -56,7 +60,7 @@ class Curves(NamedTuple):
 def draw_panels(canvas: Canvas, curves: Curves) -> None:
     """Draw one panel in each of the canvas' boxes."""
     times = time_axis(curves.series)
-    span = times.of(np.array([curves.series.time.min(), curves.series.time.max()]))
+    span = times.of(np.array(_shown_span(curves.series.time)))
     margin = 0.02 * float(np.ptp(span)) or 0.5
     lowest = {box[0]: min(b[1] for b in canvas.panels if b[0] == box[0]) for box in canvas.panels}
     for draw, box in zip(curves.panels, canvas.panels, strict=True):
@@ -85,8 +89,10 @@ def time_axis(series: ScanSeries) -> TimeAxis:
     -------
     Seconds, minutes or hours, from 0 or from the first scan.
     """
-    begin = float(series.time.min())
-    span = float(series.time.max()) - begin
+    begin, end = _shown_span(series.time)
+    span = end - begin
+    n_beyond = int(np.count_nonzero((series.time < begin) | (series.time > end)))
+    beyond = f", {n_beyond} scans beyond" if n_beyond else ""
     unit_s, unit = 1.0, "s"
     if span > HOURS_FROM_S:
         unit_s, unit = 3600.0, "h"
@@ -94,10 +100,18 @@ def time_axis(series: ScanSeries) -> TimeAxis:
         unit_s, unit = 60.0, "min"
     if series.iso_time or begin > CALENDAR_FROM_S:
         date = datetime.fromtimestamp(begin, tz=UTC)
-        return TimeAxis(begin, unit_s, f"time from {date:%Y-%m-%d %H:%M:%S} UTC [{unit}]")
+        return TimeAxis(begin, unit_s, f"time from {date:%Y-%m-%d %H:%M:%S} UTC [{unit}]{beyond}")
     if 0 <= begin <= span:
-        return TimeAxis(0.0, unit_s, f"time [{unit}]")
-    return TimeAxis(begin, unit_s, f"time from {begin:.10g} s [{unit}]")
+        return TimeAxis(0.0, unit_s, f"time [{unit}]{beyond}")
+    return TimeAxis(begin, unit_s, f"time from {begin:.10g} s [{unit}]{beyond}")
+
+
+def _shown_span(time: FloatArray) -> tuple[float, float]:
+    """Return from when to when curves are shown [s]: a few stray stamps squeeze no others."""
+    low, high = np.quantile(time, STRAY)
+    reach = BEYOND * (high - low)
+    shown = time[(time >= low - reach) & (time <= high + reach)]
+    return float(shown.min()), float(shown.max())
 
 
 def counts_by_status(tracks: TrackTable) -> tuple[FloatArray, IntArray]:
@@ -148,7 +162,7 @@ def _draw_counts(axes: Axes, curves: Curves, times: TimeAxis) -> None:
     when, counts = _thinned(*counts_by_status(curves.series.known))
     low = np.zeros(when.size)
     order = ((CONFIRMED, BLUE, "confirmed"), (COASTING, ORANGE, "coasting"))
-    for status, colour, word in (*order, (TENTATIVE, "#D0D0D0", "tentative")):
+    for status, colour, word in (*order, (TENTATIVE, PALE, "tentative")):
         high = low + counts[:, status]
         axes.fill_between(
             times.of(when), low, high, step="post", color=colour, linewidth=0, label=word
@@ -167,7 +181,8 @@ def _dots(axes: Axes, x: FloatArray, y: FloatArray, colour: str, label: str) -> 
 def _draw_reports(axes: Axes, curves: Curves, times: TimeAxis) -> None:
     series = curves.series
     when = times.of(series.time)
-    _dots(axes, when, series.reports, GREY, "all")
+    # An area beneath: where all reports are assigned, dots would hide one another.
+    axes.fill_between(when, 0, series.reports, step="mid", color=PALE, linewidth=0, label="all")
     _dots(axes, when, series.assigned, BLUE, "assigned to tracks")
     axes.set_ylim(0, max(1.0, 1.08 * float(series.reports.max(initial=0.0))))
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
@@ -218,20 +233,19 @@ def _draw_cpu(axes: Axes, curves: Curves, times: TimeAxis) -> None:
 def _draw_speed(axes: Axes, curves: Curves, times: TimeAxis) -> None:
     n = curves.dim
     speeds = [np.linalg.norm(line.mean[:, n : 2 * n], axis=1) for line in curves.lines]
-    _draw_curves(axes, curves.lines, speeds, times)
+    _draw_curves(axes, curves, speeds, times)
     axes.set_ylim(bottom=0)
     _head(axes, f"speed of tracks [{curves.length}/s]")
 
 
 def _draw_height(axes: Axes, curves: Curves, times: TimeAxis) -> None:
-    _draw_curves(axes, curves.lines, [line.mean[:, 2] for line in curves.lines], times)
-    _head(axes, "height of tracks, z [m]")
+    _draw_curves(axes, curves, [line.mean[:, 2] for line in curves.lines], times)
+    _head(axes, f"height of tracks, z [{curves.length}]")
 
 
-def _draw_curves(
-    axes: Axes, lines: list[TrackLine], values: list[FloatArray], times: TimeAxis
-) -> None:
+def _draw_curves(axes: Axes, curves: Curves, values: list[FloatArray], times: TimeAxis) -> None:
     """Draw one curve for each track, in its colour on the plan, or a band where they are many."""
+    lines = curves.lines
     if not lines:
         return
     if len(lines) <= MOST_CURVES:
@@ -239,7 +253,7 @@ def _draw_curves(
             np.stack([times.of(line.time), value], axis=1)
             for line, value in zip(lines, values, strict=True)
         ]
-        colours = [COLOURS[number % len(COLOURS)] for number in range(len(lines))]
+        colours = [look.colour for look in curves.looks]
         axes.add_collection(LineCollection(paths, colors=colours, linewidths=1.1))
         every = np.concatenate(values)
         axes.set_ylim(_with_margin(float(every.min()), float(every.max())))

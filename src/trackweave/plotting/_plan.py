@@ -6,17 +6,19 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
-from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.tracks import COASTING, CONFIRMED, TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.plotting._canvas import Canvas
 from trackweave.plotting._labels import label_offsets
+from trackweave.plotting._looks import COLOURS, Look
 
 __all__ = [
-    "COLOURS",
     "MOST_DECORATED",
     "TrackLine",
     "draw_reports",
@@ -28,13 +30,11 @@ __all__ = [
     "track_lines",
 ]
 
-# Okabe and Ito's colours, told apart by colour-blind people; dark and light ones take turns so
-# that neighbours differ in grey too, and each round has another kind of line.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#333333", "#D55E00", "#56B4E9")
-LINES: tuple[tuple[float, ...], ...] = ((), (7, 1.6), (9, 1.6, 1.6, 1.6), (3, 1.2))
 TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
 MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200
 APART_POINTS = 30.0  # sensors that end closer share a name
+# Each scan for which a track has coasted leaves so much of its ellipse, but never less.
+FADING, FAINTEST = 0.75, 0.2
 NINETY_FIVE_PER_CENT = 2.4477468306808166  # root of the chi-square quantile, two degrees
 
 
@@ -45,6 +45,8 @@ class TrackLine(NamedTuple):
     time: FloatArray
     mean: FloatArray
     covariance: FloatArray
+    coasted: IntArray
+    """For how many rows in succession it has coasted."""
 
 
 def track_lines(tracks: TrackTable) -> Iterator[TrackLine]:
@@ -53,7 +55,16 @@ def track_lines(tracks: TrackTable) -> Iterator[TrackLine]:
     order = shown[np.lexsort((tracks.time[shown], tracks.track[shown]))]
     names, first = np.unique(tracks.track[order], return_index=True)
     for name, rows in zip(names, np.split(order, first)[1:], strict=True):
-        yield TrackLine(str(name), tracks.time[rows], tracks.mean[rows], tracks.covariance[rows])
+        yield TrackLine(
+            str(name), tracks.time[rows], tracks.mean[rows], tracks.covariance[rows],
+            _run_lengths(tracks.status[rows] == COASTING),
+        )  # fmt: skip
+
+
+def _run_lengths(flags: NDArray[np.bool_]) -> IntArray:
+    """Return at each place how many flags in succession are set, it included."""
+    counted = np.cumsum(flags)
+    return counted - np.maximum.accumulate(np.where(flags, 0, counted))
 
 
 def draw_reports(places: FloatArray, assignment: Mapping[int, int] | None, canvas: Canvas) -> None:
@@ -113,12 +124,10 @@ def draw_truth(truth: TruthTable | None, canvas: Canvas) -> None:
     )
 
 
-def draw_tracks(lines: list[TrackLine], canvas: Canvas) -> None:
+def draw_tracks(lines: list[TrackLine], looks: list[Look], canvas: Canvas) -> None:
     """Draw tracks with their starts and ends, and as many decorations as can be read."""
     decorated = len(lines) <= MOST_DECORATED
-    for number, line in enumerate(lines):
-        colour = COLOURS[number % len(COLOURS)]
-        dashes = LINES[number // len(COLOURS) % len(LINES)]
+    for line, (colour, dashes) in zip(lines, looks, strict=True):
         place = canvas.on_axes(line.mean)
         (drawn,) = canvas.axes.plot(
             place[:, 0], place[:, 1], color=colour, linewidth=1.9 if decorated else 0.8, zorder=4
@@ -132,42 +141,45 @@ def draw_tracks(lines: list[TrackLine], canvas: Canvas) -> None:
         else:
             canvas.axes.plot(*place[0], "o", color=colour, mfc="white", ms=1.6, mew=0.5, zorder=6)
     if len(lines) <= MOST_LABELS:
-        _draw_labels(lines, canvas)
+        _draw_labels(lines, looks, canvas)
 
 
 def _draw_ellipses(line: TrackLine, colour: str, canvas: Canvas) -> None:
-    """Draw the 95 % ellipse at the track's end and a few times before."""
+    """Draw the 95 % ellipse at the track's end and a few times before.
+
+    Where the track coasts there is an outline alone, the fainter the longer nobody saw it.
+    """
     step = max(len(line.mean) // MOST_ELLIPSES_EACH, 1)
     rows = np.arange(len(line.mean) - 1, -1, -step)
     variances, axes = np.linalg.eigh(line.covariance[rows, :2, :2])
     full = 2 * NINETY_FIVE_PER_CENT * np.sqrt(np.maximum(variances, 0)) / canvas.unit_m
     angles = np.degrees(np.arctan2(axes[:, 1, 1], axes[:, 0, 1]))
-    for face, edge, width, zorder in ((colour, "none", 0.0, 3.0), ("none", colour, 0.9, 3.5)):
-        canvas.axes.add_collection(
-            EllipseCollection(
-                full[:, 1],
-                full[:, 0],
-                -angles if canvas.down else angles,
-                units="xy",
-                offsets=canvas.on_axes(line.mean[rows]),
-                transOffset=canvas.axes.transData,
-                facecolors=face,
-                edgecolors=edge,
-                linewidths=width,
-                alpha=0.18 if width == 0 else 0.9,
-                zorder=zorder,
-            )
+    coasted = line.coasted[rows]
+    outline = 0.9 * np.maximum(FADING**coasted, FAINTEST)
+    canvas.axes.add_collection(
+        EllipseCollection(
+            full[:, 1],
+            full[:, 0],
+            -angles if canvas.down else angles,
+            units="xy",
+            offsets=canvas.on_axes(line.mean[rows]),
+            transOffset=canvas.axes.transData,
+            facecolors=[to_rgba(colour, 0.0 if many else 0.18) for many in coasted],
+            edgecolors=[to_rgba(colour, alpha) for alpha in outline.tolist()],
+            linewidths=0.9,
+            zorder=3.0,
         )
+    )
 
 
-def _draw_labels(lines: list[TrackLine], canvas: Canvas) -> None:
+def _draw_labels(lines: list[TrackLine], looks: list[Look], canvas: Canvas) -> None:
     if not lines:
         return
     paper = [canvas.on_paper(line.mean) for line in lines]
     ends = np.array([path[-1] for path in paper])
     directions = np.array([path[-1] - path[max(-4, -len(path))] for path in paper])
     offsets = label_offsets(ends, directions, [line.name for line in lines], np.concatenate(paper))
-    for number, (line, offset) in enumerate(zip(lines, offsets, strict=True)):
+    for line, look, offset in zip(lines, looks, offsets, strict=True):
         # Black on white reads in grey too; the frame's colour says whose it is.
         canvas.axes.annotate(
             line.name,
@@ -182,7 +194,7 @@ def _draw_labels(lines: list[TrackLine], canvas: Canvas) -> None:
             bbox={
                 "boxstyle": "round,pad=0.18",
                 "facecolor": "white",
-                "edgecolor": COLOURS[number % len(COLOURS)],
+                "edgecolor": look.colour,
                 "linewidth": 1.1,
                 "alpha": 0.92,
             },

@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from trackweave.arrays import FloatArray
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.plotting._canvas import Canvas, open_canvas
+from trackweave.plotting._looks import COLOURS, looks_of
 from trackweave.plotting._panels import Curves, draw_panels
 from trackweave.plotting._plan import (
-    COLOURS,
     MOST_DECORATED,
     TrackLine,
     draw_reports,
@@ -156,14 +156,15 @@ def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:
         if scene.reports is not None:
             draw_reports(places, scene.assignment, canvas)
         draw_truth(scene.truth, canvas)
-        draw_tracks(lines, canvas)
+        looks = looks_of([canvas.on_paper(line.mean) for line in lines])
+        draw_tracks(lines, looks, canvas)
         stands = {
             name: at for name, at in scene.sensor_positions.items() if name not in sensor_paths
         }
         draw_sensors(stands | draw_sensor_paths(sensor_paths, canvas), canvas)
         _draw_frame(scene, canvas, len(lines))
         if curves:
-            draw_panels(canvas, curves)
+            draw_panels(canvas, curves._replace(looks=looks))
         FigureCanvasAgg(canvas.figure)
     return canvas.figure
 
