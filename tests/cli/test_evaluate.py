@@ -30,7 +30,7 @@ def test_lists_each_target_with_its_tracks(run: Run, tmp_path: Path) -> None:
     done = run("evaluate", "--truth", truth, "--tracks", tracks, "--window", 3)
     assert done.exit_code == 0, done.stderr
     assert "window: 3" in done.stderr
-    assert "target T3: tracked 2 of 4 s, 60.0 % of positions, rmse 3, switches 0" in done.stderr
+    assert "target T3: tracked 2 of 4 s, 60.0 % of positions, rmse 3 m, switches 0" in done.stderr
     assert "fragmentations 0, tracks 13" in done.stderr
     assert "target T0: tracked 0 of 4 s, 0.0 % of positions, rmse –" in done.stderr
     assert "targets: [" not in done.stderr
