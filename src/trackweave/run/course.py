@@ -115,7 +115,8 @@ def course_of(
 
             fuser, assumed = fuser_of(reports, settings, settings.plots)
             sensors = fused_sensors(reports, fuser, instants)
-            tracker = FusedPlotsTracker(fuser, _tracker(settings, sensors, priors, reports.dim))
+            inside = _tracker(settings, sensors, priors, reports.dim)
+            tracker = FusedPlotsTracker(fuser, inside, max_ahead=None)
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
     alone = _tracker(settings, settings.sensors, priors, reports.dim)
@@ -137,6 +138,7 @@ def _tracker(
             pairing=settings.tracker.pairing,
             dim=dim,
             unscented=settings.unscented,
+            max_ahead=None,
         )
     return MultiHypothesisTracker(
         motion=settings.motion,
@@ -149,6 +151,7 @@ def _tracker(
         estimate=settings.estimate,
         dim=dim,
         unscented=settings.unscented,
+        max_ahead=None,
     )
 
 
