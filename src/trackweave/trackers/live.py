@@ -17,6 +17,7 @@ from trackweave.models.sensors import Sensor
 from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import checked_scan, with_dimensions
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
+from trackweave.trackers.from_config import from_config
 from trackweave.trackers.hypothesis import Assignments, Hypothesis, gathered, unchanged
 from trackweave.trackers.used_numbers import UsedNumbers
 
@@ -147,6 +148,31 @@ class ScanByScan(LiveTracker):
     _used: UsedNumbers
     _last: Hypothesis | None
     _tree: AssociationTree | None
+
+    @classmethod
+    def from_config(cls, config: Any, reports: Any = None) -> Self:
+        """Return the tracker that `track` would take with a configuration.
+
+        Parameters
+        ----------
+        config
+            A path of a TOML file, or its content as a mapping.
+        reports
+            A path or table of reports, as for `track`, from which keys left out are estimated.
+            Without any they take their usual values, but that noise (``sigma`` of positions) and
+            clutter have to be given, for sensors that the tables ``[sensors.NAME]`` name.
+
+        Returns
+        -------
+        The tracker, before its first scan. ``search.deadline_ms`` is for whoever calls `step`.
+
+        Raises
+        ------
+        InvalidInputError
+            If a value cannot be used, a key is missing, or ``[tracker] kind`` or ``[plots]`` asks
+            for another class.
+        """
+        return from_config(cls, config, reports)
 
     @abstractmethod
     def tracks(self) -> TrackTable:
