@@ -28,8 +28,6 @@ from trackweave.trackers.window import Window
 
 __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 
-# Per m² (m³) and scan, where nothing tells where objects are: one in ten kilometres squared.
-USUAL_NEW_TARGETS = 1e-8
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -269,7 +267,7 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"),
             estimates and estimates.new_target_density,
-            USUAL_NEW_TARGETS,
+            usual.new_target_density,
         ),
         initial_target_density=ledger.choose(
             ("lifecycle", "initial_target_density"),
