@@ -1,6 +1,7 @@
 """The arrival of the next scan ends the search of the last."""
 
 import importlib.util
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def test_each_search_is_ended_by_the_next_scan_and_tells_its_gap():
     hypotheses = module.follow(Eager(scans, 20), lines.append)
     assert [each.time for each in hypotheses] == [each.time for each in scans]
     stopped = [each.stop_reason == "stopped" for each in hypotheses]
-    assert any(one and other for one, other in zip(stopped, stopped[1:], strict=False))
+    assert any(one and other for one, other in pairwise(stopped))
     assert all(each.certificate.gap > 0.0 for each in hypotheses if each.stop_reason == "stopped")
     assert len(lines) == 6
     assert any("stopped by the next scan" in line and "gap 0." in line for line in lines)

@@ -131,7 +131,8 @@ def test_the_other_class_refuses_too():
 def test_sensors_of_every_kind_need_no_reports(sensor):
     sensors = {"a": sensor, "b": SENSOR}
     sensors["a"] = sensor | {"position": [0.0, 0.0, 0.0]}
-    tw.MultiHypothesisTracker.from_config({"sensors": sensors})
+    tracker = tw.MultiHypothesisTracker.from_config({"sensors": sensors})
+    assert len(tracker.step(tw.Scan(0.0, "a", []), rng=np.random.default_rng(1)).tracks) == 0
 
 
 def test_max_ahead_comes_from_the_file():
