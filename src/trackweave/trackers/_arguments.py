@@ -150,13 +150,10 @@ def checked_scan(
 def numbered(given: IntArray, used: UsedNumbers) -> IntArray:
     """Return numbers for reports that have none, -1, and enter all; refuse a number used."""
     report, is_given = given.copy(), given >= 0
-    own = report[is_given]
-    if np.unique(own).shape[0] < own.shape[0] or used.meets(own):
+    if not used.add(report[is_given]):
         raise InvalidInputError("scan: a report's number was used before; expected new ones")
-    used.add(own)
     # Counting on never meets a number again.
-    report[~is_given] = used.following + np.arange(report.shape[0] - own.shape[0])
-    used.add(report[~is_given])
+    report[~is_given] = used.count_on(report.shape[0] - int(np.count_nonzero(is_given)))
     return report
 
 

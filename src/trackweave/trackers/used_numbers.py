@@ -32,22 +32,45 @@ class UsedNumbers:
         """One more than the greatest number."""
         return self._last[-1] + 1 if self._last else 0
 
-    def meets(self, numbers: IntArray) -> bool:
-        """Tell whether any of some numbers was used."""
-        return any(self._meets(first, last) for first, last in _runs(numbers))
+    def add(self, numbers: IntArray) -> bool:
+        """Enter numbers; or enter none and return False if one comes twice or was used."""
+        if not numbers.size:
+            return True
+        ordered = np.sort(numbers)
+        steps = np.diff(ordered)
+        if steps.min(initial=1) < 1:
+            return False
+        ends = np.flatnonzero(steps > 1)
+        runs = list(
+            zip(
+                ordered[[0, *(ends + 1)]].tolist(),
+                ordered[[*ends, -1]].tolist(),
+                strict=True,
+            )
+        )
+        if any(self._meets(first, last) for first, last in runs):
+            return False
+        for first, last in runs:
+            self._enter(first, last)
+        return True
 
-    def add(self, numbers: IntArray) -> None:
-        """Enter numbers, none of which was used."""
-        for first, last in _runs(numbers):
-            place = bisect_right(self._first, first)
-            if place and self._last[place - 1] == first - 1:
-                place -= 1
-                self._last[place] = last
-            else:
-                self._first.insert(place, first)
-                self._last.insert(place, last)
-            if place + 1 < len(self._first) and self._first[place + 1] == last + 1:
-                del self._first[place + 1], self._last[place]
+    def count_on(self, count: int) -> IntArray:
+        """Return so many numbers above all others, and enter them."""
+        first = self.following
+        if count:
+            self._enter(first, first + count - 1)
+        return np.arange(first, first + count)
+
+    def _enter(self, first: int, last: int) -> None:
+        place = bisect_right(self._first, first)
+        if place and self._last[place - 1] == first - 1:
+            place -= 1
+            self._last[place] = last
+        else:
+            self._first.insert(place, first)
+            self._last.insert(place, last)
+        if place + 1 < len(self._first) and self._first[place + 1] == last + 1:
+            del self._first[place + 1], self._last[place]
         n_forgotten = len(self._first) - MOST_RUNS
         if n_forgotten > 0:
             del self._first[:n_forgotten], self._last[:n_forgotten]
@@ -55,14 +78,3 @@ class UsedNumbers:
     def _meets(self, first: int, last: int) -> bool:
         place = bisect_right(self._first, last)
         return place > 0 and self._last[place - 1] >= first
-
-
-def _runs(numbers: IntArray) -> list[tuple[int, int]]:
-    """Return the first and last of each run of numbers without a gap."""
-    if not numbers.size:
-        return []
-    ordered = np.sort(numbers)
-    ends = np.flatnonzero(np.diff(ordered) > 1)
-    first = ordered[np.concatenate([[0], ends + 1])].tolist()
-    last = ordered[np.concatenate([ends, [-1]])].tolist()
-    return list(zip(first, last, strict=True))
