@@ -121,7 +121,9 @@ def _alone(sensor: int, plots: Any, n_sensors: int) -> Any:
 def _triples(scene: Scene, first: tuple[int, ...]) -> Any:
     """Return disjoint triples of three sensors' plots, the best first, and the plots left."""
     plots = scene_plots(scene)
-    rule = PlotsRule(scene.object_density, area=scene.area, negative_only=True)
+    rule = PlotsRule(
+        scene.object_density, area=scene.area, negative_only=True, max_tuples=2_000_000
+    )
     scored = rule([plots[sensor] for sensor in first])
     is_triple = np.count_nonzero(scored.tuples, axis=1) == 3
     table = scored.tuples[is_triple][np.argsort(scored.costs[is_triple], kind="stable")] - 1

@@ -40,7 +40,7 @@ class Family:
 
     def tuples(self, seed: int) -> ScoredTuples:
         """Return a scene's tuples at eq. 1's cost, those of negative cost."""
-        rule = PlotsRule(cost="equation-1", negative_only=True)
+        rule = PlotsRule(cost="equation-1", negative_only=True, max_tuples=2_000_000)
         return rule(scene_plots(self.scene(seed)))
 
 

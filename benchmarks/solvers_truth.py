@@ -58,7 +58,11 @@ def main() -> None:
 
 def _scored(scene: Scene, cost: str) -> ScoredTuples:
     rule = PlotsRule(
-        object_density=scene.object_density, cost=cost, negative_only=True, area=scene.area
+        object_density=scene.object_density,
+        cost=cost,
+        negative_only=True,
+        area=scene.area,
+        max_tuples=2_000_000,
     )  # type: ignore[arg-type]
     return rule(scene_plots(scene))
 

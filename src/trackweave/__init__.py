@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
     from trackweave.solvers.solve import solve as solve
+    from trackweave.trackers.clock_guard import HeldScan as HeldScan
     from trackweave.trackers.fused_plots import FusedPlotsTracker as FusedPlotsTracker
     from trackweave.trackers.hypothesis import Amendment as Amendment
     from trackweave.trackers.hypothesis import Hypothesis as Hypothesis
@@ -120,6 +121,7 @@ _HOMES = {
     "Genetic": "trackweave.solvers",
     "Greedy": "trackweave.solvers",
     "GrowthLimits": "trackweave.association.growth_limits",
+    "HeldScan": "trackweave.trackers.clock_guard",
     "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "Imm": "trackweave.models.motion",

@@ -7,9 +7,11 @@ from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.solvers import Exact
+from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 MOTION = ConstantVelocity(process_noise=0.05, max_speed=30.0)
+LIFECYCLE = Lifecycle(new_target_density=1e-6)
 WIDE = GrowthLimits(
     margin=1e3, keep=10**6, new_margin=1e3, new_keep=10**6, new_ceiling=1e3, max_nodes=10**6
 )
@@ -30,6 +32,7 @@ def sensor(name="radar", **changed):
 def tracker(*sensors, **changed):
     """Return a tracker that solves each window exactly."""
     options = {"motion": MOTION, "sensors": sensors or (sensor(),), "window": 4}
+    options["lifecycle"] = LIFECYCLE
     return MultiHypothesisTracker(**(options | {"search": Exact()} | changed))
 
 

@@ -119,18 +119,6 @@ def test_a_noise_for_other_dimensions_is_refused_before_anything_changes():
     assert hypothesis.time == 1.0
 
 
-def test_after_a_search_that_failed_every_step_is_refused():
-    search = Failing()
-    target = tracker(search=search)
-    run(target, [scan(0.0, [(0, 0)])])
-    search.fails = True
-    with pytest.raises(RuntimeError, match="no answer"):
-        run(target, [scan(1.0, [(1, 0)])])
-    search.fails = False
-    with pytest.raises(InvalidInputError, match="failed midway; expected a new tracker"):
-        run(target, [scan(1.0, [(1, 0)])])
-
-
 @pytest.mark.parametrize("dim", [2, 3])
 def test_empty_lists_fit_whatever_comes_after(dim):
     scans = scene(1, dim=dim, times=range(4, 12))

@@ -192,19 +192,6 @@ def test_a_refused_instant_leaves_the_tracker_as_it_was(inside):
         assert left.tracks.mean.tobytes() == right.tracks.mean.tobytes()
 
 
-def test_a_step_that_fails_midway_is_the_last(inside):
-    class Broken:
-        def __call__(self, problem, **options):
-            raise RuntimeError("broken")
-
-    fuser = PlotFuser([sensor(name) for name in NAMES], PlotsRule(1e-6), Broken())
-    target = FusedPlotsTracker(fuser, inside(motion=MOTION, sensors=fuser.fused_sensors(1.0)))
-    with pytest.raises(RuntimeError, match="broken"):
-        run(target, instants()[:1])
-    with pytest.raises(InvalidInputError, match="failed midway"):
-        run(target, instants()[:1])
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"rng": 1.5}, "rng"), ({"deadline": 0.0}, "deadline"), ({"deadline": "soon"}, "deadline")],

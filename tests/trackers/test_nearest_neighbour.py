@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from oracles import kalman
-from oracles.scenes import MOTION, run, scan, scene, sensor
+from oracles.scenes import LIFECYCLE, MOTION, run, scan, scene, sensor
 from trackweave.association.problem import Status
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
@@ -22,7 +22,7 @@ RNG = np.random.default_rng(1)
 
 
 def tracker(*sensors, **changed):
-    options = {"motion": MOTION, "sensors": sensors or (sensor(),)}
+    options = {"motion": MOTION, "sensors": sensors or (sensor(),), "lifecycle": LIFECYCLE}
     return NearestNeighbourTracker(**(options | changed))
 
 

@@ -1,3 +1,5 @@
+import copy
+
 import numpy as np
 import pytest
 
@@ -84,7 +86,7 @@ def test_a_lost_object_is_forgotten_in_the_end_and_unknown_before():
 
 def test_a_copy_goes_its_own_way():
     one = Undetected(1e-4, 1e-6, 30.0, 1.0)
-    other = one.copy()
+    other = copy.copy(one)
     other.scanned(0.9, disc(0.0))
     other.lose(np.zeros(2), 20.0, 5.0, 5.0)
     assert density(one, time=6.0) == pytest.approx(1e-4)

@@ -1,6 +1,7 @@
 """Components that no scan concerns for a while: put aside, so that nobody goes over them."""
 
-from dataclasses import dataclass, fields
+import copy
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -102,6 +103,22 @@ class Dormant:
         self.n_rows = 0
         """How many rows of ``nodes`` are in use."""
         self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
+        self._taken: list[tuple[Nodes, IntArray, IntArray, FloatArray]] = []
+        """What rows brought back since ``saved`` held: chosen or not, and beliefs."""
+
+    def saved(self) -> Self:
+        """Return what is put aside as it is now; ``undone`` makes it so again."""
+        self._taken = []
+        return copy.copy(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_debts": self._debts.copy()}
+
+    def undone(self) -> Self:
+        """Return what was ``saved``, with its rows as they were then."""
+        for nodes, rows, chosen, belief in self._taken:
+            nodes.chosen[rows], nodes.belief[rows] = chosen, belief
+        return self
 
     @property
     def n_nodes(self) -> int:
@@ -217,11 +234,13 @@ class Dormant:
         parent = np.where(parent >= 0, parent + np.repeat(_starts(taken.count), taken.count), -1)
         shift = taken.first_family - _starts(taken.n_families)
         families = part_of(self.families, _spans(taken.first_family, taken.n_families))
-        self.nodes.family[rows] -= np.repeat(shift, taken.count)
         span = tree.take_in(self.nodes, rows, parent, families)
+        tree.nodes.family[span] -= np.repeat(shift, taken.count)
         tree.nodes.tail[span] += np.repeat(self._living - taken.living, taken.count)
         slept = np.repeat(taken.time != time, taken.count)
         tree.nodes.counted[span][slept] = 0.0
+        nodes = self.nodes
+        self._taken.append((nodes, rows, nodes.chosen[rows], nodes.belief[rows]))
         self.nodes.chosen[rows] = 0
         self.nodes.belief[rows] = 0.0
         self._components = self._components.part(~which)
@@ -244,12 +263,16 @@ class Dormant:
         if self.n_rows < 2 * self.n_nodes + LITTLE:
             return
         rows = _spans(kept.first, kept.count)
-        copy_nodes(self.nodes, rows, self.nodes, 0)
-        self.n_rows = rows.shape[0]
+        # Into another room: this one is still as it was before the step.
+        room = allocate(max(256, 2 * rows.shape[0]), *self.nodes.mean.shape[1:])
+        copy_nodes(self.nodes, rows, room, 0)
+        self.nodes, self.n_rows = room, rows.shape[0]
         shift = kept.first_family - _starts(kept.n_families)
         self.nodes.family[: self.n_rows] -= np.repeat(shift, kept.count)
         self.families = part_of(self.families, _spans(kept.first_family, kept.n_families))
-        kept.first, kept.first_family = _starts(kept.count), _starts(kept.n_families)
+        self._components = replace(
+            kept, first=_starts(kept.count), first_family=_starts(kept.n_families)
+        )
 
 
 def _starts(count: IntArray) -> IntArray:

@@ -121,7 +121,7 @@ class PlotsRule:
     gate: float = 16.0
     negative_only: bool = False
     lone_plots: bool = False
-    max_tuples: int = 2_000_000
+    max_tuples: int = 100_000
     area: tuple[Sequence[float], Sequence[float]] | None = None
     overflow: Overflow = "refuse"
 

@@ -14,10 +14,8 @@ from trackweave.association._nodes import (
     ScanInput,
     State,
     WindowRule,
-    allocate,
     is_plain,
     joined,
-    larger,
     n_modes_and_size,
     new_families,
     part_of,
@@ -36,12 +34,13 @@ from trackweave.association._pruning import (
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
 
 __all__ = ["AssociationTree"]
 
 
-class AssociationTree:
+class AssociationTree(NodeRoom):
     """Sequences over the scans of a window, grown scan by scan.
 
     A *family* is the sequences with one beginning: a track from before the window or the first
@@ -49,13 +48,12 @@ class AssociationTree:
     """
 
     def __init__(self, rule: WindowRule, limits: GrowthLimits) -> None:
+        super().__init__(*n_modes_and_size(rule.motion))
         self.dim = rule.motion.dim
         self.rule = rule
         self.limits = limits
         self.most = limits.max_nodes
         """The greatest number of sequences for now, at most that of the limits."""
-        self.n_nodes = 0
-        self.nodes = allocate(256, *n_modes_and_size(rule.motion))
         self.families = new_families(np.empty(0, dtype=np.int64), np.empty(0))
         self.general: State | None = None
         """Room for states that are not plain; None as long as all are."""
@@ -226,27 +224,27 @@ class AssociationTree:
             The first slot that stays open.
         """
         nodes, n = self.nodes, self.n_nodes
+        family = nodes.family[:n]
         keep = keep_below(nodes, n, root, first_open)
         roots = root[root >= 0]
         base = np.zeros(self.n_families)
         base[nodes.family[roots]] = nodes.cost[roots]
-        nodes.cost[:n] -= base[nodes.family[:n]]
-        lines = roots[nodes.is_line[roots] == 1]
-        nodes.covariance[lines, 0, 0, 0] -= base[nodes.family[lines]]
         slot = nodes.report[root]
         fixed_slot = np.where((root >= 0) & (slot >= 0), slot, self.families.fixed_slot)
-        nodes.parent[roots] = -1
-        nodes.report[roots] = -1
-        nodes.price[roots] = 0.0
         self.families = self.families._replace(
             track=np.where(root >= 0, track, self.track), fixed_slot=fixed_slot
         )
         # A family that can neither grow nor choose between sequences is over.
-        n_kept = np.bincount(nodes.family[:n][keep], minlength=self.n_families)
+        n_kept = np.bincount(family[keep], minlength=self.n_families)
         can_grow = np.zeros(self.n_families, dtype=np.bool_)
-        can_grow[nodes.family[:n][keep & np.isfinite(nodes.tail[:n])]] = True
-        goes_on = can_grow | (n_kept > 1)
-        self.keep(keep & goes_on[nodes.family[:n]])
+        can_grow[family[keep & np.isfinite(nodes.tail[:n])]] = True
+        keep &= (can_grow | (n_kept > 1))[family]
+        is_root = np.zeros(n, dtype=np.bool_)
+        is_root[roots] = True
+        base, is_root = base[family[keep]], is_root[keep]
+        self._compact(keep)
+        self._begin_at(np.flatnonzero(is_root), base)
+        self._forget_empty_families()
 
     def keep(self, kept: NDArray[np.bool_]) -> None:
         """Drop all other nodes, of which none may be an ancestor of one kept, and empty families.
@@ -257,6 +255,19 @@ class AssociationTree:
             Which nodes stay, shape (nodes,).
         """
         self._compact(kept)
+        self._forget_empty_families()
+
+    def _begin_at(self, roots: IntArray, base: FloatArray) -> None:
+        """Let sequences begin behind some nodes; ``base`` is what each node then costs less."""
+        nodes = self.nodes
+        nodes.cost[: self.n_nodes] -= base
+        lines = roots[nodes.is_line[roots] == 1]
+        nodes.covariance[lines, 0, 0, 0] -= base[lines]
+        nodes.parent[roots] = -1
+        nodes.report[roots] = -1
+        nodes.price[roots] = 0.0
+
+    def _forget_empty_families(self) -> None:
         family = self.nodes.family[: self.n_nodes]
         present = np.zeros(self.n_families, dtype=np.bool_)
         present[family] = True
@@ -336,6 +347,7 @@ class AssociationTree:
         return rank_bounds(group, rank, margin, keep, ceiling), keep, is_new
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
+        self._own()
         n = self.n_nodes
         missed = Misses(np.empty(n), np.empty(n), np.empty(n))
         # What was proposed last tells best how much will be now; too little costs a second go.
@@ -368,21 +380,3 @@ class AssociationTree:
         self.n_nodes += count
         start = np.maximum(self.nodes.cost[first : self.n_nodes], 0.0)
         self.add_families(new_families(np.full(count, -1, dtype=np.int64), start))
-
-    def _reserve(self, count: int) -> None:
-        capacity = self.nodes.parent.shape[0]
-        if self.n_nodes + count <= capacity:
-            return
-        self.nodes = larger(self.nodes, self.n_nodes, max(2 * capacity, self.n_nodes + count))
-
-    def _compact(self, keep: NDArray[np.bool_]) -> None:
-        """Drop the nodes that are not kept; order stays."""
-        rows = np.flatnonzero(keep)
-        if rows.shape[0] == self.n_nodes:
-            return
-        number = np.cumsum(keep) - 1
-        # In place: each node goes to where it is or before.
-        copy_nodes(self.nodes, rows, self.nodes, 0)
-        parent = self.nodes.parent[: rows.shape[0]]
-        parent[parent >= 0] = number[parent[parent >= 0]]
-        self.n_nodes = rows.shape[0]

@@ -1,7 +1,8 @@
 """Kinds of values that keys take, each with its range and the words that describe it."""
 
+import dataclasses
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
@@ -13,6 +14,7 @@ __all__ = [
     "Positive",
     "Probability",
     "Section",
+    "default_of",
     "one_of",
 ]
 
@@ -52,6 +54,24 @@ Pair = Annotated[
     Field(min_length=2, max_length=2),
     Expected("two numbers in brackets, such as [0.0, 0.0]"),
 ]
+
+
+def default_of(kind: type, name: str) -> Any:
+    """Return what a dataclass of the library takes where nothing is said.
+
+    Parameters
+    ----------
+    kind
+        The class.
+    name
+        The field.
+
+    Returns
+    -------
+    Its default, so that files and library have one and the same.
+    """
+    fields: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(kind)}
+    return fields[name]
 
 
 def one_of(words: tuple[str, ...]) -> AfterValidator:

@@ -22,13 +22,12 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
+from trackweave.trackers.clock_guard import MAX_AHEAD
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 
-# Per m² (m³) and scan, where nothing tells where objects are: one in ten kilometres squared.
-USUAL_NEW_TARGETS = 1e-8
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -68,6 +67,8 @@ class Settings:
         Which tracker it is.
     plots
         How the plots of an instant are fused before; None where they are not.
+    max_ahead
+        How far a scan's time may jump ahead of all others [s].
     """
 
     motion: Motion
@@ -85,6 +86,7 @@ class Settings:
     unscented: bool = False
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
     plots: PlotSettings | None = None
+    max_ahead: float = MAX_AHEAD
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -204,6 +206,7 @@ def fill(
     )
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)
+    max_ahead = ledger.choose(("live", "max_ahead"), default=MAX_AHEAD)
     period = ledger.choose(("output", "period"))
     tracker, doubts = tracker_of_ledger(ledger)
     plots = plots_of_ledger(ledger, sensors, lifecycle)
@@ -218,6 +221,7 @@ def fill(
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
+        max_ahead,
     )  # fmt: skip
 
 
@@ -263,7 +267,7 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"),
             estimates and estimates.new_target_density,
-            USUAL_NEW_TARGETS,
+            usual.new_target_density,
         ),
         initial_target_density=ledger.choose(
             ("lifecycle", "initial_target_density"),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from trackweave.config.fields import default_of
 from trackweave.config.ledger import Ledger, value_at
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
@@ -17,8 +18,6 @@ __all__ = ["PlotSettings", "TrackerSettings", "plots_of_ledger", "tracker_of_led
 USUAL_SHARE = 0.1
 # Times in seconds since 1970 are no finer than this [s].
 CLOCK_NOISE = 1e-6
-# More tuples than this take any solver seconds.
-USUAL_TUPLES = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,10 +136,10 @@ def plots_of_ledger(
 
     settings = PlotSettings(
         within=choose("within", within),
-        cost=choose("cost", "evidence"),
-        gate=choose("gate", PlotsRule(density).gate),
+        cost=choose("cost", default_of(PlotsRule, "cost")),
+        gate=choose("gate", default_of(PlotsRule, "gate")),
         object_density=choose("object_density", density),
-        max_tuples=choose("max_tuples", USUAL_TUPLES),
+        max_tuples=choose("max_tuples", default_of(PlotsRule, "max_tuples")),
     )
     return settings if is_fused else None
 

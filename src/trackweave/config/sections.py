@@ -17,6 +17,7 @@ __all__ = [
     "FrameSection",
     "GrowthSection",
     "LifecycleSection",
+    "LiveSection",
     "MotionSection",
     "OutputSection",
     "PlotsSection",
@@ -187,6 +188,16 @@ class GrowthSection(Section):
     """Greatest number of sequences looked at together."""
 
 
+class LiveSection(Section):
+    """What is believed of scans' times."""
+
+    max_ahead: (
+        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None
+    ) = None
+    """How far a scan's time may jump ahead of all others before it is held back, live, or in a
+    recording stand apart from both its neighbours before it is set aside [s]."""
+
+
 class FrameSection(Section):
     """The plane on which latitudes and longitudes are laid."""
 
@@ -231,6 +242,7 @@ class Configuration(Section):
     search: SearchSection = SearchSection()
     lifecycle: LifecycleSection = LifecycleSection()
     growth: GrowthSection = GrowthSection()
+    live: LiveSection = LiveSection()
     output: OutputSection = OutputSection()
     frame: FrameSection = FrameSection()
 

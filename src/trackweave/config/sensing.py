@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.config.fields import default_of
 from trackweave.config.ledger import ANY_SENSOR, Ledger
 from trackweave.config.messages import show_value
 from trackweave.config.observed import ObservedSensor
@@ -24,7 +25,6 @@ from trackweave.models.strength import StrengthModel
 __all__ = ["section_of", "sensor_of"]
 
 # What is taken where neither the file nor the reports tell.
-USUAL_DETECTION = 0.9
 USUAL_CLUTTER_SHARE = 0.1
 USUAL_SIGMA = {
     "azimuth_deg": 0.5,
@@ -80,7 +80,9 @@ def sensor_of(
         )
     sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
     detection = choose(
-        "detection_probability", found and found.detection_probability, USUAL_DETECTION
+        "detection_probability",
+        found and found.detection_probability,
+        default_of(Sensor, "detection_probability"),
     )
     position = choose("position")
     if position is None and seen.needs_place and not seen.says_where:
@@ -105,7 +107,7 @@ def sensor_of(
         position=None if position is None else tuple(position),
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
-        identity_error=choose("identity_error", default=0.01),
+        identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.config.fill import Settings
 from trackweave.config.plots import PlotSettings
 from trackweave.domain.reports import ReportTable
@@ -21,8 +22,9 @@ from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 if TYPE_CHECKING:
     from trackweave.trackers.fused_plots import FusedPlotsTracker, ScanTracker
+    from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
-__all__ = ["Course", "course_of"]
+__all__ = ["Course", "course_of", "tracker_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +47,26 @@ class Course:
     steps: Sequence[tuple[Scan, ...]]
     notes: tuple[str, ...] = ()
     is_fused: bool = False
+
+    def of_rows(self, rows: IntArray) -> "Course":
+        """Return the course with reports numbered otherwise.
+
+        Parameters
+        ----------
+        rows
+            The number of each report, ascending, by the one that it has here.
+
+        Returns
+        -------
+        The same where the numbers are.
+        """
+        if rows.size == 0 or rows[-1] == rows.size - 1:
+            return self
+        steps = [
+            tuple(replace(scan, report=rows[scan.report]) for scan in scans)
+            for scans in self.steps
+        ]
+        return replace(self, steps=steps)
 
     def take(
         self,
@@ -115,17 +137,42 @@ def course_of(
 
             fuser, assumed = fuser_of(reports, settings, settings.plots)
             sensors = fused_sensors(reports, fuser, instants)
-            tracker = FusedPlotsTracker(fuser, _tracker(settings, sensors, priors, reports.dim))
+            inside = tracker_of(settings, sensors, reports.dim, priors=priors)
+            tracker = FusedPlotsTracker(fuser, inside, max_ahead=None)
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
-    alone = _tracker(settings, settings.sensors, priors, reports.dim)
+    alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
     return Course(alone, [(scan,) for scan in scans], tuple(notes))
 
 
-def _tracker(
-    settings: Settings, sensors: Sequence[Sensor], priors: TrackTable | None, dim: int
-) -> "ScanTracker":
-    """Return the tracker of scans of some sensors."""
+def tracker_of(
+    settings: Settings,
+    sensors: Sequence[Sensor],
+    dim: int | None,
+    *,
+    priors: TrackTable | None = None,
+    max_ahead: float | None = None,
+) -> "MultiHypothesisTracker | NearestNeighbourTracker":
+    """Return the tracker of scans that a configuration asks for.
+
+    Parameters
+    ----------
+    settings
+        The configuration as used.
+    sensors
+        The sensors of the scans.
+    dim
+        Number of dimensions of the tracking space; None for what the first report tells.
+    priors
+        Tracks from which to set out.
+    max_ahead
+        How far a scan may be ahead of all others [s]; None for a recording, which was judged as
+        a whole.
+
+    Returns
+    -------
+    The tracker.
+    """
     if settings.tracker.kind == "nearest-neighbour":
         from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
@@ -137,6 +184,7 @@ def _tracker(
             pairing=settings.tracker.pairing,
             dim=dim,
             unscented=settings.unscented,
+            max_ahead=max_ahead,
         )
     return MultiHypothesisTracker(
         motion=settings.motion,
@@ -149,6 +197,7 @@ def _tracker(
         estimate=settings.estimate,
         dim=dim,
         unscented=settings.unscented,
+        max_ahead=max_ahead,
     )
 
 

@@ -207,6 +207,7 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
         lifecycle=replace(settings.lifecycle, delete_after_misses=misses),
         limits=settings.growth,
         estimate="best",
+        max_ahead=None,
     )
     rng, assigned = np.random.default_rng(SEED), Assigned.nothing(len(reports))
     for scan in scans:

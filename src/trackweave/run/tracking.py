@@ -10,6 +10,7 @@ from typing import Any, TypeAlias, overload
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, is_number
 from trackweave.config import Configuration, load_configuration
@@ -29,6 +30,7 @@ from trackweave.run.course import Course, course_of
 from trackweave.run.doubts import doubts_on
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
+from trackweave.run.lone_stamps import is_lone, note_on_lone
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
@@ -36,8 +38,9 @@ from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.run.scan_doubts import doubts_on_scans
 from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
+from trackweave.trackers.clock_guard import MAX_AHEAD
 
-__all__ = ["rotations_in", "settings_for", "track"]
+__all__ = ["report_table", "rotations_in", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
 Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
@@ -139,9 +142,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
-    table, came = _report_table(reports, configuration, on_bad_row)
+    table, came = report_table(reports, configuration, on_bad_row)
     begun = _prior_table(priors, table)
-    settings = settings_for(table, configuration, preset=preset)
+    lone = is_lone(table, configuration.live.max_ahead or MAX_AHEAD)
+    settings = settings_for(_without(table, lone), configuration, preset=preset)
     guessed = {
         sensor.name
         for sensor in settings.sensors
@@ -153,12 +157,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *table.notes,
         *notes_on_names(table),
         *assumed,
+        *note_on_lone(table, lone),
         *doubts_on(table, settings.sensors),
         *doubts_on_scans(table, settings.sensors, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
-    course = course_of(table, settings, rotations, begun)
+    course = course_of(_without(table, lone), settings, rotations, begun)
+    course = course.of_rows(np.flatnonzero(~lone))
     limit = settings.deadline if deadline is None else deadline
     with ExitStack() as stack:
         if limit is not None:
@@ -259,10 +265,29 @@ def rotations_in(settings: Settings) -> dict[str, Rotation]:
     return {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
 
 
-def _report_table(
-    reports: Any, configuration: Configuration, on_bad_row: OnBadRow
+def report_table(
+    reports: Any, configuration: Configuration, on_bad_row: OnBadRow = "fail"
 ) -> tuple[ReportTable, Any]:
-    """Return the reports, and the table that came in, None where they did not come as one."""
+    """Return reports as read, on the plane that a configuration asks for.
+
+    Parameters
+    ----------
+    reports
+        As for ``track``.
+    configuration
+        As read.
+    on_bad_row
+        What to do with rows that cannot be used.
+
+    Returns
+    -------
+    At least one report, and the table that came in, None where they did not come as one.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is none, or they cannot be read.
+    """
     came = None
     if isinstance(reports, ReportTable):
         table = reports
@@ -284,6 +309,11 @@ def _report_table(
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
     return table, came
+
+
+def _without(reports: ReportTable, lone: NDArray[np.bool_]) -> ReportTable:
+    """Return the reports that do not stand alone."""
+    return reports.part(np.flatnonzero(~lone)) if lone.any() else reports
 
 
 def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:

@@ -33,6 +33,8 @@ __all__ = [
 ]
 
 Cost = Literal["equation-1", "evidence"]
+MOST_TUPLES = 2_000_000
+"""The studies leave no tuple out."""
 CLOSE = 1e-6
 """Costs that differ by no more are equal [nats]."""
 DOCUMENT, DEFAULT = "Ant System, eq. 1", "default"
@@ -124,10 +126,10 @@ def instants_of_sky(sky: RadarSky, cost: Cost) -> tuple[Instant, ...]:
     """
     if cost == "equation-1":
         gate = CONFIGURATION["plots"]["gate"]
-        rule = PlotsRule(cost="equation-1", gate=gate, lone_plots=True)
+        rule = PlotsRule(cost="equation-1", gate=gate, lone_plots=True, max_tuples=MOST_TUPLES)
     else:
         density = sky.shape.n_objects / SIDE**2
-        rule = PlotsRule(density, negative_only=True, lone_plots=True)
+        rule = PlotsRule(density, negative_only=True, lone_plots=True, max_tuples=MOST_TUPLES)
     made = []
     for scans in sky.instants:
         plots = [plots_of(s, sensor, 2) for s, sensor in zip(scans, sky.sensors, strict=True)]

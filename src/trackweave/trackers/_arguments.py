@@ -3,7 +3,7 @@
 Values come as ``object``, because a caller's types are not to be trusted.
 """
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.protocol import require_solver
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.used_numbers import UsedNumbers
 from trackweave.trackers.window import Window
 
 
@@ -140,24 +141,24 @@ def checked_dim(
 
 
 def checked_scan(
-    scan: Scan, sensors: Mapping[str, Sensor], dim: int | None, used: Set[int], first: int
-) -> tuple[IntArray, int | None]:
-    """Return a number for each report, none of them used, and the dimensions as far as known."""
+    scan: Scan, sensors: Mapping[str, Sensor], dim: int | None, used: UsedNumbers
+) -> tuple[Scan, int | None]:
+    """Return a scan with numbers, which count as used now, and the dimensions as far as known."""
     if scan.sensor not in sensors:
         known = ", ".join(sorted(sensors))
         raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
     dim = dimensions_of(scan, sensors[scan.sensor], dim)
-    report = scan.report.copy()
-    is_given = report >= 0
-    given = report[is_given]
-    first = max(first, int(report.max(initial=-1)) + 1)
-    report[~is_given] = first + np.arange(len(scan) - given.shape[0])
+    return replace(scan, report=numbered(scan.report, used)), dim
+
+
+def numbered(given: IntArray, used: UsedNumbers) -> IntArray:
+    """Return numbers for reports that have none, -1, and enter all; refuse a number used."""
+    report, is_given = given.copy(), given >= 0
+    if not used.add(report[is_given]):
+        raise InvalidInputError("scan: a report's number was used before; expected new ones")
     # Counting on never meets a number again.
-    if given.shape[0]:
-        numbers = set(given.tolist())
-        if len(numbers) < given.shape[0] or not numbers.isdisjoint(used):
-            raise InvalidInputError("scan: a report's number was used before; expected new ones")
-    return report, dim
+    report[~is_given] = used.count_on(report.shape[0] - int(np.count_nonzero(is_given)))
+    return report
 
 
 def dimensions_of(scan: Scan, sensor: Sensor, expected: int | None) -> int | None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -15,16 +15,17 @@ from trackweave.errors import InvalidInputError
 from trackweave.randomness import RandomSource
 from trackweave.solvers.protocol import Stop
 from trackweave.summaries import summary
-from trackweave.trackers._arguments import require_haste
-from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis
+from trackweave.trackers._arguments import numbered, require_haste
+from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
+from trackweave.trackers.hypothesis import Amendment, Assignments, Hypothesis, unchanged
+from trackweave.trackers.live import LATE, Haste, LiveTracker, ScanByScan
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.plot_fusion import FusedPlots, PlotFuser
+from trackweave.trackers.used_numbers import UsedNumbers
 
 __all__ = ["FusedHypothesis", "FusedPlotsTracker", "ScanTracker"]
 
-LATE = "late scan"
-"""Why a tracker says that it left out a scan."""
-MOST_REMEMBERED = 100_000
+MOST_REMEMBERED = 5_000
 """Tracks whose plots are counted, unless they are live."""
 
 
@@ -69,7 +70,7 @@ class FusedHypothesis(Hypothesis):
     __repr__ = summary
 
 
-class FusedPlotsTracker:
+class FusedPlotsTracker(LiveTracker):
     """Tracks objects by the reports that are fused of the plots of an instant.
 
     What belongs together at one instant is decided at once, plots against plots; what belongs
@@ -87,6 +88,9 @@ class FusedPlotsTracker:
         Makes reports of plots.
     tracker
         Tracks the fused reports. Its sensors are ``fuser.fused_sensors(…)``.
+    max_ahead
+        An instant further ahead of all others than this is held back [s], as a scan is in
+        `MultiHypothesisTracker`; what the tracker inside was told of it does not count.
 
     Raises
     ------
@@ -94,20 +98,27 @@ class FusedPlotsTracker:
         If the fuser is none, or the tracker has no ``step``.
     """
 
-    def __init__(self, fuser: PlotFuser, tracker: ScanTracker) -> None:
+    CHANGING: ClassVar = ("_members", "_more", "_used")
+    SETTINGS: ClassVar = ("_fuser",)
+
+    def __init__(
+        self, fuser: PlotFuser, tracker: ScanTracker, *, max_ahead: float | None = MAX_AHEAD
+    ) -> None:
         require_instance(fuser, PlotFuser, "fuser")
         if isinstance(tracker, type) or not callable(getattr(tracker, "step", None)):
             raise InvalidInputError(f"tracker: {tracker!r:.80}; expected a tracker of scans")
         self._fuser = fuser
         self._tracker = tracker
+        # Instants are judged before they are fused, so that nothing is judged twice.
+        self._guard = ClockGuard.of(max_ahead, fuser.sensors)
+        self._used = UsedNumbers()
+        self._last: FusedHypothesis | None = None
         self._tracks: TrackTable | None = None
-        self._next_report = 0
         self._next_fused = 0
         self._members: dict[int, IntArray] = {}
         """The plots of each fused report that is not final yet."""
         self._more: dict[int, int] = {}
         """By how much each track's plots outnumber its fused reports, of the final ones."""
-        self._is_whole = True
 
     def pending(self) -> Assignments:
         """Return the assignments of the plots that later instants may amend."""
@@ -137,62 +148,88 @@ class FusedPlotsTracker:
 
         Returns
         -------
-        The hypothesis; an instant that came too late for the tracker inside changes nothing.
+        The hypothesis; an instant that came too late for the tracker inside, or that is held
+        back, changes nothing.
 
         Raises
         ------
         InvalidInputError
             If an argument is of another kind than it has to be, scans are not of different known
-            sensors, or the tracker refuses what came of them: all is then as it was. Any other
-            error, such as one of a search, leaves it halfway, and every later step is refused by
-            this error.
+            sensors, or the tracker refuses what came of them. After this or any other error all
+            is as it was before the step; a tracker inside that is not of this library is what its
+            own ``step`` leaves behind.
         """
         rng = require_haste(rng, deadline, stop)
-        if not self._is_whole:
-            raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
-        end = None if deadline is None else perf_counter() + deadline
-        looked, next_report = self._numbered(self._fuser.checked(scans))
-        self._is_whole = False
-        try:
-            fused = self._fuser(
-                looked,
-                rng=rng,
-                stop=_either(end, stop),
-                tracks=self._tracks,
-                first_report=self._next_fused,
-            )
-            left = None if end is None else max(1e-6, end - perf_counter())
-            found = self._tracker.step(fused.scan, rng=rng, deadline=left, stop=stop)
-        except InvalidInputError:
-            self._is_whole = True
-            raise
-        self._next_report = next_report
-        self._next_fused += len(fused)
-        if found.stop_reason == LATE:
-            every = np.concatenate([scan.report for scan in looked])
-            hypothesis = self._late(found, fused, every)
-        else:
-            self._members |= dict(zip(fused.scan.report.tolist(), fused.members, strict=True))
-            hypothesis = self._told(found, fused)
-        self._is_whole = True
+        hypothesis = self._step(scans, Haste(rng, deadline, stop))
+        assert isinstance(hypothesis, FusedHypothesis)
         return hypothesis
 
-    def _numbered(self, scans: list[Scan]) -> tuple[list[Scan], int]:
-        """Return scans whose reports all have numbers, and the next number."""
-        given = np.concatenate([scan.report for scan in scans])
-        following = max(self._next_report, int(given.max(initial=-1)) + 1)
-        numbered = []
-        for scan in scans:
-            report = scan.report.copy()
-            unnumbered = np.flatnonzero(report < 0)
-            report[unnumbered] = following + np.arange(unnumbered.shape[0])
-            following += unnumbered.shape[0]
-            numbered.append(replace(scan, report=report))
-        every = np.concatenate([scan.report for scan in numbered])
-        pending = np.concatenate([every[:0], *self._members.values()])
-        if np.unique(np.concatenate([every, pending])).shape[0] < len(every) + len(pending):
-            raise InvalidInputError("scans: a report's number was used before; expected new ones")
-        return numbered, following
+    def parts(self) -> tuple[LiveTracker, ...]:
+        """Return this tracker and the one inside; see `LiveTracker`."""
+        inside = self._tracker
+        return (self, inside) if isinstance(inside, ScanByScan) else (self,)
+
+    def checked(self, scans: Sequence[Scan]) -> Arrival:
+        """Return an instant's scans in order, with numbers for their reports."""
+        looked = self._fuser.checked(scans)
+        report = numbered(np.concatenate([scan.report for scan in looked]), self._used)
+        ends = np.cumsum([len(scan) for scan in looked])[:-1]
+        return Arrival(
+            tuple(
+                replace(scan, report=own)
+                for scan, own in zip(looked, np.split(report, ends), strict=True)
+            )
+        )
+
+    def is_late(self, arrival: Arrival) -> bool:
+        """Tell whether the tracker inside has no use for an instant; see `LiveTracker`."""
+        inside = self._tracker
+        return isinstance(inside, ScanByScan) and inside.is_late(arrival)
+
+    def is_before_all(self, arrival: Arrival) -> bool:
+        """Tell whether an instant lies before the tracks known beforehand; see `LiveTracker`."""
+        inside = self._tracker
+        return isinstance(inside, ScanByScan) and inside.is_before_all(arrival)
+
+    def begin_anew(self, *, keeps_priors: bool) -> Assignments | None:
+        """Forget all but which names and numbers were used; see `LiveTracker`."""
+        if not isinstance(self._tracker, ScanByScan):
+            return None
+        final = self.pending()
+        self._tracker.begin_anew(keeps_priors=keeps_priors)
+        self._members, self._more, self._tracks = {}, {}, None
+        return final
+
+    def unchanged(self, arrival: Arrival, reason: str, *, tracks: bool) -> Hypothesis:
+        """Return the last hypothesis again; see `LiveTracker`."""
+        return unchanged(self._last, arrival.time, self._fuser.dim or 2, reason)
+
+    def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
+        """Take in an instant's checked scans whenever they are of; see `LiveTracker`."""
+        end = None if haste.deadline is None else perf_counter() + haste.deadline
+        fused = self._fuser(
+            arrival.scans,
+            rng=haste.rng,
+            stop=_either(end, haste.stop),
+            tracks=self._tracks,
+            first_report=self._next_fused,
+        )
+        left = None if end is None else max(1e-6, end - perf_counter())
+        found = self._followed(fused.scan, replace(haste, deadline=left))
+        self._next_fused += len(fused)
+        if found.stop_reason == LATE:
+            every = np.concatenate([scan.report for scan in arrival.scans])
+            return self._late(found, fused, every)
+        self._members |= dict(zip(fused.scan.report.tolist(), fused.members, strict=True))
+        self._last = self._told(found, fused)
+        return self._last
+
+    def _followed(self, scan: Scan, haste: Haste) -> Hypothesis:
+        """Let the tracker inside take a step."""
+        inside = self._tracker
+        if isinstance(inside, ScanByScan):
+            return inside.take(inside.checked((scan,)), haste)
+        return inside.step(scan, rng=haste.rng, deadline=haste.deadline, stop=haste.stop)
 
     def _told(self, found: Hypothesis, fused: FusedPlots) -> FusedHypothesis:
         """Return what the tracker found, told of the plots."""

@@ -1,16 +1,17 @@
 """What a tracker says after a scan."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Certificate, Status
-from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.summaries import summary
+from trackweave.trackers.clock_guard import HeldScan
 
-__all__ = ["Amendment", "Assignments", "Hypothesis", "left_out"]
+__all__ = ["Amendment", "Assignments", "Hypothesis", "gathered", "nothing_final", "unchanged"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +80,13 @@ class Hypothesis:
         The reports that left the window at this scan: nothing will amend them.
     late
         Numbers of the scan's reports if it came too late to be used.
+    held
+        The scans that are held back after this step, because their times jump ahead of all others
+        (or of a beginning that nothing supports yet): they are taken in once three agree with one
+        another or time gets there. Nothing is said of their reports until then.
+    set_aside
+        The scans that were held back and at this step set aside for good: their reports are of
+        no track, finally.
     certificate
         Cost of the window's part, its lower bound and gap over the sequences of the tree; of
         what no scan concerns for a while as of when it was last looked at.
@@ -113,33 +121,92 @@ class Hypothesis:
     n_pruned_by_deadline: int = 0
     is_crowded: bool = False
     deadline_gap: float | None = None
+    held: tuple[HeldScan, ...] = ()
+    set_aside: tuple[HeldScan, ...] = ()
 
     __repr__ = summary
 
 
-def left_out(scan: Scan, last: Hypothesis | None, dim: int) -> Hypothesis:
-    """Return the last hypothesis after a scan that came too late.
+def unchanged(last: Hypothesis | None, time: float, dim: int, reason: str) -> Hypothesis:
+    """Return the last hypothesis after a step that took nothing in.
 
     Parameters
     ----------
-    scan
-        The scan, its reports numbered.
     last
         The hypothesis after the scan before; None where there was none.
+    time
+        The time to tell where there was none [s].
     dim
         Number of dimensions of the tracking space.
+    reason
+        Why the step ended.
 
     Returns
     -------
-    The last hypothesis, with nothing new but the reports that are left out.
+    The last hypothesis, with nothing new.
     """
-    late, nobody = tuple(scan.report.tolist()), np.empty(0, dtype=np.int64)
-    final = Assignments(report=nobody, track=nobody, probability=np.empty(0))
+    final = nothing_final()
     if last is None:
         nothing, tracks = Certificate(0.0, 0.0, Status.OPTIMAL), TrackTable.empty(dim)
-        return Hypothesis(scan.time, tracks, 0, (), final, late, nothing, 0, "late scan", 0, 0)
+        return Hypothesis(time, tracks, 0, (), final, (), nothing, 0, reason, 0, 0)
     return replace(
-        last, amendments=(), final=final, late=late, evaluations=0,
-        stop_reason="late scan", n_pruned=0, n_pruned_by_deadline=0, is_crowded=False,
-        deadline_gap=None,
+        last, amendments=(), final=final, late=(), evaluations=0, stop_reason=reason, n_pruned=0,
+        n_pruned_by_deadline=0, is_crowded=False, deadline_gap=None, held=(), set_aside=(),
     )  # fmt: skip
+
+
+def nothing_final() -> Assignments:
+    """Return no assignments."""
+    nobody = np.empty(0, dtype=np.int64)
+    return Assignments(report=nobody, track=nobody, probability=np.empty(0))
+
+
+def gathered(
+    steps: Sequence[Hypothesis], known_before: Assignments | None, fresh: frozenset[int]
+) -> Hypothesis:
+    """Return what several scans changed that were taken in at one step.
+
+    Parameters
+    ----------
+    steps
+        The hypotheses after each, at least one.
+    known_before
+        The assignments that were forgotten before, because they were of another time; they are
+        final now. None where nothing was.
+    fresh
+        Numbers of the scans' own reports: what was said of them between is no amendment.
+
+    Returns
+    -------
+    The last one, with what changed since before the first.
+    """
+    final = [step.final for step in steps]
+    if known_before is not None:
+        final.insert(0, known_before)
+    if len(final) == 1:
+        return steps[0]
+    before: dict[int, int | None] = {}
+    after: dict[int, int | None] = {}
+    for amendment in (each for step in steps for each in step.amendments):
+        before.setdefault(amendment.report, amendment.before)
+        after[amendment.report] = amendment.after
+    gaps = [step.deadline_gap for step in steps if step.deadline_gap is not None]
+    return replace(
+        steps[-1],
+        amendments=tuple(
+            Amendment(report, old, after[report])
+            for report, old in before.items()
+            if old != after[report] and report not in fresh
+        ),
+        final=Assignments(
+            report=np.concatenate([part.report for part in final]),
+            track=np.concatenate([part.track for part in final]),
+            probability=np.concatenate([part.probability for part in final]),
+        ),
+        late=tuple(report for step in steps for report in step.late),
+        evaluations=sum(step.evaluations for step in steps),
+        n_pruned=sum(step.n_pruned for step in steps),
+        n_pruned_by_deadline=sum(step.n_pruned_by_deadline for step in steps),
+        is_crowded=any(step.is_crowded for step in steps),
+        deadline_gap=max(gaps, default=None),
+    )

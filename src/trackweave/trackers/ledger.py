@@ -1,8 +1,8 @@
 """What becomes of tracks: identifiers, confirmation, assignments, and which are over."""
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,12 +18,12 @@ from trackweave.trackers.slots import Slots
 __all__ = ["Chosen", "Ledger", "LostTrack"]
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Record:
     """What is known of a live track beyond the tree: the chances its fixed reports took."""
 
     confirmed: bool = False
-    chances: list[float] = field(default_factory=list)
+    chances: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,18 +83,24 @@ class Chosen:
 class Ledger:
     """Keeps the books of the live tracks and of the window's assignments."""
 
-    def __init__(self, lifecycle: Lifecycle) -> None:
+    def __init__(self, lifecycle: Lifecycle, next_track: int = 1) -> None:
         self._lifecycle = lifecycle
         self._records: dict[int, _Record] = {}
-        self._next_track = 1
+        self.next_track = next_track
+        """The name of the next track."""
         self._dropped: set[int] = set()
         """Names that no sequence has had since the window moved."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A shallow copy is independent: records are replaced, never changed.
+        own = {"_records": self._records.copy(), "_dropped": self._dropped.copy()}
+        return {**self.__dict__, **own}
 
     def begin(self, priors: TrackTable) -> None:
         """Enter tracks known beforehand, as confirmed."""
         for track in priors.track.tolist():
             self._records[track] = _Record(confirmed=True)
-        self._next_track = max(self._next_track, int(priors.track.max(initial=0)) + 1)
+        self.next_track = max(self.next_track, int(priors.track.max(initial=0)) + 1)
 
     def update(
         self,
@@ -170,12 +176,14 @@ class Ledger:
         rooted = chosen.family[has_root]
         is_new = ~tree.families.confirmed[rooted] & (nodes.report[last_fixed] >= 0)
         for index in has_root[is_new].tolist():
-            record = self._records[int(name[index])]
+            number = int(name[index])
+            record = self._records[number]
             count = int(np.count_nonzero(is_fixed[:, index] & (chosen.slot[:, index] >= 0)))
-            record.chances = self._lifecycle.recent(
-                record.chances + chosen.chances(tree, index)[:count]
-            )
-        tree.families.score[rooted] += nodes.cost[last_fixed]
+            chances = [*record.chances, *chosen.chances(tree, index)[:count]]
+            self._records[number] = replace(record, chances=tuple(self._lifecycle.recent(chances)))
+        score = tree.families.score.copy()
+        score[rooted] += nodes.cost[last_fixed]
+        tree.families = tree.families._replace(score=score)
         root, track = np.full(tree.n_families, -1, dtype=np.int64), tree.track.copy()
         root[rooted] = last_fixed
         track[rooted] = name[has_root]
@@ -205,7 +213,7 @@ class Ledger:
             if known:
                 name = max(sorted(known), key=lambda key: known[key])
             else:
-                name, self._next_track = self._next_track, self._next_track + 1
+                name, self.next_track = self.next_track, self.next_track + 1
             names[index] = name
             used.add(name)
             self._records.setdefault(name, _Record())
@@ -219,23 +227,31 @@ class Ledger:
 
     def _confirm(self, tree: AssociationTree, chosen: Chosen, beliefs: Beliefs | None) -> None:
         """Confirm the tracks that have been seen often enough, or are certain."""
-        lifecycle = self._lifecycle
-        records = [self._records[name] for name in chosen.track.tolist()]
+        names = chosen.track.tolist()
+        records = [self._records[name] for name in names]
         for index, record in enumerate(records):
-            if record.confirmed:
-                continue
-            if beliefs is not None:
-                existence = beliefs.existence[chosen.family[index]]
-                if lifecycle.certain_probability < 1.0:
-                    record.confirmed = bool(existence >= lifecycle.certain_probability)
-                if existence < lifecycle.confirm_probability:
-                    continue
-            if not record.confirmed:
-                chances = record.chances + chosen.chances(tree, index)
-                record.confirmed = lifecycle.is_confirmed_by(chances)
+            if not record.confirmed and self._confirms(record, tree, (chosen, index), beliefs):
+                records[index] = self._records[names[index]] = replace(record, confirmed=True)
         confirmed = np.zeros(tree.n_families, dtype=np.bool_)
         confirmed[chosen.family] = [record.confirmed for record in records]
         tree.families = tree.families._replace(confirmed=confirmed)
+
+    def _confirms(
+        self,
+        record: _Record,
+        tree: AssociationTree,
+        sequence: tuple[Chosen, int],
+        beliefs: Beliefs | None,
+    ) -> bool:
+        """Tell whether a tentative track is confirmed now."""
+        lifecycle, (chosen, index) = self._lifecycle, sequence
+        if beliefs is not None:
+            existence = beliefs.existence[chosen.family[index]]
+            if lifecycle.certain_probability < 1.0 and existence >= lifecycle.certain_probability:
+                return True
+            if existence < lifecycle.confirm_probability:
+                return False
+        return lifecycle.is_confirmed_by([*record.chances, *chosen.chances(tree, index)])
 
 
 def _or_none(track: int) -> int | None:

@@ -27,7 +27,8 @@ class Lifecycle:
     delete_after_misses
         A track ends after so many chances missed in a row, at least 1.
     new_target_density
-        Objects newly present per m² (m³) and scan. Must be positive.
+        Objects newly present per m² (m³) and scan, usually one in ten kilometres squared. Must be
+        positive.
     initial_target_density
         Objects present per m² (m³) before the first scan; None for ``new_target_density``.
     survival
@@ -44,7 +45,7 @@ class Lifecycle:
     confirm_probability: float = 0.5
     certain_probability: float = 0.99
     delete_after_misses: int = 5
-    new_target_density: float = 1e-6
+    new_target_density: float = 1e-8
     initial_target_density: float | None = None
     survival: float = 0.999
 

@@ -1,8 +1,9 @@
 """The multi-hypothesis tracker: a sliding window over an association tree, with N-scan pruning."""
 
+import copy
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from trackweave.solvers.protocol import Hint, Solver, Stop
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
-    checked_scan,
     checked_sensors,
     checked_window,
     merged,
@@ -37,21 +37,24 @@ from trackweave.trackers._arguments import (
     tells_place,
     with_dimensions,
 )
-from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
+from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
+from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.live import Haste, ScanByScan
 from trackweave.trackers.opening import Opener, begun, rule_of
 from trackweave.trackers.pacing import Pace, Pacer
 from trackweave.trackers.past import Past
 from trackweave.trackers.rows import live_leaves, live_rows
 from trackweave.trackers.slots import Slots
 from trackweave.trackers.undetected import Undetected
+from trackweave.trackers.used_numbers import UsedNumbers
 from trackweave.trackers.window import OpenScans, Window
 
 __all__ = ["MultiHypothesisTracker"]
 
 
-class MultiHypothesisTracker:
+class MultiHypothesisTracker(ScanByScan):
     """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
 
     A track-oriented multi-hypothesis tracker (MHT) with N-scan pruning: a fixed hypothesis holds
@@ -82,6 +85,10 @@ class MultiHypothesisTracker:
     unscented
         Whether turns and what is not linear in a measurement are taken by sigma points (the
         unscented filter) instead of Jacobians (the extended one).
+    max_ahead
+        A scan further ahead of all others than this is held back [s], and told in the hypothesis,
+        until three agree with one another or time gets there; 2.5 periods of the slowest sensor
+        are never too far. None takes every scan as it comes.
 
     Raises
     ------
@@ -93,6 +100,12 @@ class MultiHypothesisTracker:
     ----------
     .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
     """
+
+    CHANGING: ClassVar = (
+        "_dormant", "_ledger", "_open", "_opener", "_pacer", "_past", "_slots", "_tree",
+        "_undetected", "_used",
+    )  # fmt: skip
+    SETTINGS: ClassVar = ("_lifecycle", "_limits", "_motion", "_priors", "_search", "_sensors")
 
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
@@ -107,6 +120,7 @@ class MultiHypothesisTracker:
         estimate: Literal["average", "best"] = "average",
         dim: int | None = None,
         unscented: bool = False,
+        max_ahead: float | None = MAX_AHEAD,
     ) -> None:
         require_parts(motion, search, lifecycle, limits)
         if estimate not in ("average", "best"):
@@ -120,37 +134,50 @@ class MultiHypothesisTracker:
         self._limits = limits or usual
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
-        slowest = slowest_of(self._sensors.values())
         self._period = period_of(self._sensors.values())
-        self._opener = Opener(motion, self._sensors, self._period)
-        self._open = OpenScans(checked_window(window), *reference_of(slowest))
-        initial = self._lifecycle.initial_target_density
-        new = self._lifecycle.new_target_density
-        if initial is None or self._priors is not None:
-            initial = new
-        self._undetected = Undetected(
-            initial,
-            new,
-            motion.max_speed,
-            self._period,
-            by_bearings=by_bearings,
-        )
-        patience = (self._lifecycle.delete_after_misses + 1.0) * self._period
-        self._past = Past(self._undetected.copy(), patience)
-        self._ledger = Ledger(self._lifecycle)
-        self._slots = Slots()
+        self._window = checked_window(window)
+        self._guard = ClockGuard.of(max_ahead, self._sensors.values())
+        # Until the window is full, what no full one would hold is too late as well.
+        most = self._window.depth * self._period
+        self._horizon = self._guard.farthest_back(most)
+        self._used = UsedNumbers()
         self._pacer = Pacer()
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
+        self._last: Hypothesis | None = None
+        self._know_nothing(next_track=1)
+
+    def _know_nothing(self, *, next_track: int) -> None:
+        """Be as before the first scan; new tracks are numbered on from a name."""
+        sensors, lifecycle = self._sensors.values(), self._lifecycle
+        self._opener = Opener(self._motion, self._sensors, self._period)
+        self._open = OpenScans(self._window, *reference_of(slowest_of(sensors)))
+        new, initial = lifecycle.new_target_density, lifecycle.initial_target_density
+        self._undetected = Undetected(
+            new if initial is None or self._priors is not None else initial,
+            new,
+            self._motion.max_speed,
+            self._period,
+            by_bearings=not any(map(tells_place, sensors)),
+        )
+        patience = (lifecycle.delete_after_misses + 1.0) * self._period
+        self._past = Past(copy.copy(self._undetected), patience)
+        self._ledger = Ledger(lifecycle, next_track)
+        self._slots = Slots()
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
         """The slots of which the next hypothesis speaks."""
         self._gap = 0.0
         self._beliefs: Beliefs | None = None
-        self._last: Hypothesis | None = None
-        self._next_report = 0
-        self._is_whole = True
+
+    def begin_anew(self, *, keeps_priors: bool) -> Assignments:
+        """Forget all but which names and numbers were used; see `LiveTracker`."""
+        final = self.pending()
+        if not keeps_priors:
+            self._priors = None
+        self._know_nothing(next_track=self._ledger.next_track)
+        return final
 
     def pending(self) -> Assignments:
         """Return the assignments of the window's reports, which later scans may amend."""
@@ -192,24 +219,25 @@ class MultiHypothesisTracker:
 
         Returns
         -------
-        The hypothesis. After a scan that came too late for the window it is the last one.
+        The hypothesis. After a scan that came too late for the window, or that is held back, it
+        is the last one.
 
         Raises
         ------
         InvalidInputError
             If an argument is of another kind than it has to be, the sensor is unknown, the number
-            of dimensions changes or a report's number was used before: the tracker is then as it
-            was. Any other error, such as one of the search, leaves it halfway through the scan,
-            and every later step is refused by this error.
+            of dimensions changes or a report's number was used before. After this or any other
+            error, such as one of the search or an interrupt, tracker and generator are as they
+            were before the step.
         """
         rng = require_step(scan, rng, deadline, stop)
-        if not self._is_whole:
-            raise InvalidInputError("tracker: a step failed midway; expected a new tracker")
-        pace = self._pacer.start(deadline, stop)
-        scan = self._checked(scan)
-        if self._is_late(scan):
-            return self._unchanged(scan, tracks=tracks)
-        self._is_whole = False
+        return self._step((scan,), Haste(rng, deadline, stop, tracks))
+
+    def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
+        """Take in a checked scan whenever it is of; see `LiveTracker`."""
+        pace, (scan,) = self._pacer.start(haste.deadline, haste.stop), arrival.scans
+        if self.is_late(arrival):
+            return self.left_out(arrival, haste)
         pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scan)
         tree = self._take_in(scan, pace)
@@ -217,7 +245,7 @@ class MultiHypothesisTracker:
         problem = tree.problem(slots, self._slots.instants(slots[0]))
         answer = self._search(
             problem,
-            rng=rng,
+            rng=haste.rng,
             hint=self._hint(tree, slots[0], problem.n_items),
             stop=pace.alarm(tree.n_nodes),
         )
@@ -230,7 +258,7 @@ class MultiHypothesisTracker:
         )
         self._last = Hypothesis(
             time=self._open.last_time,
-            tracks=self.tracks() if tracks else TrackTable.empty(tree.dim),
+            tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),
             n_tracks=self._n_live(tree),
             amendments=amendments,
             final=final,
@@ -245,23 +273,12 @@ class MultiHypothesisTracker:
             deadline_gap=pace.gap_of(answer),
         )
         pace.done(tree.n_nodes)
-        self._is_whole = True
         return self._last
 
-    def _is_late(self, scan: Scan) -> bool:
-        """Tell whether a scan lies before the window, or before the tracks known beforehand."""
-        is_before = self._priors is not None and scan.time < float(self._priors.time.max())
-        return is_before or scan.time <= self._open.fixed_until
-
-    def _checked(self, scan: Scan) -> Scan:
-        """Return the scan with dimensions, and with numbers for its reports."""
-        report, dim = checked_scan(
-            scan, self._sensors, self._dim, self._open.numbers, self._next_report
-        )
-        self._dim, latest = dim, int(report.max(initial=-1))
-        self._next_report = max(self._next_report, latest + 1)
-        likely = dim or (self._tree.dim if self._tree else 2)
-        return replace(with_dimensions(scan, self._sensors[scan.sensor], likely), report=report)
+    def is_late(self, arrival: Arrival) -> bool:
+        """Tell whether a scan lies before the window as well; see `LiveTracker`."""
+        oldest = max(self._open.fixed_until, self._open.last_time - self._horizon)
+        return self.is_before_all(arrival) or arrival.time <= oldest
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
@@ -325,7 +342,7 @@ class MultiHypothesisTracker:
 
     def _grown_anew(self, tree: AssociationTree, pace: Pace) -> AssociationTree:
         """Return a planted tree grown by the window's scans as if they had come in order."""
-        self._undetected = self._past.undetected.copy()
+        self._undetected = copy.copy(self._past.undetected)
         last, n_scans = self._open.fixed_until, len(self._open.scans)
         with pace.growth(tree, self._open.end_slot - self._open.first_slot, n_scans):
             for place in range(n_scans):
@@ -382,11 +399,3 @@ class MultiHypothesisTracker:
     def _n_live(self, tree: AssociationTree) -> int:
         """Return how many tracks are live."""
         return sum(map(len, live_leaves(tree, self._dormant, by_belief=self._averaging)))
-
-    def _unchanged(self, scan: Scan, *, tracks: bool) -> Hypothesis:
-        """Return the last hypothesis after a scan that came too late."""
-        last = self._last
-        if last is not None:
-            rows = self.tracks() if tracks else TrackTable.empty(last.tracks.dim)
-            last = replace(last, tracks=rows)
-        return left_out(scan, last, self._dim or 2)

@@ -1,10 +1,8 @@
 """The nearest-neighbour Kalman tracker: each scan decided at once."""
 
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -23,27 +21,30 @@ from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
-    checked_scan,
     checked_sensors,
     period_of,
     require_parts,
     require_step,
-    with_dimensions,
 )
 from trackweave.trackers._nearest import squared_distances
-from trackweave.trackers.hypothesis import Assignments, Hypothesis, left_out
+from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
+from trackweave.trackers.hypothesis import (
+    Assignments,
+    Hypothesis,
+    nothing_final,
+)
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.live import Haste, ScanByScan
 from trackweave.trackers.opening import Opener, begun, rule_of
 from trackweave.trackers.pairing import Offers, Pairing, nearest, one_to_one
 from trackweave.trackers.roster import Roster
 from trackweave.trackers.undetected import Undetected
+from trackweave.trackers.used_numbers import UsedNumbers
 
 __all__ = ["NearestNeighbourTracker"]
 
 GATE_PROBABILITY = 0.9999
 """How many of an object's own reports the gate lets through, unless it is told otherwise."""
-REMEMBERED_SCANS = 15
-"""For how many scans a report's number may not come again."""
 # One scan is grown and decided at a time: there is nothing to prune but in impossible crowds.
 _ALL = GrowthLimits(
     margin=np.inf, keep=2**62, new_margin=np.inf, new_keep=2**62, new_ceiling=np.inf,
@@ -51,7 +52,7 @@ _ALL = GrowthLimits(
 )  # fmt: skip
 
 
-class NearestNeighbourTracker:
+class NearestNeighbourTracker(ScanByScan):
     """Tracks objects by the reports nearest to where they are expected, each scan decided at once.
 
     A Kalman filter per track predicts, takes the closest of the validated reports, and is updated
@@ -93,6 +94,9 @@ class NearestNeighbourTracker:
     unscented
         Whether turns and what is not linear in a measurement are taken by sigma points (the
         unscented filter) instead of Jacobians (the extended one).
+    max_ahead
+        A scan further ahead of all others than this is held back [s], as in
+        `MultiHypothesisTracker`.
 
     Raises
     ------
@@ -106,6 +110,9 @@ class NearestNeighbourTracker:
        Multi Target Tracking in Multi Sensor Radar System*, 2018, eqs. (8)–(10).
     """
 
+    CHANGING: ClassVar = ("_opener", "_roster", "_tree", "_undetected", "_used")
+    SETTINGS: ClassVar = ("_lifecycle", "_motion", "_priors", "_sensors")
+
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
@@ -117,6 +124,7 @@ class NearestNeighbourTracker:
         gate: float | None = None,
         dim: int | None = None,
         unscented: bool = False,
+        max_ahead: float | None = MAX_AHEAD,
     ) -> None:
         require_parts(motion, None, lifecycle, None)
         if pairing not in ("one-to-one", "nearest"):
@@ -132,24 +140,38 @@ class NearestNeighbourTracker:
         self._is_shared = pairing == "nearest"
         self._gate = gate
         self._period = period_of(self._sensors.values())
-        self._opener = Opener(motion, self._sensors, self._period)
-        self._undetected = self._unseen()
+        self._guard = ClockGuard.of(max_ahead, self._sensors.values())
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = bool(unscented)
-        self._tree: AssociationTree | None = None
+        self._used = UsedNumbers()
         self._last: Hypothesis | None = None
         self._rows: TrackTable | None = None
+        self._next_track = 1
+        self._know_nothing()
+
+    def _know_nothing(self) -> None:
+        """Be as before the first scan."""
+        self._opener = Opener(self._motion, self._sensors, self._period)
+        self._undetected = self._unseen()
+        self._tree: AssociationTree | None = None
         self._last_time = -np.inf
-        self._next_report = 0
-        self._used: deque[IntArray] = deque(maxlen=REMEMBERED_SCANS)
-        self._served: dict[int, list[int]] = {}
+        self._served: dict[int, tuple[int, ...]] = {}
         """Which tracks each sensor has reported at the last instant."""
+
+    def begin_anew(self, *, keeps_priors: bool) -> Assignments:
+        """Forget all but which names and numbers were used; see `LiveTracker`."""
+        final = self.pending()
+        if not keeps_priors:
+            self._priors = None
+        if self._tree is not None:
+            self._next_track = self._roster.next_track
+        self._know_nothing()
+        return final
 
     def pending(self) -> Assignments:
         """Return no assignments: none is ever amended."""
-        nobody = np.empty(0, dtype=np.int64)
-        return Assignments(report=nobody, track=nobody, probability=np.empty(0))
+        return nothing_final()
 
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
@@ -181,24 +203,28 @@ class NearestNeighbourTracker:
 
         Returns
         -------
-        The hypothesis; all its assignments are final. After a scan older than the last one it is
-        the last one. A report that several tracks share is said to be of the closest. With
-        "one-to-one" the certificate's cost is that of the tracks' reports and misses, proven
-        least. With "nearest" it is half the squared distances, a track that holds no report of
-        its own being as far as the gate, and the bound says how much of that another one-to-one
-        pairing could save at most.
+        The hypothesis; all its assignments are final. After a scan older than the last one, or
+        that is held back, it is the last one. A report that several tracks share is said to be
+        of the closest. With "one-to-one" the certificate's cost is that of the tracks' reports
+        and misses, proven least. With "nearest" it is half the squared distances, a track that
+        holds no report of its own being as far as the gate, and the bound says how much of that
+        another one-to-one pairing could save at most.
 
         Raises
         ------
         InvalidInputError
             If an argument is of another kind than it has to be, the sensor is unknown, the number
-            of dimensions changes or a report's number was used before: the tracker is then as it
-            was.
+            of dimensions changes or a report's number was used before. After this or any other
+            error the tracker is as it was before the step.
         """
-        require_step(scan, rng, deadline, stop)
-        scan = self._checked(scan)
-        if self._is_late(scan):
-            return left_out(scan, self._last, self._dim or 2)
+        rng = require_step(scan, rng, deadline, stop)
+        return self._step((scan,), Haste(rng, deadline, stop, tracks))
+
+    def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
+        """Take in a checked scan whenever it is of; see `LiveTracker`."""
+        (scan,) = arrival.scans
+        if self.is_late(arrival):
+            return self.left_out(arrival, haste)
         tree = self._planted(self._dim or 2)
         opened = self._opener.open(scan, tree.dim)
         data, waited = self._charged(opened.data)
@@ -208,12 +234,11 @@ class NearestNeighbourTracker:
         children = self._children(tree, data, n_tracks)
         pairing = self._paired(tree, data, children, n_tracks)
         track = self._settle(tree, data, children, pairing)
-        self._used.append(scan.report)
         self._rows = rows = self._roster.rows(tree, scan.time)
         self._last_time = scan.time
         self._last = Hypothesis(
             time=scan.time,
-            tracks=rows if tracks else TrackTable.empty(tree.dim),
+            tracks=rows if haste.tracks else TrackTable.empty(tree.dim),
             n_tracks=len(rows),
             amendments=(),
             final=Assignments(opened.report, track, np.full(track.shape[0], np.nan)),
@@ -235,19 +260,9 @@ class NearestNeighbourTracker:
         # Bearings begin no track: what they see stays undetected.
         return Undetected(initial, new, self._motion.max_speed, self._period, by_bearings=False)
 
-    def _checked(self, scan: Scan) -> Scan:
-        """Return the scan with dimensions, and with numbers for its reports."""
-        used = {number for numbers in self._used for number in numbers.tolist()}
-        report, self._dim = checked_scan(scan, self._sensors, self._dim, used, self._next_report)
-        self._next_report = max(self._next_report, int(report.max(initial=-1)) + 1)
-        sensor = self._sensors[scan.sensor]
-        return replace(with_dimensions(scan, sensor, self._dim or 2), report=report)
-
-    def _is_late(self, scan: Scan) -> bool:
-        """Tell whether a scan lies before the last one, or before the tracks known beforehand."""
-        if scan.time < self._last_time:
-            return True
-        return self._priors is not None and scan.time < float(self._priors.time.max())
+    def is_late(self, arrival: Arrival) -> bool:
+        """Tell whether a scan lies before the last one as well; see `LiveTracker`."""
+        return self.is_before_all(arrival) or arrival.time < self._last_time
 
     def _planted(self, dim: int) -> AssociationTree:
         """Return the tree, a node for each live track."""
@@ -257,7 +272,7 @@ class NearestNeighbourTracker:
                 self._motion, self._lifecycle, self._sensors, dim, unscented=self._unscented
             )
             priors = self._priors if self._priors is not None else TrackTable.empty(dim)
-            self._roster = Roster(self._lifecycle, priors)
+            self._roster = Roster(self._lifecycle, priors, self._next_track)
             self._tree = AssociationTree(rule, _ALL)
             self._tree.add_tracks(begun(priors, rule))
         return self._tree
@@ -322,7 +337,8 @@ class NearestNeighbourTracker:
         track[is_held] = roster.track[nodes.family[pairing.holder[is_held]]]
         root = np.full(tree.n_families, -1, dtype=np.int64)
         root[family] = seen
-        self._served.setdefault(data.sensor, []).extend(roster.track[family].tolist())
+        served = self._served.get(data.sensor, ())
+        self._served = {**self._served, data.sensor: (*served, *roster.track[family].tolist())}
         waiting = self._waiting(tree, np.flatnonzero(~has_hit), data.time)
         root[nodes.family[waiting]] = waiting
         tree.fix(root, roster.track, n_reports)

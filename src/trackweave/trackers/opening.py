@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -42,8 +43,11 @@ class Opener:
         self._period = period
         self._sensors = sensors
         self._number = {name: number for number, name in enumerate(sensors)}
-        self._identities: set[int] = set()
+        self._identities: frozenset[int] = frozenset()
         self._ends: dict[str, float] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_ends": self._ends.copy()}
 
     def open(self, scan: Scan, dim: int) -> OpenScan:
         """Return a scan of the window before it is known what came before it.
@@ -60,7 +64,9 @@ class Opener:
         The open scan, its reports in the order in which the tree takes them.
         """
         if scan.identity is not None:
-            self._identities.update(scan.identity[scan.identity >= 0].tolist())
+            named = set(scan.identity[scan.identity >= 0].tolist())
+            if not named <= self._identities:
+                self._identities |= named
         context = Context(
             motion=self._motion,
             dim=dim,

@@ -1,6 +1,5 @@
 """Keeping a deadline: what a step takes is learned, and the tree grows no larger than fits."""
 
-from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -29,22 +28,25 @@ SLOW = 1e-6
 """What a part takes per sequence before anything was measured [s]."""
 
 
+@dataclass(frozen=True, slots=True)
 class _Rate:
     """How long a part of a step takes per sequence [s], as in the last steps."""
 
-    def __init__(self, guess: float = SLOW) -> None:
-        # Guesses at first, so that a single step tells little: the first may load kernels.
-        self._last = deque([guess] * GUESSES, maxlen=REMEMBERED)
-        self.usual = guess
-        self.most = guess
+    last: tuple[float, ...]
+    usual: float
+    most: float
 
-    def learn(self, seconds: float, n_sequences: int) -> None:
-        """Take in how long it took for so many sequences."""
-        self._last.append(seconds / (n_sequences + BASE))
-        ordered = sorted(self._last)
+    @classmethod
+    def guessed(cls, guess: float = SLOW) -> "_Rate":
+        """Return a guess, which counts as several steps: the first may load kernels."""
+        return cls((guess,) * GUESSES, guess, guess)
+
+    def learned(self, seconds: float, n_sequences: int) -> "_Rate":
+        """Return what is known once it took so long for so many sequences."""
+        last = (*self.last, seconds / (n_sequences + BASE))[-REMEMBERED:]
+        ordered = sorted(last)
         # The median and nearly the longest, which no single step can move far.
-        self.usual = ordered[len(ordered) // 2]
-        self.most = ordered[-2]
+        return _Rate(last, ordered[len(ordered) // 2], ordered[-2])
 
     def time(self, n_sequences: int) -> float:
         """Return how long it takes at most for so many sequences [s]."""
@@ -55,10 +57,10 @@ class _Rate:
 class Pacer:
     """What the parts of a tracker's steps take: growth, search, what follows, and a late stop."""
 
-    growth: _Rate = field(default_factory=_Rate)
-    search: _Rate = field(default_factory=_Rate)
-    rest: _Rate = field(default_factory=_Rate)
-    overrun: _Rate = field(default_factory=lambda: _Rate(SLOW / 10.0))
+    growth: _Rate = field(default_factory=_Rate.guessed)
+    search: _Rate = field(default_factory=_Rate.guessed)
+    rest: _Rate = field(default_factory=_Rate.guessed)
+    overrun: _Rate = field(default_factory=lambda: _Rate.guessed(SLOW / 10.0))
 
     def start(self, deadline: float | None, stop: Stop | None) -> "Pace":
         """Return a step that begins now.
@@ -128,7 +130,9 @@ class Pace:
         n_before, n_scans = tree.n_nodes, max(1, n_scans)
         tree.limit(self._room(tree, n_reports, n_scans))
         yield
-        self.pacer.growth.learn(self._lap() / n_scans, n_before + tree.n_nodes)
+        self.pacer.growth = self.pacer.growth.learned(
+            self._lap() / n_scans, n_before + tree.n_nodes
+        )
 
     def _room(self, tree: AssociationTree, n_reports: int, n_scans: int) -> int:
         """Return how many sequences there may be: fewer where the clock allows no more."""
@@ -171,19 +175,19 @@ class Pace:
         took = self._lap()
         pacer = self.pacer
         if self.stopped is None:
-            pacer.search.learn(took, n_sequences)
+            pacer.search = pacer.search.learned(took, n_sequences)
             return
         overrun = self.last - self.stopped
         if overrun < took:
             # Told to stop before it began, it takes the least time that there is.
-            pacer.overrun.learn(overrun, n_sequences)
+            pacer.overrun = pacer.overrun.learned(overrun, n_sequences)
         # It would have taken longer; how much nobody knows.
         usual = pacer.search.usual * (n_sequences + BASE)
-        pacer.search.learn(max(took, usual), n_sequences)
+        pacer.search = pacer.search.learned(max(took, usual), n_sequences)
 
     def done(self, n_sequences: int) -> None:
         """Take in that the step is over."""
-        self.pacer.rest.learn(self._lap(), n_sequences)
+        self.pacer.rest = self.pacer.rest.learned(self._lap(), n_sequences)
 
     def _lap(self) -> float:
         """Return the seconds since the last part was over, and begin the next."""

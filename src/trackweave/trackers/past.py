@@ -1,7 +1,9 @@
 """What lies before the window, as far as a scan that comes late has to know."""
 
+import copy
 from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +38,10 @@ class Past:
         self._patience = patience
         self._closed: deque[ScanInput] = deque()
         self._forgotten = -np.inf
+
+    def __getstate__(self) -> dict[str, Any]:
+        own = {"undetected": copy.copy(self.undetected), "_closed": self._closed.copy()}
+        return {**self.__dict__, **own}
 
     def close(self, closing: list[OpenScan], last: float) -> None:
         """Take in scans that leave the window; ``last`` is when the one before ended [s]."""

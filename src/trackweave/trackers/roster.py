@@ -1,6 +1,7 @@
 """The books of tracks that stand by a single hypothesis."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +26,14 @@ class Roster:
         When tracks are confirmed and end.
     priors
         Tracks known beforehand, confirmed; the first families.
+    next_track
+        The least name of a new track.
     """
 
-    def __init__(self, lifecycle: Lifecycle, priors: TrackTable) -> None:
+    def __init__(self, lifecycle: Lifecycle, priors: TrackTable, next_track: int = 1) -> None:
         self._lifecycle = lifecycle
-        self._next_track = int(priors.track.max(initial=0)) + 1
+        self.next_track = max(next_track, int(priors.track.max(initial=0)) + 1)
+        """The name of the next track."""
         self._score = np.zeros(len(priors))
         self._chances: list[list[float]] = [[] for _ in range(len(priors))]
         self.track = priors.track.copy()
@@ -37,10 +41,19 @@ class Roster:
         self.is_confirmed = np.ones(len(priors), dtype=np.bool_)
         """Whether each is confirmed."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        # A shallow copy is independent: what is changed in place is the copy's own.
+        return {
+            **self.__dict__,
+            "_score": self._score.copy(),
+            "_chances": self._chances.copy(),
+            "is_confirmed": self.is_confirmed.copy(),
+        }
+
     def enter(self, is_track: NDArray[np.bool_]) -> None:
         """Enter new families behind the others; those that are tracks get identifiers."""
-        number = self._next_track + np.cumsum(is_track) - 1
-        self._next_track += int(np.count_nonzero(is_track))
+        number = self.next_track + np.cumsum(is_track) - 1
+        self.next_track += int(np.count_nonzero(is_track))
         self.track = np.concatenate([self.track, np.where(is_track, number, NOBODY)])
         fresh = np.zeros(is_track.shape[0], dtype=np.bool_)
         self.is_confirmed = np.concatenate([self.is_confirmed, fresh])
@@ -53,11 +66,11 @@ class Roster:
         new = ~self.is_confirmed[family]
         needed = self._lifecycle.confirm_hits
         for row, number in zip(family[new].tolist(), chance[new].tolist(), strict=True):
-            own = self._chances[row]
-            own.append(number)
+            own = [*self._chances[row], number]
             if len(own) >= needed:
                 self.is_confirmed[row] = self._confirms(own, float(self._score[row]))
-                self._chances[row] = self._lifecycle.recent(own)
+                own = self._lifecycle.recent(own)
+            self._chances[row] = own
 
     def is_hopeless(self, family: IntArray, chances: FloatArray) -> NDArray[np.bool_]:
         """Tell which families cannot be confirmed within the chances from their first report.

@@ -36,6 +36,9 @@ class Slots:
         self.end = 0
         self._allocate(256)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, **{name: getattr(self, name).copy() for name in _EMPTY}}
+
     def add(self, report: IntArray, time: float | FloatArray, first: int) -> None:
         """Append reports of which no hypothesis has spoken; before ``first`` all is forgotten."""
         count = report.shape[0]

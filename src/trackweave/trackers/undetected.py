@@ -1,9 +1,8 @@
 """Where objects may be that no track follows."""
 
-import copy
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import Any
 
 import numpy as np
 
@@ -70,9 +69,9 @@ class Undetected:
         self._looks: list[_Look] = []
         self._lost: list[_Lost] = []
 
-    def copy(self) -> Self:
-        """Return an independent copy."""
-        return copy.deepcopy(self)
+    def __getstate__(self) -> dict[str, Any]:
+        # A shallow copy is independent: what the lists hold never changes.
+        return {**self.__dict__, "_looks": self._looks.copy(), "_lost": self._lost.copy()}
 
     def look(self, scan: ScanInput, interval: float) -> FloatArray:
         """Return the log density at a scan's reports, and take out what the scan detects.

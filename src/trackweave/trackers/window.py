@@ -2,6 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -79,14 +80,15 @@ class OpenScans:
         """When the scans that the window counts ended, each moment once, ascending [s]."""
         self._share = 0.0
         self.scans: list[OpenScan] = []
-        self.numbers: set[int] = set()
-        """The numbers of the window's reports."""
         self.fixed_until = -np.inf
         """Time up to which nothing can change any more [s]."""
         self.first_slot = 0
         """The oldest report's slot."""
         self.end_slot = 0
         """One more than the newest report's slot."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "scans": self.scans.copy(), "_marks": self._marks.copy()}
 
     @property
     def last_time(self) -> float:
@@ -115,7 +117,6 @@ class OpenScans:
         """Put a late scan into its place in time, behind those of its instant; renumber."""
         place = bisect_right(self.scans, scan.data.time, key=_time)
         self.scans.insert(place, scan)
-        self.numbers.update(scan.report.tolist())
         self._share += scan.share
         if self._counts(scan.sensor):
             mark = bisect_left(self._marks, scan.data.time)
@@ -127,7 +128,6 @@ class OpenScans:
     def remove(self, place: int) -> OpenScan:
         """Take a scan out and return it; renumber."""
         scan = self.scans.pop(place)
-        self.numbers.difference_update(scan.report.tolist())
         self._share -= scan.share
         self.end_slot -= scan.report.shape[0]
         self._marks = sorted({s.data.time for s in self.scans if self._counts(s.sensor)})
@@ -186,8 +186,6 @@ class OpenScans:
         """Forget the oldest scans and return them."""
         closing = self.scans[:count]
         del self.scans[:count]
-        for scan in closing:
-            self.numbers.difference_update(scan.report.tolist())
         if closing:
             self.fixed_until = float(closing[-1].data.time)
         self._marks = self._marks[bisect_right(self._marks, self.fixed_until) :]

@@ -1,0 +1,110 @@
+"""The live tracker that a configuration asks for, with or without reports to estimate from."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trackweave.config import Configuration, load_configuration
+from trackweave.config.fill import ANY_SENSOR, Settings, fill
+from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import section_of
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.errors import InvalidInputError
+from trackweave.io.reports import ONLY_SENSOR
+from trackweave.models.rotation import Rotation
+from trackweave.run.course import tracker_of
+from trackweave.run.tracking import report_table, settings_for
+
+if TYPE_CHECKING:
+    from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
+    from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
+
+__all__ = ["configured"]
+
+
+def configured(
+    config: str | Path | Mapping[str, Any] | Configuration, reports: Any = None
+) -> "MultiHypothesisTracker | NearestNeighbourTracker":
+    """Return the tracker that ``track`` would take, ready for the first scan.
+
+    Parameters
+    ----------
+    config
+        A path of a TOML file, or its content as a mapping.
+    reports
+        Reports as for ``track``, from which keys that are left out are estimated; None to take
+        the usual values for all of them but noise and clutter, which must be given then.
+
+    Returns
+    -------
+    The tracker.
+
+    Raises
+    ------
+    InvalidInputError
+        If a value cannot be used, a key is missing without which nothing can be tracked, or the
+        configuration asks for plots to be fused, which takes instants in place of scans.
+    """
+    configuration = load_configuration(config)
+    if reports is None:
+        settings, dim = _settings_alone(configuration), None
+    else:
+        table, _ = report_table(reports, configuration)
+        settings, dim = settings_for(table, configuration), table.dim
+    if settings.plots is not None:
+        raise InvalidInputError(
+            "plots.fuse: true; expected false, as a tracker of scans fuses no plots (see "
+            "FusedPlotsTracker, which takes instants)"
+        )
+    return tracker_of(settings, settings.sensors, dim, max_ahead=settings.max_ahead)
+
+
+def _settings_alone(configuration: Configuration) -> Settings:
+    """Return a configuration whose gaps are filled by what is usual."""
+    names = [name for name in configuration.sensors if name != ANY_SENSOR]
+    if not names and ANY_SENSOR in configuration.sensors:
+        names = [ONLY_SENSOR]
+    missing = [key for name in names for key in _missing(configuration, name)]
+    if missing or not names:
+        what = ", ".join(missing) or "sensors.NAME, a table for each sensor"
+        raise InvalidInputError(
+            f"configuration: {what} left out; expected in the configuration, or reports to "
+            "estimate from"
+        )
+    observed = {name: _as_told(configuration, name, alone=len(names) == 1) for name in names}
+    return fill(configuration, None, names, observed=observed)
+
+
+def _missing(configuration: Configuration, name: str) -> list[str]:
+    """Return the keys of a sensor that nothing usual can stand in for."""
+    own, kind = section_of(configuration, name), _kind(configuration, name)
+    view = own.field_of_view
+    is_bounded = view is not None and (
+        kind in (MeasurementKind.POSITION, MeasurementKind.BEARING) or view.max_range_m is not None
+    )
+    keys = []
+    if own.sigma is None and kind is MeasurementKind.POSITION:
+        keys.append("sigma")
+    if own.clutter_density is None and (own.clutter_per_scan is None or not is_bounded):
+        keys.append("clutter_density")
+    return [f"sensors.{name}.{key}" for key in keys]
+
+
+def _kind(configuration: Configuration, name: str) -> MeasurementKind:
+    word = section_of(configuration, name).measurement
+    kinds = {kind.word: kind for kind in MeasurementKind}
+    return MeasurementKind.POSITION if word is None else kinds[word]
+
+
+def _as_told(configuration: Configuration, name: str, *, alone: bool) -> ObservedSensor:
+    """Return a sensor as the configuration describes it."""
+    own, kind = section_of(configuration, name), _kind(configuration, name)
+    rotation = None
+    if own.rotation in ("clockwise", "counter-clockwise") and own.scan_period is not None:
+        rotation = Rotation(own.scan_period, 0.0, 1 if own.rotation == "clockwise" else -1)
+    return ObservedSensor(
+        measurement=kind,
+        dim=3 if kind.has_elevation else 2,
+        needs_place=kind is not MeasurementKind.POSITION and not alone,
+        rotation=rotation,
+    )
