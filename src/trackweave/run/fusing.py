@@ -3,11 +3,14 @@
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
 
+from trackweave.config.fusion import FusionOrder, FusionSettings, order_of, settle_fusion
+from trackweave.config.presets import usable_instead
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -24,7 +27,6 @@ from trackweave.io.tracks_in import LocalTracks, read_local_tracks
 from trackweave.run.agreement import on_one_plane, require_agreement
 from trackweave.run.fusion_log import FusionLog
 from trackweave.run.fusion_record import fusion_record
-from trackweave.run.fusion_settings import FusionSettings, settle_fusion
 from trackweave.run.local_pictures import local_pictures
 
 __all__ = ["FusionResult", "FusionValues", "fuse"]
@@ -81,7 +83,7 @@ class FusionValues:
 
 def fuse(
     tracks: Sequence[Any] | Mapping[str, Any],
-    config: Mapping[str, Any] | None = None,
+    config: str | Path | Mapping[str, Any] | FusionOrder | None = None,
     *,
     preset: str | None = None,
     rng: np.random.Generator,
@@ -96,11 +98,13 @@ def fuse(
         the columns that ``track`` writes. As a mapping each has the name of its sensor; as a
         sequence they are called A, B, C, …. At least two, the reference of registration first.
     config
-        What is not to be as by default: ``method`` (how estimates are combined),
-        ``process_noise``, ``confirm``, ``complete``, ``hysteresis``, ``patience``, ``register``,
-        ``bias``, ``statistic`` and ``search``; the page on fusing tracks explains each.
+        What is not to be as by default: path of a configuration whose table ``[fusion]`` says
+        it, or as a mapping that table, or a whole configuration. Its keys: ``method`` (how
+        estimates are combined), ``process_noise``, ``confirm``, ``complete``, ``hysteresis``,
+        ``patience``, ``register``, ``bias``, ``statistic`` and ``search``.
     preset
-        Name of a preset, such as huo-2008, applied where ``config`` is silent.
+        Name of a preset, such as huo, applied key by key where ``config`` is silent; of a search
+        by another method than the preset's none of its options are left.
     rng
         The only source of randomness.
     progress
@@ -115,11 +119,12 @@ def fuse(
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
     """
+    order = config if isinstance(config, FusionOrder) else order_of(config)
     named = _named(tracks)
     tables = {name: _table(source) for name, source in named.items()}
     require_agreement(tables)
     tables, frame, notes = on_one_plane(tables)
-    settings = settle_fusion(config or {}, preset=preset, process_noise=_process_noise(tables))
+    settings = settle_fusion(order, preset=preset, process_noise=_process_noise(tables))
     noise = settings.values["process_noise"]
     pictures = {name: local_pictures(name, table.tracks, noise) for name, table in tables.items()}
     found = _registrations(pictures, settings) if settings.values["register"] else {}
@@ -144,7 +149,12 @@ def fuse(
             tables,
             values,
             log,
-            [*notes, *_notes(tables), *_notes_on_pairings(tables, values, log)],
+            [
+                *notes,
+                *usable_instead(preset),
+                *_notes(tables),
+                *_notes_on_pairings(tables, values, log),
+            ],
         ),
         values,
     )
