@@ -89,19 +89,54 @@ def test_refuses_equal_names_and_says_how_to_name_them(run: Run, tmp_path: Path)
     assert not (tmp_path / "out").exists()
 
 
+def test_reads_the_table_fusion_of_a_configuration(
+    run: Run, files: list[Path], tmp_path: Path
+) -> None:
+    config = tmp_path / "tracker.toml"
+    config.write_text("seed = 5\n[fusion]\nconfirm = '2/3'\nmethod = 'convex'\n")
+    done = run(
+        "fuse", *files, "--config", config, "--method", "information-matrix", "--out",
+        tmp_path / "out", "--quiet",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["seed"] == 5
+    assert record["configuration"]["method"] == "information-matrix"
+    assert record["sources"]["method"] == "given"
+    assert (record["configuration"]["confirm"], record["sources"]["confirm"]) == ("2/3", "file")
+    config.write_text("[fusion]\nconfrm = '2/3'\n")
+    done = run("fuse", *files, "--config", config, "--out", tmp_path / "other")
+    assert done.exit_code == 2
+    assert f"{config}, fusion.confrm: unknown key; did you mean confirm?" in done.stderr
+
+
+def test_the_strict_preset_says_which_one_takes_unequal_lists(
+    run: Run, files: list[Path], tmp_path: Path
+) -> None:
+    fewer = write(tmp_path / "sonar.csv", 3, {1: (0.0, 0.0)})
+    strict = run("fuse", files[0], fewer, "--preset", "huo-2008", "--out", tmp_path / "out")
+    assert strict.exit_code == 2
+    assert "the preset huo takes any" in strict.stderr
+    usable = run("fuse", files[0], fewer, "--preset", "huo", "--out", tmp_path / "out", "--json")
+    assert usable.exit_code == 0, usable.stderr
+    assert json.loads(usable.stdout)["common_objects"] == 1
+    done = run("fuse", *files, "--preset", "huo-2008", "--out", tmp_path / "letter")
+    assert "huo-2008 follows its document to the letter" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--name", "radar"], "--name: 'radar'; expected NAME=FILE"),
-        (["--method", "mean"], "method: 'mean'; expected one of convex"),
-        (["--preset", "huo"], "expected one of huo-2008"),
+        (["--method", "mean"], 'method: "mean"; expected one of "convex"'),
+        (["--preset", "hou"], "did you mean huo"),
         (["--preset", "hillis-1997"], "is one for tracking"),
-        (["--confirm", "often"], "confirm: 'often'; expected N/M"),
+        (["--confirm", "often"], 'confirm: "often"; expected text of the form "3/4"'),
         (["--false-rejection", "7"], "false_rejection: 7.0"),
         (["--search", "brute"], "brute"),
         (["--register", "--bias", "tilt"], "expected some of translation"),
         (["--bias", "clock"], "--bias clock: expected --register beside it"),
-        (["--correlation", "some"], "correlation: 'some'"),
+        (["--correlation", "some"], 'correlation: "some"; expected "none"'),
         (["--process-noise", "-1"], "process_noise: -1"),
     ],
 )

@@ -139,7 +139,7 @@ def test_a_configuration_is_taken_as_it_is() -> None:
         ("[sensors.A]\nsigma = true", "sensors.A.sigma: true; expected a number > 0"),
         ('[sensors.A]\nsigma = "10"', 'sensors.A.sigma: "10"; expected a number > 0'),
         ("[sensors.A]\nsgima = 2.0", "sensors.A.sgima: unknown key; did you mean sigma?"),
-        ("zap = 1", "zap: unknown key; expected one of frame, growth, lifecycle"),
+        ("zap = 1", "zap: unknown key; expected one of frame, fusion, growth"),
         ("sensors = [1]", "sensors: [1]; expected tables such as [sensors.default]"),
         ("sensors.A = 3", "sensors.A: 3; expected a table of keys"),
         ("motion = 3", "motion: 3; expected a table of keys"),

@@ -1,16 +1,20 @@
 """Grouping tracks is an assignment problem whose answer is the cheapest partition."""
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from oracles.local_tracks import NOISE, sensor_tracks
 from oracles.track_scenes import Objects, contrasts
 from trackweave.association.problem import Status
+from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.grouping import Grouping, Scene
 from trackweave.fusion.histories import Histories
 from trackweave.fusion.statistic import Statistic
+from trackweave.run.local_pictures import local_pictures
 from trackweave.solvers import Exact
 
 
@@ -89,3 +93,23 @@ def test_little_room_is_told_and_still_gives_an_answer() -> None:
     assert narrow.n_tuples < roomy.n_tuples
     assert narrow.certificate.cost >= roomy.certificate.cost - 1e-9
     assert roomy.certificate.cost <= -1.0
+
+
+@pytest.mark.parametrize("correlation", ["none", "effective"])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_held_and_passes_its_test_is_never_taken_apart(
+    seed: int, correlation: Literal["none", "effective"]
+) -> None:
+    # Forty objects half a kilometre apart, four sensors: no track has anything else to go to.
+    objects = {k: (800.0 * (k % 8), 800.0 * (k // 8)) for k in range(40)}
+    pictures = []
+    for number in range(4):
+        tracks = sensor_tracks(np.random.default_rng([seed, number]), objects, range(20))
+        pictures.append(local_pictures(f"S{number}", tracks, NOISE))
+    associator = TrackAssociator(statistic=Statistic(correlation=correlation), process_noise=NOISE)
+    for now in zip(*pictures, strict=True):
+        found = associator.step(
+            now[0].time, {each.sensor: each for each in now}, rng=np.random.default_rng(0)
+        )
+        splits = [change for change in found.changes if change.kind == "split"]
+        assert all(change.statistic > change.threshold for change in splits)

@@ -3,13 +3,13 @@
 import numpy as np
 
 from trackweave.association.problem import AssignmentProblem
+from trackweave.config.fusion import order_of, settle_fusion
 from trackweave.presets.huo_2008 import CONFIGURATION
-from trackweave.run.fusion_settings import settle_fusion
 from trackweave.solvers import ListGenetic
 
 
 def test_is_the_documents_problem_search_and_rule() -> None:
-    settings = settle_fusion({}, preset="huo-2008", process_noise=None)
+    settings = settle_fusion(order_of(None), preset="huo-2008", process_noise=None)
     associator = settings.associator(["A", "B", "C"])
     assert associator.complete
     assert (associator.statistic.kind, associator.statistic.memory) == ("chain", "full")

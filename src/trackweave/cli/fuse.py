@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.config.fusion import order_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
@@ -27,20 +28,23 @@ class FuseRequest:
         Directory for the files.
     names
         Names of sensors, each as NAME=FILE; a file that is not among ``tracks`` is one more.
-    config
+    options
         What is not to be as by default, as ``fuse`` takes it; None is as good as left out.
+    config
+        A configuration, of which the table ``[fusion]`` counts where ``options`` are silent.
     preset
         Name of a preset.
     seed
-        Seed of the random numbers.
+        Seed of the random numbers; None for the configuration's, else 0.
     """
 
     tracks: Sequence[Path]
     out: Path
     names: Sequence[str]
-    config: dict[str, Any]
+    options: dict[str, Any]
+    config: Path | None = None
     preset: str | None = None
-    seed: int = 0
+    seed: int | None = None
 
 
 @telling_compiling
@@ -48,13 +52,15 @@ def run_fuse(request: FuseRequest, voice: Voice) -> dict[str, Any]:
     """Fuse files of tracks and write what was found; return the run's totals."""
     files = _named_files(request.tracks, request.names)
     place = OutputDirectory(request.out, "fuse")
-    place.check(list(files.values()))
+    place.check([*files.values(), *([request.config] if request.config else [])])
+    order = order_of(request.config, request.options)
+    seed = request.seed if request.seed is not None else order.seed or 0
     with voice.progress("fusing") as progress:
         result = fuse(
             files,
-            request.config,
+            order,
             preset=request.preset,
-            rng=request.seed,
+            rng=seed,
             progress=progress,
         )
     record = result.run

@@ -30,6 +30,10 @@ def fuse(
         list[str] | None,
         typer.Option(help="NAME=FILE: the sensor's name; left out, that of its file."),
     ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="Configuration (tracker.toml), whose table [fusion] is read."),
+    ] = None,
     register: Annotated[
         bool,
         typer.Option(
@@ -51,7 +55,8 @@ def fuse(
         ),
     ] = None,
     preset: Annotated[
-        str | None, typer.Option(help="Preset: huo-2008, the document to the letter.")
+        str | None,
+        typer.Option(help="Preset: huo, or huo-2008, the document to the letter."),
     ] = None,
     search: Annotated[
         str | None, typer.Option(help="Solver of the association, by its name.")
@@ -83,7 +88,8 @@ def fuse(
     Each file holds what one sensor's tracker wrote: time, track, x, y[, z], velocities and the
     upper triangle of covariances. Confirmed and coasting rows take part. Writes associations.csv
     (which local track was of which object, from when to when, and why that ended), tracks.csv
-    (one row per object and time) and run.json. Seed 0 unless given.
+    (one row per object and time) and run.json. Options come before the configuration, that
+    before the preset, key by key. Seed 0 unless given here or there.
     """
     from trackweave.cli.fuse import FuseRequest, run_fuse
 
@@ -91,7 +97,7 @@ def fuse(
         from trackweave.errors import InvalidInputError
 
         raise InvalidInputError(f"--bias {bias}: expected --register beside it")
-    config = {
+    options = {
         "method": method,
         "confirm": confirm,
         "process_noise": process_noise,
@@ -100,7 +106,7 @@ def fuse(
         "statistic": {"false_rejection": false_rejection, "correlation": correlation},
         "search": {"method": search},
     }
-    request = FuseRequest(tracks or [], out, name or [], config, preset, seed or 0)
+    request = FuseRequest(tracks or [], out, name or [], options, config, preset, seed)
     result = run_fuse(request, Voice(quiet=quiet or json))
     if json:
         show_json(result)

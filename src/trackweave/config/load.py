@@ -49,6 +49,7 @@ def load_configuration(
     except ValidationError as err:
         raise InvalidInputError(explain(err, Configuration, [name], values)) from None
     check_search(configuration.search, name)
+    check_search(configuration.fusion.search, name, "fusion.search")
     return configuration.called(name)
 
 

@@ -70,7 +70,7 @@ def _message(finding: Any, model: Model, values: Any) -> tuple[list[str], str]:
     path, expected, section = _follow(place, model)
     if finding["type"] == "extra_forbidden":
         key = str(finding["loc"][-1])
-        known = sorted(section.model_fields) if section else []
+        known = sorted(_fields(section)) if section else []
         return [*path, key], f"unknown key; {suggest(key, known)}"
     reason = str(finding.get("ctx", {}).get("error", ""))
     value = values
@@ -109,12 +109,12 @@ def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, 
         if entries is not None:
             path.append(str(step))
             section, entries, expected = entries, None, None
-        elif section is not None and step not in section.model_fields and _has_entries(section):
+        elif section is not None and step not in _fields(section) and _has_entries(section):
             path.append(str(step))
             section, expected = section.__dict__["entries"], None
-        elif section is not None and step in section.model_fields:
+        elif section is not None and step in _fields(section):
             path.append(str(step))
-            kinds = list(_kinds(section.model_fields[step]))
+            kinds = list(_kinds(_fields(section)[step]))
             expected = next((kind.text for kind in kinds if isinstance(kind, Expected)), None)
             inner = [
                 kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)
@@ -122,6 +122,11 @@ def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, 
             is_table = bool(inner) and any(kind is dict for kind in kinds)
             section, entries = (None, inner[0]) if is_table else (next(iter(inner), None), None)
     return path, expected, section
+
+
+def _fields(section: Model) -> dict[str, FieldInfo]:
+    """Return a section's fields by the keys that a file has."""
+    return {field.alias or name: field for name, field in section.model_fields.items()}
 
 
 def _has_entries(section: Model) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 from trackweave.config.messages import suggest
 from trackweave.errors import InvalidInputError
 
-__all__ = ["FUSION_PRESETS", "PRESETS", "preset_values"]
+__all__ = ["FUSION_PRESETS", "PRESETS", "preset_values", "usable_instead"]
 
 # The module of each preset; its CONFIGURATION is nested as a configuration file is.
 PRESETS: dict[str, str] = {
@@ -15,7 +15,10 @@ PRESETS: dict[str, str] = {
     "wiranto-2018": "trackweave.presets.wiranto_2018",
 }
 # Those of fusion, whose CONFIGURATION is nested as what ``fuse`` takes.
-FUSION_PRESETS: dict[str, str] = {"huo-2008": "trackweave.presets.huo_2008"}
+FUSION_PRESETS: dict[str, str] = {
+    "huo-2008": "trackweave.presets.huo_2008",
+    "huo": "trackweave.presets.huo",
+}
 
 
 def preset_values(name: str | None) -> Mapping[str, Any]:
@@ -46,3 +49,23 @@ def preset_values(name: str | None) -> Mapping[str, Any]:
         raise InvalidInputError(f'preset: "{name}" is not known; {choice}')
     values: Mapping[str, Any] = import_module(PRESETS[name]).CONFIGURATION
     return values
+
+
+def usable_instead(name: str | None) -> list[str]:
+    """Return a sentence on the preset to take instead of a strict one for fusion.
+
+    Parameters
+    ----------
+    name
+        Name of the preset; None for none.
+
+    Returns
+    -------
+    The sentence, none where the preset is not strict.
+    """
+    if name not in FUSION_PRESETS:
+        return []
+    usable = getattr(import_module(FUSION_PRESETS[name]), "USABLE", None)
+    if usable is None:
+        return []
+    return [f"{name} follows its document to the letter; tracks of one's own: --preset {usable}"]

@@ -16,7 +16,17 @@ def json_schema() -> dict[str, Any]:
     A schema with every key, its range and what it means; the options of all solvers included.
     """
     schema = Configuration.model_json_schema()
-    search = schema["$defs"]["SearchSection"]
+    for name in ("SearchSection", "SolverSection"):
+        _add_options(schema["$defs"][name])
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "tracker.toml",
+    }
+
+
+def _add_options(search: dict[str, Any]) -> None:
+    """Add the options of all solvers to a table that names one."""
     search["additionalProperties"] = False
     search["properties"]["method"] = {
         "description": search["properties"]["method"]["description"],
@@ -30,8 +40,3 @@ def json_schema() -> dict[str, Any]:
             entry["description"] = f"{known}, {method}" if known else f"Option of: {method}"
             if option not in entry["anyOf"]:
                 entry["anyOf"].append(option)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **schema,
-        "title": "tracker.toml",
-    }

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from trackweave.config.fields import Expected
+from trackweave.config.fusion_sections import SolverSection
 from trackweave.config.messages import explain, show_value, suggest
-from trackweave.config.sections import SearchSection
 from trackweave.errors import InvalidInputError
 
 __all__ = ["METHODS", "check_search", "make_solver", "options_model"]
@@ -32,7 +32,7 @@ METHODS = {
 DEFAULT_METHOD = "auto"
 
 
-def check_search(search: SearchSection, name: str) -> None:
+def check_search(search: SolverSection, name: str, key: str = "search") -> None:
     """Refuse an unknown method and options that it does not have.
 
     Parameters
@@ -41,6 +41,8 @@ def check_search(search: SearchSection, name: str) -> None:
         The section as read.
     name
         What the error message calls the file.
+    key
+        The table that it is.
 
     Raises
     ------
@@ -53,14 +55,14 @@ def check_search(search: SearchSection, name: str) -> None:
     if search.method is None and is_known and not is_default:
         # Whose options these are, a preset may still say.
         return
-    make_solver(search, name)
+    make_solver(search, name, key)
 
 
 def _options(method: str) -> dict[str, Any]:
     return options_model(method).model_fields
 
 
-def make_solver(search: SearchSection, name: str = "configuration") -> Any:
+def make_solver(search: SolverSection, name: str = "configuration", key: str = "search") -> Any:
     """Return the solver that a section names, with its options.
 
     Parameters
@@ -69,6 +71,8 @@ def make_solver(search: SearchSection, name: str = "configuration") -> Any:
         The section as read.
     name
         What an error message calls the file.
+    key
+        The table that it is.
 
     Returns
     -------
@@ -85,9 +89,9 @@ def make_solver(search: SearchSection, name: str = "configuration") -> Any:
     method = search.method or DEFAULT_METHOD
     if method not in METHODS:
         raise InvalidInputError(
-            f'{name}, search.method: "{method}" is not known; {suggest(method, list(METHODS))}'
+            f'{name}, {key}.method: "{method}" is not known; {suggest(method, list(METHODS))}'
         )
-    return _made(method, options, name, "search")
+    return _made(method, options, name, key)
 
 
 def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:

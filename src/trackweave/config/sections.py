@@ -5,9 +5,10 @@ A key that is left out is None here and is filled later, from the data or by a d
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from trackweave.config.fields import Count, Expected, Positive, Probability, Section
+from trackweave.config.fusion_sections import FusionSection, SolverSection
 from trackweave.config.motion_sections import MotionSection
 from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection, SigmaTable
 
@@ -15,6 +16,7 @@ __all__ = [
     "Configuration",
     "FieldOfViewSection",
     "FrameSection",
+    "FusionSection",
     "GrowthSection",
     "LifecycleSection",
     "LiveSection",
@@ -41,14 +43,8 @@ class WindowSection(Section):
     """Most scans over all sensors; older ones are fixed."""
 
 
-class SearchSection(Section):
+class SearchSection(SolverSection):
     """How the best hypothesis of a window is found; further keys are the method's own."""
-
-    # The method's options are checked against the solver itself, which takes a second to import.
-    model_config = ConfigDict(extra="allow")
-
-    method: Annotated[str, Expected("the name of a solver")] | None = None
-    """Name of a solver."""
 
     deadline_ms: Annotated[Positive, Expected("a number > 0 of milliseconds")] | None = None
     """Wall clock per scan [ms]; left out = none. With one, runs are not repeatable."""
@@ -245,6 +241,7 @@ class Configuration(Section):
     live: LiveSection = LiveSection()
     output: OutputSection = OutputSection()
     frame: FrameSection = FrameSection()
+    fusion: FusionSection = FusionSection()
 
     @property
     def name(self) -> str:
@@ -259,4 +256,4 @@ class Configuration(Section):
 
     def as_file(self) -> dict[str, Any]:
         """Return the keys that were given, nested as in the file."""
-        return self.model_dump(exclude_unset=True)
+        return self.model_dump(exclude_unset=True, by_alias=True)

@@ -67,7 +67,7 @@ def judge(
     value, first, second, third = evaluate(rings, form, rows, room)
     quantile = terms.held_quantile if is_whole else form.quantile
     limit = threshold(quantile, first, second, third)
-    price = price_of(terms.price, first, size - 1) + n_held * terms.reward
+    price = price_of(terms.price, first, second, third, size - 1) + n_held * terms.reward
     return (value - price) / 2.0, value, limit
 
 

@@ -74,12 +74,17 @@ def sweep(live: Live, reach: FloatArray, most: float) -> tuple[IntArray, IntArra
 
 
 @jit
-def price_of(quantile: FloatArray, first: float, n_joins: int) -> float:
-    """Return what so many joins are worth for a statistic of this mean."""
+def price_of(
+    quantile: FloatArray, first: float, second: float, third: float, n_joins: int
+) -> float:
+    """Return what so many joins are worth for a statistic of these moments.
+
+    With the moments that its threshold has: otherwise correlated errors, which make a statistic
+    vary more, would pay for leaving out a member of what passes its test as a whole.
+    """
     if n_joins <= 0 or first <= 0.0:
         return 0.0
-    share = first / n_joins
-    return n_joins * threshold(quantile, share, share, share)
+    return n_joins * threshold(quantile, first / n_joins, second / n_joins, third / n_joins)
 
 
 @jit
@@ -97,8 +102,8 @@ def weigh_pairs(
         if live.sensor[a] > live.sensor[b]:
             a, b = b, a
         members[0], members[1] = live.row[a], live.row[b]
-        value[pair], mean, _, _ = evaluate(rings, form, members, room)
-        gain[pair] = price_of(price, mean, 1) - value[pair]
+        value[pair], mean, square, cube = evaluate(rings, form, members, room)
+        gain[pair] = price_of(price, mean, square, cube, 1) - value[pair]
         keep[pair] = mean > 0.0 and value[pair] <= bound
     return Pairs(first[keep], second[keep], value[keep], gain[keep])
 

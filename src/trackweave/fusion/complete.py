@@ -32,7 +32,8 @@ def require_equal_lists(counts: dict[str, int]) -> None:
     if len(set(counts.values())) > 1:
         said = ", ".join(f"{name} {count}" for name, count in counts.items())
         raise InvalidInputError(
-            f"pictures: tracks {said}; expected equally many of each where tuples are complete"
+            f"pictures: tracks {said}; expected equally many of each where tuples are complete "
+            "(the preset huo takes any; so does complete = false)"
         )
 
 

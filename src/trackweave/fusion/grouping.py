@@ -21,6 +21,9 @@ __all__ = ["Grouping", "Groups", "Scene", "labelled", "nothing_to_choose"]
 NEARLY_NEVER = 1e-9
 """Probability of leaving out a pair of one object for being far apart along an axis."""
 
+TIE = 1e-6
+"""What being held is worth where nothing else tells [nats]."""
+
 
 class Scene(NamedTuple):
     """What there is to group: remembered estimates, the slots that count, and live tracks."""
@@ -117,7 +120,8 @@ class Grouping:
         order = np.lexsort((np.arange(n_tracks), live.sensor, label))
         easy, hard = self._easy(scene, form, terms, (label, order))
         grown = [self._grow(scene, form, terms, places, pairs) for places in hard]
-        candidates = _joined([part for part, _ in grown], n_sensors)
+        parts = [_held_together(part, live) for part, _ in grown]
+        candidates = _joined(parts, n_sensors)
         chosen, certificate = _choose(candidates, live, search, rng)
         member = np.concatenate([easy.member, candidates.member[chosen]])
         value = np.concatenate([easy.value, candidates.value[chosen]])
@@ -194,7 +198,9 @@ class Grouping:
         member = np.full((start.shape[0], int(live.sensor.max()) + 1), -1, dtype=np.int64)
         member[label[order], live.sensor[order]] = order
         whole = judge_all(scene.rings, form, terms, live, member[lone])
-        sure = whole.is_allowed & _is_best_whole(scene, form, terms, whole)
+        sure = _is_held(whole, live) | (
+            whole.is_allowed & _is_best_whole(scene, form, terms, whole)
+        )
         easy = Tuples._make(part[sure] for part in whole)
         rest = np.concatenate([lone[~sure], np.flatnonzero(crowded)])
         return easy, [order[start[i] : start[i] + size[i]] for i in np.sort(rest)]
@@ -222,6 +228,36 @@ def _is_best_whole(scene: Scene, form: Form, terms: Terms, whole: Tuples) -> NDA
         apart = judge_all(scene.rings, form, terms, scene.live, fewer)
         best &= apart.cost >= whole.cost
     return np.asarray(best)
+
+
+def _is_held(tuples: Tuples, live: Live) -> NDArray[np.bool_]:
+    """Tell which tuples are an object as it is held, and within its threshold."""
+    # Places of -1 read an entry too many, which is taken out again.
+    held = np.where(tuples.member >= 0, np.append(live.held, -1)[tuples.member], -1)
+    number = held.max(axis=1, initial=-1)
+    is_one = (tuples.member < 0) | (held == number[:, None])
+    size = np.bincount(live.held[live.held >= 0], minlength=1)
+    is_all = np.count_nonzero(tuples.member >= 0, axis=1) == size[np.maximum(number, 0)]
+    return np.asarray(tuples.is_allowed & (number >= 0) & is_one.all(axis=1) & is_all)
+
+
+def _held_together(tuples: Tuples, live: Live) -> Tuples:
+    """Return tuples where no held object costs more than its own tracks apart."""
+    # A member may pay for being left out though all pass their test together: an object would
+    # split and merge again and again with nothing else to go to.
+    cost = tuples.cost.copy()
+    for row in np.flatnonzero(_is_held(tuples, live)):
+        own = tuples.member[row]
+        inside = ((tuples.member == own) | (tuples.member < 0)).all(axis=1)
+        part = np.flatnonzero(inside & tuples.is_allowed)
+        left, apart = own >= 0, 0.0
+        for other in part[np.argsort(tuples.cost[part], kind="stable")]:
+            taken = tuples.member[other] >= 0
+            if tuples.cost[other] < 0.0 and left[taken].all():
+                apart += tuples.cost[other]
+                left &= ~taken
+        cost[row] = min(cost[row], apart - TIE, -TIE)
+    return tuples._replace(cost=cost)
 
 
 def _joined(parts: list[Tuples], n_sensors: int) -> Tuples:

@@ -12,6 +12,8 @@ What the document says, and the key that says it here:
   a swap of two genes -> ``reproduction``, ``mutation``, ``mutate``
 - a random first population of all tuples as one problem, no bounds and no local search
   -> ``seeded``, ``improvement``, ``decompose``
+- one size fits no problem: the numbers are those of M = 3, n = 10, and grow with the genes, the
+  population with their square, generations in proportion -> ``by_size``
 - stop after G generations, or when the best fitness changed by at most ε for G′ generations
   running -> ``generations``, ``tolerance``, ``patience``
 - "2/3, 3/4, 4/5 or 6/8": a result is declared that came out N times of M -> ``confirm``
@@ -24,7 +26,10 @@ are combined convexly -> ``method``
 
 from typing import Any
 
-__all__ = ["CONFIGURATION"]
+__all__ = ["CONFIGURATION", "USABLE"]
+
+USABLE = "huo"
+"""The preset of the same search for tracks of one's own."""
 
 CONFIGURATION: dict[str, Any] = {
     "method": "convex",
@@ -39,7 +44,7 @@ CONFIGURATION: dict[str, Any] = {
     "search": {
         "method": "list-genetic",
         "population": 200,
-        "generations": 500,
+        "generations": 300,
         "evaluations": 100_000,
         "reproduction": 0.2,
         "mutation": 0.6,
@@ -49,5 +54,6 @@ CONFIGURATION: dict[str, Any] = {
         "seeded": False,
         "improvement": False,
         "decompose": False,
+        "by_size": True,
     },
 }

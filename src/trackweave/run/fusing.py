@@ -4,12 +4,14 @@ import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from string import ascii_uppercase
-from typing import Any, Generic, overload
+from typing import Any, Generic, TypeAlias, overload
 
 import numpy as np
 import polars as pl
 
+from trackweave.config.fusion import FusionOrder, FusionSettings, order_of, settle_fusion
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -27,13 +29,13 @@ from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.agreement import on_one_plane, require_agreement
 from trackweave.run.fusion_log import FusionLog
 from trackweave.run.fusion_record import fusion_record
-from trackweave.run.fusion_settings import FusionSettings, settle_fusion
 from trackweave.run.local_pictures import local_pictures
 from trackweave.run.result import Result, Table, named
 from trackweave.summaries import counted, summary
 
 __all__ = ["FusionResult", "FusionValues", "fuse"]
 
+Config: TypeAlias = str | Path | Mapping[str, Any] | FusionOrder | None
 Progress = Callable[[int, int], None]
 
 
@@ -97,7 +99,7 @@ class FusionValues:
 @overload
 def fuse(
     tracks: Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
-    config: Mapping[str, Any] | None = None,
+    config: Config = None,
     *,
     preset: str | None = None,
     rng: RandomSource = 0,
@@ -106,7 +108,7 @@ def fuse(
 @overload
 def fuse(
     tracks: Sequence[LocalTracks] | Mapping[str, LocalTracks],
-    config: Mapping[str, Any] | None = None,
+    config: Config = None,
     *,
     preset: str | None = None,
     rng: RandomSource = 0,
@@ -115,7 +117,7 @@ def fuse(
 @overload
 def fuse(
     tracks: Sequence[Table] | Mapping[str, Table],
-    config: Mapping[str, Any] | None = None,
+    config: Config = None,
     *,
     preset: str | None = None,
     rng: RandomSource = 0,
@@ -123,7 +125,7 @@ def fuse(
 ) -> FusionResult[Table]: ...
 def fuse(
     tracks: Sequence[Any] | Mapping[str, Any],
-    config: Mapping[str, Any] | None = None,
+    config: Config = None,
     *,
     preset: str | None = None,
     rng: RandomSource = 0,
@@ -138,11 +140,13 @@ def fuse(
         the columns that ``track`` writes. As a mapping each has the name of its sensor; as a
         sequence they are called A, B, C, …. At least two, the reference of registration first.
     config
-        What is not to be as by default: ``method`` (how estimates are combined),
-        ``process_noise``, ``confirm``, ``complete``, ``hysteresis``, ``patience``, ``register``,
-        ``bias``, ``statistic`` and ``search``; the page on fusing tracks explains each.
+        What is not to be as by default: path of a configuration whose table ``[fusion]`` says
+        it, or as a mapping that table, or a whole configuration. Its keys: ``method`` (how
+        estimates are combined), ``process_noise``, ``confirm``, ``complete``, ``hysteresis``,
+        ``patience``, ``register``, ``bias``, ``statistic`` and ``search``.
     preset
-        Name of a preset, such as huo-2008, applied where ``config`` is silent.
+        Name of a preset, such as huo, applied key by key where ``config`` is silent; of a search
+        by another method than the preset's none of its options are left.
     rng
         The only source of randomness: a generator, or a seed.
     progress
@@ -168,10 +172,11 @@ def fuse(
     1
     """
     generator = generator_of(rng)
+    order = config if isinstance(config, FusionOrder) else order_of(config)
     tables = {name: _table(source) for name, source in _named(tracks).items()}
     require_agreement(tables)
     tables, frame, notes = on_one_plane(tables)
-    settings = settle_fusion(config or {}, preset=preset, process_noise=_process_noise(tables))
+    settings = settle_fusion(order, preset=preset, process_noise=_process_noise(tables))
     noise = settings.values["process_noise"]
     pictures = {name: local_pictures(name, table.tracks, noise) for name, table in tables.items()}
     found = _registrations(pictures, settings) if settings.values["register"] else {}
@@ -189,7 +194,7 @@ def fuse(
     fused_tracks = TrackTable.concatenate(rows, first.tracks.dim)
     values = FusionValues(fused_tracks, log.pairings.all(), found, frame, settings)
     iso = first.iso_time
-    notes += [*_notes(tables), *_notes_on_pairings(tables, values, log)]
+    notes += [*usable_instead(preset), *_notes(tables), *_notes_on_pairings(tables, values, log)]
     return FusionResult(
         to_native(tracks_frame(fused_tracks, frame, iso_time=iso), first.kind),
         to_native(associations_frame(values.pairings, iso_time=iso), first.kind),

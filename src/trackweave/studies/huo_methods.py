@@ -1,32 +1,35 @@
 """The methods that the study of Huo and others sets side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import chdtri
 
-from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.chain_rule import track_chains
+from trackweave.arrays import IntArray
+from trackweave.association.chain_rule import Chains, TrackEstimates, track_chains
+from trackweave.association.problem import AssignmentProblem
 from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.practice import nearest_neighbour, pairwise_sequential
-from trackweave.fusion.statistic import Statistic
+from trackweave.fusion.statistic import Statistic, tuple_values
 from trackweave.presets.huo_2008 import CONFIGURATION
-from trackweave.solvers import Exact, Greedy, ListGenetic
+from trackweave.solvers import Dual, Exact, ListGenetic
+from trackweave.solvers.genetic._columns import decode_columns
+from trackweave.solvers.genetic.list_search import make_table
 from trackweave.solvers.protocol import Solver
+from trackweave.solvers.relaxation import Relaxation
 from trackweave.studies.scenes import TrackScene
 
 __all__ = [
-    "COMPLETE",
-    "METHODS",
-    "best_by_generation",
-    "document_search",
-    "groups",
-    "successive",
-]
+    "ALPHA", "COMPLETE", "METHODS", "TWO_NODES", "curve", "decoded", "document_search", "groups",
+    "successive", "two_nodes",
+]  # fmt: skip
 
-COMPLETE = ("document", "exact")
-"""Methods that need every sensor to see every object."""
+COMPLETE = ("document", "relaxation", "exact")
+"""Methods of the document's problem, for which every sensor has to see every object."""
 METHODS = (*COMPLETE, "pairwise", "nearest", "default")
+TWO_NODES = ("weighted", "modified", "nearest neighbour")
+ALPHA = CONFIGURATION["statistic"]["false_rejection"]
 
 
 def document_search() -> ListGenetic:
@@ -35,103 +38,202 @@ def document_search() -> ListGenetic:
     return ListGenetic(**options)
 
 
-def groups(method: str, scene: TrackScene, rng: np.random.Generator) -> list[IntArray]:
-    """Return the group of each track of each sensor, by the last time.
+def groups(
+    scene: TrackScene, methods: Sequence[str], rng: np.random.Generator
+) -> dict[str, list[IntArray]]:
+    """Return the group of each track of each sensor, by the last time, after each method.
 
     Parameters
     ----------
-    method
-        One of ``METHODS``.
     scene
         The tracks.
+    methods
+        Some of ``METHODS``.
     rng
         Source of randomness.
 
     Returns
     -------
-    Groups, sensor by sensor.
+    Groups by method, sensor by sensor.
     """
-    if method == "pairwise":
-        return pairwise_sequential(scene.estimates)
-    if method == "nearest":
-        return nearest_neighbour(scene.estimates)
+    searches: Mapping[str, Solver] = {
+        "document": document_search(), "relaxation": Dual(), "exact": Exact(),
+    }  # fmt: skip
+    found = {}
+    chains = track_chains(scene.estimates) if set(methods) & set(COMPLETE) else None
+    problem = chains.problem() if chains else None
+    for name in methods:
+        if chains and problem and name in COMPLETE:
+            nodes = searches[name](problem, rng=rng).nodes
+            found[name] = _declared(scene, _tuples(chains, problem, nodes))
+        elif name == "default":
+            found[name] = _default(scene, rng)
+        else:
+            practice = pairwise_sequential if name == "pairwise" else nearest_neighbour
+            found[name] = practice(scene.estimates, false_rejection=ALPHA)
+    return found
+
+
+def _default(scene: TrackScene, rng: np.random.Generator) -> list[IntArray]:
     associator = TrackAssociator(sensors=scene.names)
-    last = scene.estimates[0].n_times - 1
-    if method in COMPLETE:
-        # What earlier associations say does not enter the last one's.
-        associator = _complete(scene, Greedy())
-    for time in range(last + 1):
-        if time == last and method in COMPLETE:
-            associator.search = document_search() if method == "document" else Exact()
+    for time in range(scene.estimates[0].n_times):
         found = associator.step(float(time), scene.pictures(time), rng=rng)
     return [found.object[found.sensor == number] for number in range(len(scene.names))]
 
 
+def _tuples(chains: Chains, problem: AssignmentProblem, nodes: IntArray) -> IntArray:
+    assert problem.row is not None
+    return chains.tuples[problem.row[nodes]] - 1
+
+
+def _declared(scene: TrackScene, tuples: IntArray) -> list[IntArray]:
+    """Return groups: tuples within the threshold, and each other track alone."""
+    members = [(each.mean[:, mine], each.covariance[:, mine])
+               for each, mine in zip(scene.estimates, tuples.T, strict=True)]  # fmt: skip
+    mean, covariance = (
+        np.stack(part, axis=2).swapaxes(0, 1) for part in zip(*members, strict=True)
+    )
+    judged = tuple_values(mean, covariance, Statistic(**CONFIGURATION["statistic"]))
+    same = judged.value <= judged.threshold
+    labels = []
+    for number, mine in enumerate(tuples.T):
+        label = np.arange(len(mine)) + len(mine) * (number + 1)
+        label[mine[same]] = np.flatnonzero(same)
+        labels.append(label)
+    return labels
+
+
 def successive(
-    scene: TrackScene, rng: np.random.Generator, *, memory: str
+    scene: TrackScene, rng: np.random.Generator, *, full: bool
 ) -> list[frozenset[tuple[int, ...]]]:
-    """Return what the document's method pairs at each time.
-
-    Parameters
-    ----------
-    scene
-        The tracks.
-    rng
-        Source of randomness.
-    memory
-        "full", the document's, or "one time": each time is judged alone.
-
-    Returns
-    -------
-    The tuples of each association, those of tracks alone left out.
-    """
-    statistic = Statistic(**CONFIGURATION["statistic"])
-    if memory == "one time":
-        statistic = replace(statistic, memory="sliding", length=1)
-    associator = _complete(scene, document_search(), statistic)
-    outcomes = []
-    for time in range(scene.estimates[0].n_times):
-        found = associator.step(float(time), scene.pictures(time), rng=rng)
-        outcomes.append(frozenset(each for each in found.tuples() if min(each) >= 0))
-    return outcomes
-
-
-def best_by_generation(
-    scene: TrackScene, generations: Sequence[int], rng: np.random.Generator
-) -> FloatArray:
-    """Return by what share the best fitness exceeds the least J after so many generations.
+    """Return what the document's method pairs at each time, tracks alone left out.
 
     Parameters
     ----------
     scene
         The tracks; every sensor sees every object.
-    generations
-        The numbers of generations.
+    rng
+        Source of randomness.
+    full
+        Whether λ sums over all times so far, as in the document; else each is judged alone.
+
+    Returns
+    -------
+    The tuples of each association.
+    """
+    outcomes = []
+    for time in range(scene.estimates[0].n_times):
+        first = 0 if full else time
+        then = replace(
+            scene,
+            estimates=tuple(
+                TrackEstimates(each.mean[first : time + 1], each.covariance[first : time + 1])
+                for each in scene.estimates
+            ),
+        )
+        labels = np.stack(groups(then, ["document"], rng)["document"])
+        tuples = [np.argwhere(labels == number)[:, 1] for number in range(labels.shape[1])]
+        outcomes.append(frozenset(tuple(each.tolist()) for each in tuples if len(each)))
+    return outcomes
+
+
+def curve(
+    problem: AssignmentProblem, search: ListGenetic, marks: Sequence[int], rng: np.random.Generator
+) -> list[float]:
+    """Return the best J after so many evaluations, one search gone on with.
+
+    Parameters
+    ----------
+    problem
+        What is searched.
+    search
+        How; where it stops, its last answer stays.
+    marks
+        Numbers of evaluations, ascending.
     rng
         Source of randomness.
 
     Returns
     -------
-    Shares from 0, shape (generations,).
+    The best cost at each.
     """
-    problem = track_chains(scene.estimates).problem()
-    least = Exact()(problem, rng=rng).cost
-    most = max(generations)
-    search = replace(document_search(), patience=most, evaluations=10**9)
-    seed = int(rng.integers(2**31))
-    excess = []
-    for number in generations:
-        # The same numbers again: each run goes on where the shorter one ended.
-        again = np.random.Generator(np.random.PCG64(seed))
-        answer = replace(search, generations=number)(problem, rng=again)
-        excess.append(max(0.0, answer.cost / least - 1.0))
-    return np.array(excess)
+    state, best = search.start(problem, rng=rng), []
+    for mark in marks:
+        if not state.done and mark > state.evaluations:
+            state = search.advance(state, evaluations=mark - state.evaluations)
+        best.append(search.answer(state).cost)
+    return best
 
 
-def _complete(
-    scene: TrackScene, search: Solver, statistic: Statistic | None = None
-) -> TrackAssociator:
-    """Return the document's associator, without its rule of confirmation."""
-    if statistic is None:
-        statistic = Statistic(**CONFIGURATION["statistic"])
-    return TrackAssociator(sensors=scene.names, statistic=statistic, search=search, complete=True)
+def two_nodes(method: str, scene: TrackScene) -> list[IntArray]:
+    """Return the groups of two nodes' tracks by the estimates of the last time alone.
+
+    Parameters
+    ----------
+    method
+        "weighted": the distance weighted by P₁ + P₂ [1]_; "modified": the covariance without
+        what both errors share [2]_; "nearest neighbour": each number within a gate of its own.
+        The nearest pairs that pass the test come first.
+    scene
+        The tracks; the first two sensors' take part.
+
+    Returns
+    -------
+    Groups, sensor by sensor.
+
+    References
+    ----------
+    .. [1] R. Singer, A. Kanyuck, *Computer control of multiple site track correlation*,
+       Automatica 1971.
+    .. [2] Y. Bar-Shalom, *On the track-to-track correlation problem*, IEEE Trans. AC 1981.
+    """
+    first, second = scene.estimates[:2]
+    apart = first.mean[-1][:, None] - second.mean[-1][None]
+    mine, yours = first.covariance[-1][:, None], second.covariance[-1][None]
+    spread = mine + yours
+    if method == "modified":
+        # Covariances of these scenes are diagonal, and so is what errors have in common.
+        spread = spread - 2.0 * scene.shared * np.sqrt(mine * yours)
+    variance = np.diagonal(spread, axis1=2, axis2=3)
+    if method == "nearest neighbour":
+        n = apart.shape[2]
+        allowed = (apart**2 <= chdtri(1, ALPHA / n) * variance).all(axis=2)
+        distance = np.linalg.norm(apart[..., :2], axis=2)
+    else:
+        distance = np.einsum(
+            "abi,abi->ab", apart, np.linalg.solve(spread, apart[..., None])[..., 0]
+        )
+        allowed = distance <= chdtri(apart.shape[2], ALPHA)
+    label = len(apart) + np.arange(apart.shape[1])
+    left = np.where(allowed, distance, np.inf)
+    while np.isfinite(left).any():
+        row, column = np.unravel_index(np.argmin(left), left.shape)
+        label[column] = row
+        left[row], left[:, column] = np.inf, np.inf
+    return [np.arange(len(apart)), label]
+
+
+def decoded(chromosome: IntArray) -> list[tuple[int, ...]]:
+    """Return the tuples of tracks that the list-genetic search reads out of a chromosome.
+
+    Parameters
+    ----------
+    chromosome
+        One permutation of track numbers from 1 per sensor, shape (sensors, n).
+
+    Returns
+    -------
+    Its tuples, in the order of sensor 1's tracks.
+    """
+    n_sensors, n = chromosome.shape
+    flat = TrackEstimates(np.zeros((n, 1)), np.ones((n, 1, 1)))
+    chains = track_chains([flat] * n_sensors)
+    problem = chains.problem()
+    whole = Relaxation.of(problem, None, whole=True).rest
+    component = whole.component(0)
+    nodes = np.empty(component.must.shape[0], dtype=np.int64)
+    room = np.empty((3, n_sensors + 1), dtype=np.int64)
+    instant = np.repeat(np.arange(n_sensors), n)
+    decode_columns(component, make_table(component, instant), chromosome - 1, room, nodes)
+    taken = whole.parts.node[nodes[nodes >= 0]]
+    return sorted(tuple((row + 1).tolist()) for row in _tuples(chains, problem, taken))

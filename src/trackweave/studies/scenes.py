@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import IntArray
 from trackweave.association.chain_rule import TrackEstimates
 from trackweave.fusion.pictures import LocalPicture
 
@@ -30,6 +30,8 @@ class SceneShape:
         Mean distance of objects to their neighbours, in standard deviations of a position.
     seen
         Probability that a sensor sees an object.
+    shared
+        Share of each error's variance that all sensors have in common.
     """
 
     sensors: int = 3
@@ -37,6 +39,7 @@ class SceneShape:
     times: int = 5
     spacing: float = 6.0
     seen: float = 1.0
+    shared: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,10 +52,13 @@ class TrackScene:
         What each sensor knows of its tracks at each time.
     truth
         Object of each track of each sensor.
+    shared
+        As in ``SceneShape``.
     """
 
     estimates: tuple[TrackEstimates, ...]
     truth: tuple[IntArray, ...]
+    shared: float = 0.0
 
     @property
     def names(self) -> list[str]:
@@ -99,8 +105,8 @@ class TrackScene:
 def draw_scene(shape: SceneShape, rng: np.random.Generator) -> TrackScene:
     """Return a scene of objects that go the same way, spread evenly over a square.
 
-    Each sensor's errors are independent of the others' and from time to time, as the document
-    assumes; each track has a covariance of its own, and each sensor an order of its own.
+    Errors are independent from time to time and, unless told otherwise, from sensor to sensor, as
+    the document assumes; each track has a covariance, each sensor an order of its own.
 
     Parameters
     ----------
@@ -116,20 +122,15 @@ def draw_scene(shape: SceneShape, rng: np.random.Generator) -> TrackScene:
     side = shape.spacing * SIGMA[0] * np.sqrt(shape.objects)
     place = rng.uniform(0.0, side, (shape.objects, 2))
     velocity = COURSE + rng.normal(0.0, SPREAD, (shape.objects, 2))
+    course = place + np.arange(shape.times)[:, None, None] * velocity
+    state = np.concatenate([course, np.broadcast_to(velocity, course.shape)], axis=2)
+    common = rng.normal(size=state.shape) * np.sqrt(shape.shared)
     truth, estimates = [], []
     for _ in range(shape.sensors):
         mine = rng.permutation(np.flatnonzero(rng.random(shape.objects) < shape.seen))
         truth.append(mine.astype(np.int64))
-        estimates.append(_estimated(place[mine], velocity[mine], shape.times, rng))
-    return TrackScene(tuple(estimates), tuple(truth))
-
-
-def _estimated(
-    place: FloatArray, velocity: FloatArray, n_times: int, rng: np.random.Generator
-) -> TrackEstimates:
-    """Return a sensor's estimates of objects."""
-    scale = SIGMA * rng.uniform(0.7, 1.4, (len(place), 1))
-    moved = place + np.arange(n_times)[:, None, None] * velocity
-    state = np.concatenate([moved, np.broadcast_to(velocity, moved.shape)], axis=2)
-    spread = np.broadcast_to(np.eye(4) * (scale**2)[:, :, None], (*state.shape, 4))
-    return TrackEstimates(state + rng.normal(size=state.shape) * scale, spread)
+        scale = SIGMA * rng.uniform(0.7, 1.4, (len(mine), 1))
+        error = common + rng.normal(size=state.shape) * np.sqrt(1.0 - shape.shared)
+        spread = np.broadcast_to(np.eye(4) * (scale**2)[:, :, None], (*state[:, mine].shape, 4))
+        estimates.append(TrackEstimates(state[:, mine] + error[:, mine] * scale, spread))
+    return TrackScene(tuple(estimates), tuple(truth), shape.shared)

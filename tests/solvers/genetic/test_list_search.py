@@ -84,6 +84,23 @@ class TestGenerations:
             assert 0 <= n_kept < population
             assert 0 <= n_mutants <= population - n_kept
 
+    def test_sizes_grow_with_the_problem_where_they_are_told_to(self) -> None:
+        usual = ListGenetic(population=10, generations=3, evaluations=100, patience=2)
+        grown = replace(usual, by_size=True)
+        assert usual.for_genes(40) is usual
+        assert grown.for_genes(20).population == 10
+        twice = grown.for_genes(40)
+        assert (twice.population, twice.generations) == (40, 6)
+        assert (twice.patience, twice.evaluations) == (4, 800)
+
+    def test_a_search_by_size_runs_as_one_of_the_grown_sizes(self) -> None:
+        problem = dense(21)
+        asked = replace(LETTER, generations=2, evaluations=10**6, by_size=True)
+        plain = replace(asked.for_genes(42), by_size=False)
+        assert plain.population > LETTER.population
+        found, expected = asked(problem, rng=rng()), plain(problem, rng=rng())
+        assert (found.cost, found.evaluations) == (expected.cost, expected.evaluations)
+
     @pytest.mark.parametrize("mutate", ["swap", "inversion", "shift"])
     def test_finds_the_best_of_a_small_dense_problem(self, mutate: str) -> None:
         problem = dense(4)

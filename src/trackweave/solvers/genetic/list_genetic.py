@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from trackweave.arrays import IntArray
-from trackweave.solvers.genetic.list_search import ListSearch
+from trackweave.solvers.genetic.list_search import ListSearch, genes_of
 from trackweave.solvers.genetic.parameters import ListParameters
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.resumable import Start, View
@@ -48,6 +48,10 @@ class ListGenetic(ListParameters, Metaheuristic):
         Whether the best individual of a generation is improved locally.
     decompose
         Whether components are searched apart.
+    by_size
+        Whether the numbers are those for 20 genes, three lists of ten, and grow with a larger
+        component: the population with the square of its genes, the items of all lists but the
+        first; generations and patience in proportion; evaluations with the cube.
 
     Raises
     ------
@@ -61,23 +65,26 @@ class ListGenetic(ListParameters, Metaheuristic):
     """
 
     def _begin(self, view: View, start: Start) -> ListSearch:
-        return ListSearch.begin(view.component, view.instant, self, start)
+        parameters = self.for_genes(genes_of(view.component, view.instant))
+        return ListSearch.begin(view.component, view.instant, parameters, start)
 
     def _go_on(self, view: View, search: ListSearch, evaluations: int) -> ListSearch:
-        return search.advance(view.component, self, evaluations)
+        return search.advance(view.component, self.for_genes(search.genes), evaluations)
 
     def admit(
         self, view: View, search: ListSearch, selection: IntArray, cost: float
     ) -> ListSearch:
         """Return the search with another's answer taken in; see ``Metaheuristic``."""
-        return search.admit(view.component, self, selection, cost)
+        parameters = self.for_genes(search.genes)
+        return search.admit(view.component, parameters, selection, cost)
 
     def _chunk(self, view: View) -> int:
         return chunk_of(view, self.population)
 
     def _why_over(self, search: ListSearch) -> str:
-        if search.generation >= self.generations:
+        limits = self.for_genes(search.genes)
+        if search.generation >= limits.generations:
             return "generations"
-        if search.evaluations >= self.evaluations:
+        if search.evaluations >= limits.evaluations:
             return "evaluations"
-        return "converged" if search.unchanged >= self.patience else ""
+        return "converged" if search.unchanged >= limits.patience else ""

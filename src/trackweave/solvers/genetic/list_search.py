@@ -15,7 +15,7 @@ from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.polishing import polish
 from trackweave.solvers.resumable import Start
 
-__all__ = ["ListSearch", "individual_of", "make_table"]
+__all__ = ["ListSearch", "genes_of", "individual_of", "make_table"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,6 +126,11 @@ class ListSearch:
         return _next_generation(moved, component, parameters) if last == size else moved
 
     @property
+    def genes(self) -> int:
+        """How many items there are in all lists but the first."""
+        return _genes_in(self.table.list_start)
+
+    @property
     def at_rest(self) -> bool:
         """Whether a generation is complete."""
         return self.position == self.n_kept and self.generation > 0
@@ -207,6 +212,15 @@ def _bred(search: ListSearch, parameters: ListParameters) -> ListSearch:
         n_kept=n_kept,
         rng=rng,
     )
+
+
+def genes_of(component: Component, instant: IntArray) -> int:
+    """Return how many items a component has in all lists but the first, which stays in order."""
+    return _genes_in(lists_of(component, instant).start)
+
+
+def _genes_in(list_start: IntArray) -> int:
+    return int(list_start[-1] - list_start[min(1, len(list_start) - 1)])
 
 
 def make_table(component: Component, instant: IntArray) -> Table:

@@ -1,6 +1,7 @@
 """What a genetic search may be told."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
@@ -9,6 +10,8 @@ from trackweave.solvers.protocol import refuse_parameters, require_kinds
 
 __all__ = ["ListParameters", "Parameters"]
 
+USUAL_GENES = 20
+"""Genes of the problem that ``by_size`` takes the numbers to be for: 3 lists of 10."""
 MUTATIONS = {"swap": SWAP, "inversion": INVERSION, "shift": SHIFT}
 
 
@@ -75,6 +78,7 @@ class ListParameters:
     seeded: bool = True
     improvement: bool = True
     decompose: bool = True
+    by_size: bool = False
 
     def __post_init__(self) -> None:
         require_kinds(self)
@@ -105,3 +109,31 @@ class ListParameters:
     def mutation_code(self) -> int:
         """The number that kernels know the mutation by."""
         return MUTATIONS[self.mutate]
+
+    def for_genes(self, genes: int) -> "ListParameters":
+        """Return what these numbers become for a component of so many genes.
+
+        Parameters
+        ----------
+        genes
+            Items of all lists but the first, which stays in order.
+
+        Returns
+        -------
+        The same, or where ``by_size`` says so and there are more genes than usual, a population
+        that grows as their square, generations and patience in proportion, evaluations as both.
+        """
+        return self if not self.by_size or genes <= USUAL_GENES else _grown(self, genes)
+
+
+@cache
+def _grown(parameters: ListParameters, genes: int) -> ListParameters:
+    ratio = genes / USUAL_GENES
+    return replace(
+        parameters,
+        population=round(parameters.population * ratio**2),
+        generations=round(parameters.generations * ratio),
+        patience=round(parameters.patience * ratio),
+        evaluations=round(parameters.evaluations * ratio**3),
+        by_size=False,
+    )

@@ -1,0 +1,227 @@
+"""What a fusion runs with: what was asked for, the file, the preset, then the defaults."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from trackweave.config.fusion_sections import FusionSection, SolverSection
+from trackweave.config.load import load_configuration
+from trackweave.config.messages import explain, suggest
+from trackweave.config.presets import FUSION_PRESETS, PRESETS
+from trackweave.config.search import DEFAULT_METHOD, check_search, make_solver
+from trackweave.config.sections import Configuration
+from trackweave.errors import InvalidInputError
+from trackweave.fusion.associator import TrackAssociator
+from trackweave.fusion.bias import BiasModel
+from trackweave.fusion.statistic import Statistic
+
+__all__ = ["FusionOrder", "FusionSettings", "order_of", "settle_fusion"]
+
+_OF_ASSOCIATOR = ("process_noise", "confirm", "complete", "hysteresis", "patience")
+_USUAL = {field.name: field.default for field in dataclasses.fields(TrackAssociator)}
+DEFAULTS: dict[str, Any] = {
+    # Trackers that follow one object share its turns: their errors are not independent.
+    "method": "fast-covariance-intersection",
+    **{key: _USUAL[key] for key in _OF_ASSOCIATOR},
+    "register": False,
+    "bias": list(BiasModel().estimate),
+    "statistic": {
+        field.name: field.default
+        for field in dataclasses.fields(Statistic)
+        if field.default is not dataclasses.MISSING
+    }
+    # What filters keep errs alike from time to time: without this, young tracks of one object are
+    # rejected more often than asked for.
+    | {"correlation": "effective"},
+    "search": {"method": DEFAULT_METHOD},
+}
+
+Layer = tuple[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class FusionOrder:
+    """What was asked for.
+
+    Parameters
+    ----------
+    layers
+        Where each comes from, "given" or "file", and its keys, nested; what comes first counts.
+    seed
+        What the file says of it; None for nothing.
+    """
+
+    layers: tuple[Layer, ...]
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FusionSettings:
+    """Everything that a fusion needs.
+
+    Parameters
+    ----------
+    values
+        Every key with its value, nested.
+    sources
+        Where each came from, by dotted key: given, file, preset, estimated or default.
+    """
+
+    values: dict[str, Any]
+    sources: dict[str, str]
+
+    def associator(self, names: list[str]) -> TrackAssociator:
+        """Return what decides which tracks are of one object.
+
+        Parameters
+        ----------
+        names
+            Names of the sensors, in the order of the chain.
+
+        Returns
+        -------
+        It, unused.
+        """
+        values = self.values
+        return TrackAssociator(
+            sensors=names,
+            statistic=Statistic(**values["statistic"]),
+            search=make_solver(SolverSection(**values["search"]), "config"),
+            **{key: values[key] for key in _OF_ASSOCIATOR},
+        )
+
+
+def order_of(
+    config: str | Path | Mapping[str, Any] | Configuration | None,
+    options: Mapping[str, Any] | None = None,
+) -> FusionOrder:
+    """Return what was asked for, every value checked.
+
+    Parameters
+    ----------
+    config
+        A file's path, or as a mapping its table ``[fusion]`` or all of it.
+    options
+        What goes before that, nested as ``[fusion]``; None is as good as left out.
+
+    Returns
+    -------
+    The order.
+
+    Raises
+    ------
+    InvalidInputError
+        If a key is unknown or a value cannot be used.
+    """
+    layers: list[Layer] = []
+    if options is not None:
+        layers.append(("given", _checked(options)))
+    if isinstance(config, Mapping) and "fusion" not in config:
+        return FusionOrder((*layers, ("given", _checked(config))))
+    if config is None:
+        return FusionOrder(tuple(layers))
+    whole = load_configuration(config)
+    source = "given" if isinstance(config, Mapping) else "file"
+    return FusionOrder((*layers, (source, whole.as_file().get("fusion", {}))), whole.seed)
+
+
+def _checked(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the keys of a table ``[fusion]`` that are given."""
+    given = _without_none(table)
+    try:
+        section = FusionSection.model_validate(given)
+    except ValidationError as err:
+        raise InvalidInputError(explain(err, FusionSection, ["config"], given)) from None
+    check_search(section.search, "config")
+    return section.model_dump(exclude_unset=True, by_alias=True)
+
+
+def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_none(value) if isinstance(value, Mapping) else value
+        for key, value in table.items()
+        if value is not None
+    }
+
+
+def settle_fusion(
+    order: FusionOrder, *, preset: str | None, process_noise: float | None
+) -> FusionSettings:
+    """Return everything that a fusion needs.
+
+    Parameters
+    ----------
+    order
+        What was asked for.
+    preset
+        Name of a preset, applied where the order is silent; None for none.
+    process_noise
+        What the tracks' covariances tell of it [m²/s³]; None for nothing.
+
+    Returns
+    -------
+    The settings.
+
+    Raises
+    ------
+    InvalidInputError
+        If a preset is unknown, or values do not go together.
+    """
+    layers: list[Layer] = [
+        *order.layers, ("preset", _preset(preset)),
+        ("estimated", {} if process_noise is None else {"process_noise": process_noise}),
+        ("default", DEFAULTS),
+    ]  # fmt: skip
+    values: dict[str, Any] = {}
+    sources: dict[str, str] = {}
+    for key, usual in DEFAULTS.items():
+        if not isinstance(usual, dict):
+            values[key], sources[key] = _first(layers, key)
+            continue
+        tables = [(source, layer.get(key) or {}) for source, layer in layers]
+        own = _of_one_method(tables) if key == "search" else tables
+        values[key] = {}
+        for inner in dict.fromkeys(name for _, table in reversed(own) for name in table):
+            values[key][inner], sources[f"{key}.{inner}"] = _first(own, inner)
+    settings = FusionSettings(values, sources)
+    settings.associator([])
+    return settings
+
+
+def _first(layers: Sequence[Layer], key: str) -> tuple[Any, str]:
+    """Return the first value that there is, and where it came from."""
+    for source, layer in layers:
+        if layer.get(key) is not None:
+            return layer[key], source
+    return None, "default"
+
+
+def _of_one_method(tables: Sequence[Layer]) -> list[Layer]:
+    """Return the tables of solvers' options that mean the method that counts."""
+    method, _ = _first(tables, "method")
+    # A table without a method speaks of the one that those after it name.
+    return [
+        (source, table)
+        for place, (source, table) in enumerate(tables)
+        if _first(tables[place:], "method")[0] == method
+    ]
+
+
+def _preset(name: str | None) -> Mapping[str, Any]:
+    if name is None:
+        return {}
+    if name not in FUSION_PRESETS:
+        if name in PRESETS:
+            raise InvalidInputError(
+                f'preset: "{name}" is one for tracking; expected {", ".join(FUSION_PRESETS)}'
+            )
+        raise InvalidInputError(
+            f'preset: "{name}" is not known; {suggest(name, list(FUSION_PRESETS))}'
+        )
+    values: Mapping[str, Any] = import_module(FUSION_PRESETS[name]).CONFIGURATION
+    return values
