@@ -57,7 +57,8 @@ def test_exports_exactly_what_it_defines_in_public(file: Path) -> None:
 def test_kernels_are_compiled_by_one_decorator_without_fast_math() -> None:
     wrong = {}
     for file in SOURCES:
-        if file.name == "jit.py":
+        # One compiles, and one is told by numba that it compiles.
+        if name_of(file) in {"src/trackweave/jit.py", "src/trackweave/run/kernels.py"}:
             continue
         tree = ast.parse(file.read_text())
         imported = [

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.config.fusion import FusionOrder, FusionSettings, order_of, settle_fusion
+from trackweave.config.presets import usable_instead
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError

@@ -11,6 +11,7 @@ import polars as pl
 
 from trackweave.errors import InvalidInputError
 from trackweave.io.output import OutputDirectory
+from trackweave.randomness import generator_of
 from trackweave.studies import Part, Study, WriteUp
 from trackweave.studies.writing import Table, csv_table
 
@@ -118,7 +119,8 @@ def _named(done: Mapping[str, Mapping[str, bytes]]) -> dict[str, list[str]]:
 
 def _measured(part: Part, order: Order, tick: Callable[[int, int], None]) -> dict[str, bytes]:
     """Return a part's files; its random numbers are its own, whatever ran before."""
-    rng = np.random.default_rng(np.random.SeedSequence([order.seed, *part.name.encode()]))
+    entropy = np.random.SeedSequence([order.seed, *part.name.encode()])
+    rng = generator_of(int.from_bytes(entropy.generate_state(4).tobytes(), "little"))
     files: dict[str, bytes] = {}
     for name, table in part.measure(rng, order.quick, tick).items():
         files |= csv_table(table.head, table.rows, f"{name}.csv")
