@@ -12,12 +12,13 @@ from trackweave.association._clusters import has_repeats
 from trackweave.association.tuples import (
     LARGEST_SUM,
     Requirement,
+    numbered,
     parts_of_array,
     parts_of_tuples,
 )
 from trackweave.errors import InvalidInputError
 
-__all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
+__all__ = ["Answer", "AssignmentProblem", "Certificate", "Status", "relative_gap"]
 
 
 class Status(StrEnum):
@@ -33,6 +34,29 @@ class Status(StrEnum):
     """No answer that covers every item that has to be was found; there may be one."""
 
 
+def relative_gap(cost: float, lower_bound: float) -> float:
+    """Return how far a cost lies above a bound, relative to the cost, as HiGHS and Gurobi do.
+
+    Parameters
+    ----------
+    cost
+        What an answer costs; infinite where there is none.
+    lower_bound
+        No answer costs less.
+
+    Returns
+    -------
+    (cost − bound) / |cost|: 0 where both are zero; infinite where the cost alone is zero, and
+    where there is no answer.
+    """
+    if cost == np.inf:
+        return np.inf
+    distance = max(0.0, cost - lower_bound)
+    if distance == 0.0 or cost == 0.0:
+        return np.inf if distance else 0.0
+    return distance / abs(cost)
+
+
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """How good an answer is, proven.
@@ -44,7 +68,7 @@ class Certificate:
     lower_bound
         No answer over the same sequences costs less [nats]; infinite where there is none.
     status
-        Whether that proves the answer best.
+        Whether that proves the answer best, but for rounding: 1e-9 of what its sequences cost.
     """
 
     cost: float
@@ -53,13 +77,11 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """Distance from the bound relative to the cost, (cost − bound) / max(1, |cost|).
+        """Distance from the bound relative to the cost, (cost − bound) / |cost|.
 
-        Infinite where no answer was found.
+        Infinite where no answer was found, and where the cost is zero but the bound is not.
         """
-        if self.cost == np.inf:
-            return np.inf
-        return max(0.0, self.cost - self.lower_bound) / max(1.0, abs(self.cost))
+        return relative_gap(self.cost, self.lower_bound)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +104,8 @@ class Answer:
     node_probability
         How probable each node is to be chosen, shape (nodes,), from the solvers that tell; else
         None.
+    problem
+        What it answers.
     """
 
     nodes: IntArray
@@ -90,6 +114,33 @@ class Answer:
     stop_reason: str
     prices: FloatArray
     node_probability: FloatArray | None = None
+    problem: "AssignmentProblem | None" = None
+
+    def __repr__(self) -> str:
+        return (
+            f"Answer(cost={self.cost:.10g}, lower_bound={self.lower_bound:.10g}, "
+            f"gap={self.gap:.3g}, status={self.status.value!r}, {len(self.nodes)} sequences, "
+            f"stop_reason={self.stop_reason!r})"
+        )
+
+    @property
+    def tuples(self) -> NDArray[Any]:
+        """The chosen tuples in the problem's own numbers or names, shape (chosen, lists).
+
+        Rows as ``from_tuples`` had them, in their order; indices of the array of ``from_array``.
+        Items that are left alone are not among them, nor is anything where the status is
+        infeasible or unknown. Of a problem made of sequences: the items of each, -1 after the
+        last.
+
+        Raises
+        ------
+        InvalidInputError
+            If the answer is of no problem.
+        """
+        if self.problem is None:
+            raise InvalidInputError("tuples: the answer of no problem; expected one from a solver")
+        nodes = self.nodes if np.isfinite(self.cost) else self.nodes[:0]
+        return self.problem.tuples_of(nodes)
 
     @property
     def cost(self) -> float:
@@ -143,6 +194,11 @@ class AssignmentProblem:
     requirement
         Further items that have to be covered, as ``from_tuples`` makes them; there may be no
         answer then.
+    unit
+        What size costs are of that matter: 1e-9 of it is rounding. None for what an item's
+        cheapest sequence costs, at the median.
+    table
+        What each ``row`` was made of: a row for each candidate, a column for each list.
 
     Raises
     ------
@@ -161,6 +217,8 @@ class AssignmentProblem:
     base_cost: float = 0.0
     row: IntArray | None = None
     requirement: Requirement | None = None
+    unit: float | None = None
+    table: NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         # Cast here, once, so that kernels may count on types and order in memory.
@@ -227,6 +285,32 @@ class AssignmentProblem:
         """Number of items."""
         return int(self.must_cover.shape[0])
 
+    def tuples_of(self, nodes: IntArray) -> NDArray[Any]:
+        """Return what nodes stand for, in the problem's own numbers or names.
+
+        Parameters
+        ----------
+        nodes
+            Numbers of nodes.
+
+        Returns
+        -------
+        As ``Answer.tuples``.
+        """
+        if self.table is not None and self.row is not None:
+            rows = np.sort(self.row[nodes])
+            return self.table[rows[rows >= 0]]
+        sequences: list[list[int]] = []
+        for node in nodes.tolist():
+            sequences.append([])
+            while node >= 0:
+                sequences[-1].insert(0, int(self.item[node]))
+                node = int(self.parent[node])
+        table = np.full((len(sequences), max(map(len, sequences), default=0)), -1, dtype=np.int64)
+        for place, items in enumerate(sequences):
+            table[place, : len(items)] = items
+        return table
+
     @classmethod
     def from_tuples(cls, tuples: ArrayLike, costs: ArrayLike, *, alone: ArrayLike = 0.0) -> Self:
         """Return the problem of choosing tuples that share no item.
@@ -235,14 +319,16 @@ class AssignmentProblem:
         ----------
         tuples
             One row per candidate, one column per list, shape (rows, lists): the 1-based number
-            of the item taken from each list, 0 for none. A row with a single item is the price
-            of leaving that item alone, 0 where there is none.
+            of the item taken from each list, 0 for none; or its name, None or an empty text for
+            none. A row with a single item is the price of leaving that item alone, 0 where there
+            is none.
         costs
             Cost of each row, finite [nats]. Of equal rows the cheapest counts.
         alone
             What it costs to leave an item that no row prices: one number, or one for each item,
             list after list; infinite where the item has to be covered. A list's items are all
-            numbers up to the greatest that stands in it.
+            numbers up to the greatest that stands in it, or all its names in the order in which
+            they first come.
 
         Returns
         -------
@@ -255,7 +341,8 @@ class AssignmentProblem:
             price is NaN or minus infinity, or costs are too large to be added or are lost beside
             far larger ones.
         """
-        return cls(**parts_of_tuples(tuples, costs, alone))
+        table, numbers = numbered(tuples)
+        return cls(**parts_of_tuples(numbers, costs, alone), table=table)
 
     @classmethod
     def from_array(cls, costs: ArrayLike, *, alone: ArrayLike = np.inf) -> Self:
@@ -279,4 +366,5 @@ class AssignmentProblem:
             If there are fewer than two axes, an entry or a price is NaN or minus infinity, or
             costs are too large to be added or are lost beside far larger ones.
         """
-        return cls(**parts_of_array(costs, alone))
+        parts, indices = parts_of_array(costs, alone)
+        return cls(**parts, table=indices)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association.problem import Status
 from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
@@ -21,7 +22,6 @@ from trackweave.plotting.run import FORMATS
 __all__ = ["PlotRequest", "run_plot"]
 
 PICTURE = "plot.png"
-PROVEN_GAP = 1e-9
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S, SAME_REPORT_S = 1e-6, 1e-3
 
@@ -171,12 +171,13 @@ def _sensor_positions(run: RunFiles) -> dict[str, tuple[float, ...]]:
 
 def _series(run: RunFiles) -> ScanSeries:
     time, reports, gap = run.scans("time", "reports", "gap")
+    is_optimal = [scan.get("status") == Status.OPTIMAL for scan in run.record["scans"]]
     return ScanSeries(
         time=time,
         reports=reports,
         assigned=_assigned(run.record["scans"], time, run.assignments),
         gap=gap,
-        proven=gap <= PROVEN_GAP,
+        proven=(gap == 0.0) | np.array(is_optimal, dtype=np.bool_),
         cpu_ms=run.cpu_ms(),
         known=run.tracks,
         iso_time=run.iso_time,

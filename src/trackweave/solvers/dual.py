@@ -30,7 +30,7 @@ SLICE_NODES = 2_000
 SLICE_WORK = 200_000
 """Sequences priced between two looks at the clock, in a component that is larger."""
 TOLERANCE = 1e-9
-"""A gap below this is rounding [nats]."""
+"""A gap below this part of the usual cost is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +142,7 @@ class Dual:
     def _enumerate(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
         """Search the open components through; return how many visits, and if it was stopped."""
         visits = 0
-        for index in components.open().tolist():
+        for index in components.inexact().tolist():
             if stop is not None and stop():
                 return visits, True
             cost, complete, tried = enumerate_open(

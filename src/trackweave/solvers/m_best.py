@@ -171,12 +171,13 @@ class MBest:
         hypotheses = [row[row >= 0] for row in nodes]
         cost = np.array([problem.base_cost + problem.total[row].sum() for row in hypotheses])
         ranks = np.argsort(cost, kind="stable")
-        sure = problem.base_cost + _sure_to(found)
+        sure = problem.base_cost + _sure_to(found) / components.scale
+        rounding = 1e-9 * max(1.0 / components.scale, abs(float(cost.min())))
         return Ranking(
             answer=answer,
             hypotheses=tuple(hypotheses[rank] for rank in ranks.tolist()),
             cost=cost[ranks],
-            n_proven=int(np.count_nonzero(cost <= sure + 1e-9 * max(1.0, abs(cost.min())))),
+            n_proven=int(np.count_nonzero(cost <= sure + rounding)),
             is_complete=all(part.is_all for part in found)
             and prod(piece.cost.shape[0] for piece in pieces) <= self.hypotheses,
         )
@@ -216,7 +217,8 @@ class MBest:
         if np.isfinite(answer.cost):
             for index, part in enumerate(found):
                 for piece in part.pieces:
-                    _add_probability(piece, _of_problem(components, index, piece), chance)
+                    weight = np.exp((piece.cost[0] - piece.cost) / components.scale)
+                    _add_probability(weight, _of_problem(components, index, piece), chance)
         return replace(answer, node_probability=chance), components, found
 
     def _pieces(
@@ -230,13 +232,13 @@ class MBest:
         """Return the cheapest selections of a component, and how many evaluations they took."""
         component, price = components.component(index), components.price[components.items(index)]
         known, evaluations = float(components.cost[index]), 0
-        requirement = components.problem.requirement
+        requirement, margin = components.problem.requirement, self.margin * components.scale
         # Answers that cover what they have to differ by less; those that do not, by more.
-        widest = np.inf if requirement is None else 0.5 * requirement.penalty
-        if known - bound_at(component, price) > self.margin / 8.0:
+        widest = np.inf if requirement is None else 0.5 * requirement.penalty * components.scale
+        if known - bound_at(component, price) > margin / 8.0:
             evaluations += _raise_bound(components, index, stop)
         enumeration = Enumeration(
-            component, price, self.hypotheses, least, self.margin, widest, self.visits, stop
+            component, price, self.hypotheses, least, margin, widest, self.visits, stop
         )
         pieces, visits = enumeration.run(known)
         evaluations += visits
@@ -271,10 +273,9 @@ def _of_problem(components: Components, index: int, piece: Piece) -> IntArray:
     return nodes
 
 
-def _add_probability(piece: Piece, nodes: IntArray, chance: FloatArray) -> None:
-    """Add how probable the problem's nodes are in a piece."""
-    weight = np.exp(piece.cost[0] - piece.cost)
-    weight /= weight.sum()
+def _add_probability(weight: FloatArray, nodes: IntArray, chance: FloatArray) -> None:
+    """Add how probable the nodes of a piece's selections are, which have these weights."""
+    weight = weight / weight.sum()
     is_taken = nodes >= 0
     np.add.at(chance, nodes[is_taken], np.broadcast_to(weight[:, None], nodes.shape)[is_taken])
     # Sums of many shares of one can come out above it by rounding.

@@ -331,7 +331,7 @@ def _view(components: Components, index: int) -> View:
     items = components.items(index)
     return View(
         components.component(index),
-        problem.cost[nodes],
+        problem.cost[nodes] * components.scale,
         problem.instant[parts.item_of[items]],
         components.price[items],
         float(components.lower[index]),
