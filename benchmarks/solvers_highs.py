@@ -47,7 +47,7 @@ class Found:
     def gap(self) -> float:
         """As ``Certificate.gap``."""
         # Here, so that the process in which HiGHS is timed does without it.
-        from trackweave.association.problem import relative_gap
+        from trackweave.association.certificate import relative_gap
 
         return relative_gap(self.cost, self.bound)
 

@@ -1,14 +1,14 @@
 """The assignment problem that every solver solves, and the answer with its certificate."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, is_number
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array
 from trackweave.association._clusters import has_repeats
+from trackweave.association.certificate import Certificate, Status
 from trackweave.association.tuples import (
     LARGEST_SUM,
     Requirement,
@@ -17,71 +17,9 @@ from trackweave.association.tuples import (
     parts_of_tuples,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number
 
-__all__ = ["Answer", "AssignmentProblem", "Certificate", "Status", "relative_gap"]
-
-
-class Status(StrEnum):
-    """What is known of an answer."""
-
-    OPTIMAL = "optimal"
-    """The bound proves that no answer costs less."""
-    FEASIBLE = "feasible"
-    """Every rule is kept; the certificate's gap says how much better an answer could be."""
-    INFEASIBLE = "infeasible"
-    """Proven: no answer covers every item that has to be covered."""
-    UNKNOWN = "unknown"
-    """No answer that covers every item that has to be was found; there may be one."""
-
-
-def relative_gap(cost: float, lower_bound: float) -> float:
-    """Return how far a cost lies above a bound, relative to the cost, as HiGHS and Gurobi do.
-
-    Parameters
-    ----------
-    cost
-        What an answer costs; infinite where there is none.
-    lower_bound
-        No answer costs less.
-
-    Returns
-    -------
-    (cost − bound) / |cost|: 0 where both are zero; infinite where the cost alone is zero, and
-    where there is no answer.
-    """
-    if cost == np.inf:
-        return np.inf
-    distance = max(0.0, cost - lower_bound)
-    if distance == 0.0 or cost == 0.0:
-        return np.inf if distance else 0.0
-    return distance / abs(cost)
-
-
-@dataclass(frozen=True, slots=True)
-class Certificate:
-    """How good an answer is, proven.
-
-    Parameters
-    ----------
-    cost
-        What the answer costs [nats]; infinite where none was found.
-    lower_bound
-        No answer over the same sequences costs less [nats]; infinite where there is none.
-    status
-        Whether that proves the answer best, but for rounding: 1e-9 of what its sequences cost.
-    """
-
-    cost: float
-    lower_bound: float
-    status: Status
-
-    @property
-    def gap(self) -> float:
-        """Distance from the bound relative to the cost, (cost − bound) / |cost|.
-
-        Infinite where no answer was found, and where the cost is zero but the bound is not.
-        """
-        return relative_gap(self.cost, self.lower_bound)
+__all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +44,18 @@ class Answer:
         None.
     problem
         What it answers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound, answer.gap  # nats
+    (-7.0, -7.0, 0.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     nodes: IntArray
@@ -206,6 +156,20 @@ class AssignmentProblem:
         If shapes do not fit, a parent does not stand before its child, an item is out of range
         or twice in a sequence, a cost is NaN or minus infinity, costs are too large to be added,
         or an item cannot be one that must be covered.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> # Three candidate pairs of an item of one list and one of another; costs in nats.
+    >>> problem = tw.AssignmentProblem.from_tuples(
+    ...     [["a", "x"], ["a", "y"], ["b", "y"]], [-4.0, -6.0, -3.0]
+    ... )
+    >>> problem.n_items
+    4
+    >>> tw.solve(problem, rng=np.random.default_rng(1)).tuples
+    array([['a', 'x'],
+           ['b', 'y']], dtype=object)
     """
 
     parent: IntArray
@@ -237,6 +201,9 @@ class AssignmentProblem:
             cast["row"] = int_array(self.row, "row", (n_nodes,))
         for name, values in cast.items():
             object.__setattr__(self, name, values)
+        object.__setattr__(self, "base_cost", checked_number(self.base_cost, "base_cost"))
+        if self.unit is not None:
+            object.__setattr__(self, "unit", checked_number(self.unit, "unit"))
         self._check_costs()
         self._check_forest()
         self._check_must_cover()
@@ -246,8 +213,8 @@ class AssignmentProblem:
             values = getattr(self, name)
             if np.any(np.isnan(values) | (values == -np.inf)):
                 raise InvalidInputError(f"{name}: NaN or minus infinity; expected costs")
-        if not is_number(self.base_cost):
-            raise InvalidInputError(f"base_cost: {self.base_cost!r:.80}; expected a finite number")
+        if self.unit is not None and not self.unit > 0.0:
+            raise InvalidInputError(f"unit: {self.unit}; expected a number > 0")
         size = float(np.abs(self.total[np.isfinite(self.total)]).max(initial=0.0))
         if size * self.n_nodes > LARGEST_SUM:
             raise InvalidInputError(
@@ -365,6 +332,19 @@ class AssignmentProblem:
         InvalidInputError
             If there are fewer than two axes, an entry or a price is NaN or minus infinity, or
             costs are too large to be added or are lost beside far larger ones.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import trackweave as tw
+        >>> costs = np.array([[4.0, 1.0], [2.0, np.inf]])
+        >>> problem = tw.AssignmentProblem.from_array(costs)  # every row and column once
+        >>> answer = tw.solve(problem, rng=np.random.default_rng(1))
+        >>> answer.tuples
+        array([[0, 1],
+               [1, 0]])
+        >>> costs[tuple(answer.tuples.T)].sum()
+        np.float64(3.0)
         """
         parts, indices = parts_of_array(costs, alone)
         return cls(**parts, table=indices)

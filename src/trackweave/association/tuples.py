@@ -5,7 +5,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.arrays import (
+    FloatArray,
+    IntArray,
+    float_array,
+    int_array,
+    n_axes,
+    require_finite,
+)
 from trackweave.association._tuples import build_trie, cost_shares
 from trackweave.errors import InvalidInputError
 
@@ -199,12 +206,9 @@ def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> tuple[dict[str, Any], 
         If there are fewer than two axes, an entry or a price is NaN or minus infinity, or costs
         are too large to be added or are lost beside far larger ones.
     """
-    try:
-        n_axes = np.ndim(costs)
-    except ValueError as err:
-        raise InvalidInputError("costs: rows of several lengths; expected an array") from err
-    cost = float_array(costs, "costs", (None,) * n_axes)
-    if n_axes < 2:
+    n_lists = n_axes(costs, "costs")
+    cost = float_array(costs, "costs", (None,) * n_lists)
+    if n_lists < 2:
         raise InvalidInputError(
             f"costs: an array of shape {cost.shape}; expected one axis per list, at least two"
         )
@@ -234,7 +238,7 @@ def _prices_alone(
 ) -> FloatArray:
     """Return what it costs to leave each item: its own row's cost, or what is said of all."""
     n_items = int(offset[-1])
-    default = float_array(alone, "alone", () if np.ndim(alone) == 0 else (n_items,))
+    default = float_array(alone, "alone", () if n_axes(alone, "alone") == 0 else (n_items,))
     if np.any(np.isnan(default) | (default == -np.inf)):
         raise InvalidInputError("alone: NaN or minus infinity; expected prices, or infinity")
     own = np.full(n_items, np.inf)

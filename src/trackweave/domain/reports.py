@@ -100,6 +100,17 @@ class ReportTable:
         Height of each report's object [m], shape (reports,), NaN where the row does not say.
     notes
         Sentences on what a user should know of how the table was read.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({"time": [0.0, 0.0, 1.0], "x": [1.0, 9.0, 2.0], "y": [0.0] * 3})
+    >>> reports = tw.read_reports(frame)
+    >>> len(reports), reports.sensors, reports.dim
+    (3, ('default',), 2)
+    >>> [(scan.time, len(scan)) for scan in reports.scans()]
+    [(0.0, 2), (1.0, 1)]
     """
 
     time: FloatArray

@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array, n_axes
+from trackweave.fields import checked_dimension
 
 __all__ = ["COASTING", "CONFIRMED", "STATUSES", "TENTATIVE", "TrackTable"]
 
@@ -38,6 +39,27 @@ class TrackTable:
     acceleration
         Acceleration [m/s²], shape (rows, dim), or (rows, 0) where the motion knows none, as when
         left out.
+
+    Raises
+    ------
+    InvalidInputError
+        If a column holds no numbers, or shapes do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tracker = tw.MultiHypothesisTracker(
+    ...     motion=tw.ConstantVelocity(process_noise=0.1, max_speed=30.0),  # m²/s³, m/s
+    ...     sensors=[tw.Sensor("radar", sigma=5.0, clutter_density=1e-6, scan_period=1.0)],
+    ... )
+    >>> for time in range(4):  # an object at 20 m/s, heading east
+    ...     scan = tw.Scan(time=time, sensor="radar", measurement=[[20.0 * time, 0.0]])
+    ...     hypothesis = tracker.step(scan, rng=np.random.default_rng(time))
+    ...
+    >>> table = hypothesis.tracks
+    >>> len(table), table.dim, table.hits
+    (1, 2, array([4]))
     """
 
     time: FloatArray
@@ -51,8 +73,25 @@ class TrackTable:
     acceleration: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
-        if self.acceleration.shape[0] != self.time.shape[0]:
-            object.__setattr__(self, "acceleration", np.empty((self.time.shape[0], 0)))
+        time = float_array(self.time, "time", (None,))
+        rows = time.shape[0]
+        mean = float_array(self.mean, "mean", (rows, None))
+        shapes: dict[str, tuple[int | None, ...]] = {
+            "covariance": (rows, mean.shape[1], mean.shape[1]),
+            "score": (rows,),
+            "last_update": (rows,),
+        }
+        if n_axes(self.acceleration, "acceleration") != 2 or np.size(self.acceleration):
+            shapes["acceleration"] = (rows, None)
+        columns: dict[str, FloatArray | IntArray] = {"time": time, "mean": mean}
+        columns |= {n: float_array(getattr(self, n), n, shape) for n, shape in shapes.items()}
+        columns |= {
+            n: int_array(getattr(self, n), n, (rows,)) for n in ("track", "status", "hits")
+        }
+        # Left out, it has as many rows as the others.
+        columns.setdefault("acceleration", np.empty((rows, 0)))
+        for name, values in columns.items():
+            object.__setattr__(self, name, values)
 
     def __len__(self) -> int:
         return int(self.time.shape[0])
@@ -77,6 +116,7 @@ class TrackTable:
     @classmethod
     def empty(cls, dim: int) -> "TrackTable":
         """Return a table without rows for objects in ``dim`` spatial dimensions."""
+        dim = checked_dimension(dim)
         none, nobody = np.empty(0), np.empty(0, dtype=np.int64)
         n = 2 * dim
         return cls(none, nobody, nobody, np.empty((0, n)), np.empty((0, n, n)), none, nobody, none)

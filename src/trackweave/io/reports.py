@@ -1,7 +1,7 @@
 """Tables of reports, from files and from other libraries."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import polars as pl
@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import text_array
 from trackweave.io.measured import Measured, read_measured
@@ -76,8 +77,19 @@ def read_reports(
     DataFormatError
         If the table is not one of reports, or has a bad row; the message names file, row and
         column, what was there and what was expected.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({"time": [0.0, 1.0], "sensor": ["a", "b"], "x": [1, 2], "y": [0, 0]})
+    >>> reports = tw.read_reports(frame)
+    >>> reports.sensors, reports.measurement  # m
+    (('a', 'b'), array([[1., 0.],
+           [2., 0.]]))
     """
     frame = None
+    checked_choice(frame_projection, "frame_projection", get_args(Projection))
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
     table = load_table(source, on_bad_row)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import require_instance
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -46,6 +47,21 @@ class FusionResult:
         The record: configuration as used, each update's cost and bound, changes, totals.
     values
         The same as values of the library.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> fused = tw.fuse({"A": frame, "B": frame}, rng=np.random.default_rng(1))
+    >>> fused.tracks.select("track", "status", "x", "y").rows()
+    [(1, 'confirmed', 0.0, 0.0)]
     """
 
     tracks: Any
@@ -114,7 +130,23 @@ def fuse(
     ------
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> fused = tw.fuse({"A": frame, "B": frame}, rng=np.random.default_rng(1))
+    >>> fused.associations.select("object", "sensor", "track").rows()
+    [(1, 'A', 7), (1, 'B', 7)]
     """
+    _require_options(config, preset, progress)
     named = _named(tracks)
     tables = {name: _table(source) for name, source in named.items()}
     require_agreement(tables)
@@ -148,6 +180,17 @@ def fuse(
         ),
         values,
     )
+
+
+def _require_options(config: Any, preset: object, progress: object) -> None:
+    if config is not None:
+        require_instance(config, Mapping, "config")
+        for key in config:
+            require_instance(key, str, "config: a key")
+    if preset is not None:
+        require_instance(preset, str, "preset")
+    if progress is not None and not callable(progress):
+        raise InvalidInputError(f"progress: {progress!r:.80}; expected something to call, or None")
 
 
 def _named(tracks: Sequence[Any] | Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.association.problem import Status, relative_gap
+from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog

@@ -53,6 +53,24 @@ class TrackingResult:
         The record of the run: configuration as used, each scan's cost and bound, totals.
     values
         The same as values of the library.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> reports = pl.DataFrame({
+    ...     "time": [float(t) for t in range(8) for _ in "ab"],
+    ...     "x": [x for t in range(8) for x in (20.0 * t, 900.0 - 15.0 * t)],
+    ...     "y": [y for t in range(8) for y in (0.0, 400.0 + 10.0 * t)],
+    ... })
+    >>> config = {
+    ...     "motion": {"process_noise": 0.1, "max_speed": 30.0},
+    ...     "sensors": {"default": {"sigma": 5.0, "clutter_density": 1e-7, "scan_period": 1.0}},
+    ... }
+    >>> result = tw.track(reports, config, rng=np.random.default_rng(1))
+    >>> result.assignments["track"].to_list()
+    [1, 2, 1, 2, 1, 2, 1, 2, 1, 2, 1, 2, 1, 2, 1, 2]
     """
 
     tracks: Any
@@ -128,6 +146,26 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     ------
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> reports = pl.DataFrame({
+    ...     "time": [float(t) for t in range(8) for _ in "ab"],
+    ...     "x": [x for t in range(8) for x in (20.0 * t, 900.0 - 15.0 * t)],
+    ...     "y": [y for t in range(8) for y in (0.0, 400.0 + 10.0 * t)],
+    ... })
+    >>> config = {
+    ...     "motion": {"process_noise": 0.1, "max_speed": 30.0},
+    ...     "sensors": {"default": {"sigma": 5.0, "clutter_density": 1e-7, "scan_period": 1.0}},
+    ... }
+    >>> result = tw.track(reports, config, rng=np.random.default_rng(1))
+    >>> result.tracks["track"].n_unique()
+    2
+    >>> result.run["totals"]["assigned_reports"]
+    16
     """
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, float_array, require_finite
+from trackweave.arrays import FloatArray, IntArray, float_array, require_finite, require_instance
 from trackweave.association._clusters import Partition, partition
 from trackweave.association.problem import Answer, AssignmentProblem, Certificate, Status
 from trackweave.association.tuples import usual_size
@@ -66,6 +66,9 @@ class Components:
     @classmethod
     def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
         """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
+        require_instance(problem, AssignmentProblem, "problem")
+        if hint is not None:
+            require_instance(hint, Hint, "hint")
         scale = _scale(problem)
         total = problem.total * scale
         parts = partition(problem.parent, problem.item, total, problem.must_cover, whole)

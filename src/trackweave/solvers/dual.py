@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.solvers._dual import (
     NARROWING,
     ascend,
@@ -16,7 +17,7 @@ from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers._narrowing import narrowed, whole, write_taken
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
-from trackweave.solvers.protocol import Hint, Stop, require_kinds
+from trackweave.solvers.protocol import Hint, Stop, require_stop
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Dual"]
@@ -64,13 +65,25 @@ class Dual:
     .. [2] F. Barahona, R. Anbil, *The volume algorithm*, 2000. doi:10.1007/s101070050002
     .. [3] Y. Nesterov, *Smooth minimization of non-smooth functions*, 2005.
        doi:10.1007/s10107-004-0552-5
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Dual(), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     iterations: int = 2_000
     visits: int = 20_000
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         if self.iterations < 1 or self.visits < 0:
             raise InvalidInputError(
                 f"Dual: {self.iterations} iterations, {self.visits} visits; expected ≥ 1 and ≥ 0"
@@ -103,6 +116,7 @@ class Dual:
         The relaxation with further levels, how many bounds were computed and steps of the
         enumeration taken, and whether it was stopped.
         """
+        require_stop(stop)
         evaluations, stopped = self.bound(relaxation.rest, stop)
         left = self.iterations - QUICK
         for turn, stretch in enumerate(STRETCHES):

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.fields import settle
 from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
@@ -18,8 +19,8 @@ from trackweave.solvers.protocol import (
     Hint,
     Solver,
     Stop,
+    child_of,
     refuse_parameters,
-    require_kinds,
     require_solver,
 )
 from trackweave.solvers.relaxation import Relaxation
@@ -44,6 +45,17 @@ class Ranking:
         How many, from the first on, are proven to be the cheapest that there are.
     is_complete
         Whether there are no others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> ranking = tw.MBest(hypotheses=3).rank(problem, rng=np.random.default_rng(1))
+    >>> ranking.cost, ranking.is_complete
+    (array([-7., -6., -4.]), False)
+    >>> ranking.probability.round(2)  # of each node of the problem
+    array([0.  , 0.74, 0.26, 0.  , 0.71])
     """
 
     answer: Answer
@@ -98,6 +110,15 @@ class MBest:
     ----------
     .. [1] R. L. Popp, K. R. Pattipati, Y. Bar-Shalom, *m-best S-D assignment algorithm with
        application to multitarget tracking*, 2001. doi:10.1109/7.913661
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> ranking = tw.MBest(hypotheses=3).rank(problem, rng=np.random.default_rng(1))
+    >>> ranking.cost, ranking.n_proven  # nats
+    (array([-7., -6., -4.]), 3)
     """
 
     hypotheses: int = 100
@@ -107,7 +128,7 @@ class MBest:
     solver: Solver = Dual()  # noqa: RUF009 frozen, so that it can be shared
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not 1 <= self.hypotheses <= 100_000, "hypotheses", "a whole number from 1 to 100000"),
             (not 0 < self.margin < np.inf, "margin", "a number > 0"),
@@ -126,7 +147,7 @@ class MBest:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the cheapest hypothesis, with probabilities; see ``Solver``."""
-        return self._search(problem, 1, rng.spawn(1)[0], hint, stop)[0]
+        return self._search(problem, 1, child_of(rng), hint, stop)[0]
 
     def rank(
         self,
@@ -155,7 +176,7 @@ class MBest:
         what has to be covered.
         """
         answer, components, found = self._search(
-            problem, self.hypotheses, rng.spawn(1)[0], hint, stop
+            problem, self.hypotheses, child_of(rng), hint, stop
         )
         if not np.isfinite(answer.cost):
             return Ranking(answer, (), np.empty(0), 0, False)

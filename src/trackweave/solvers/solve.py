@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import is_number, require_instance
+from trackweave.arrays import require_instance
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver
+from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver, require_stop
 
 __all__ = ["patient", "solve"]
 
@@ -54,6 +55,18 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
     ------
     InvalidInputError
         If an argument is of another kind than it has to be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, rng=np.random.default_rng(1), time_limit=10.0)  # s
+    >>> answer.cost, answer.gap, answer.status.value
+    (-7.0, 0.0, 'optimal')
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
     chosen = Auto() if solver is None else solver
     _require_arguments(problem, chosen, rng, hint, stop)
@@ -83,11 +96,11 @@ def patient(solver: Any) -> Any:
 
 def _until(time_limit: float, stop: Stop | None) -> Stop:
     """Return a stop that also heeds a time limit from now on."""
-    if not is_number(time_limit) or time_limit < 0:
-        raise InvalidInputError(
-            f"time_limit: {time_limit!r:.80}; expected a number ≥ 0 of seconds, or None"
-        )
-    end = perf_counter() + time_limit
+    expected = "a number ≥ 0 of seconds, or None"
+    seconds = checked_number(time_limit, "time_limit", expected)
+    if seconds < 0.0:
+        raise InvalidInputError(f"time_limit: {seconds}; expected {expected}")
+    end = perf_counter() + seconds
     return lambda: perf_counter() >= end or (stop is not None and stop())
 
 
@@ -100,5 +113,4 @@ def _require_arguments(
     require_instance(rng, np.random.Generator, "rng")
     if hint is not None:
         require_instance(hint, Hint, "hint")
-    if stop is not None and not callable(stop):
-        raise InvalidInputError(f"stop: {stop!r:.80}; expected something to call, or None")
+    require_stop(stop)

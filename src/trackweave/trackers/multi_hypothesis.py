@@ -17,6 +17,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_choice, checked_flag
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.auto import Auto
@@ -91,6 +92,18 @@ class MultiHypothesisTracker:
     References
     ----------
     .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tracker = tw.MultiHypothesisTracker(
+    ...     motion=tw.ConstantVelocity(process_noise=0.1, max_speed=30.0),  # m²/s³, m/s
+    ...     sensors=[tw.Sensor("radar", sigma=5.0)],  # m
+    ... )
+    >>> scan = tw.Scan(time=0.0, sensor="radar", measurement=[[20.0, 0.0]])
+    >>> tracker.step(scan, rng=np.random.default_rng(1)).time
+    0.0
     """
 
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
@@ -108,8 +121,7 @@ class MultiHypothesisTracker:
         unscented: bool = False,
     ) -> None:
         require_parts(motion, search, lifecycle, limits)
-        if estimate not in ("average", "best"):
-            raise InvalidInputError(f"estimate: {estimate!r}; expected 'average' or 'best'")
+        checked_choice(estimate, "estimate", ("average", "best"))
         self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
@@ -128,11 +140,7 @@ class MultiHypothesisTracker:
         if initial is None or self._priors is not None:
             initial = new
         self._undetected = Undetected(
-            initial,
-            new,
-            motion.max_speed,
-            self._period,
-            by_bearings=by_bearings,
+            initial, new, motion.max_speed, self._period, by_bearings=by_bearings
         )
         patience = (self._lifecycle.delete_after_misses + 1.0) * self._period
         self._past = Past(self._undetected.copy(), patience)
@@ -141,7 +149,7 @@ class MultiHypothesisTracker:
         self._pacer = Pacer()
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
-        self._unscented = bool(unscented)
+        self._unscented = checked_flag(unscented, "unscented")
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
         """The slots of which the next hypothesis speaks."""

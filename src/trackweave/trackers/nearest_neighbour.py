@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from trackweave.arrays import IntArray, is_number
+from trackweave.arrays import IntArray
 from trackweave.association._nodes import ScanInput
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.states import states_at
@@ -16,6 +16,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_choice, checked_flag, checked_number
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.protocol import Stop
@@ -103,6 +104,18 @@ class NearestNeighbourTracker:
     ----------
     .. [1] I. Wiranto, Z. Bonok, *Application of Ant System and Nearest Neighbor Kalman Filter for
        Multi Target Tracking in Multi Sensor Radar System*, 2018, eqs. (8)–(10).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tracker = tw.NearestNeighbourTracker(
+    ...     motion=tw.ConstantVelocity(process_noise=0.1, max_speed=30.0),  # m²/s³, m/s
+    ...     sensors=[tw.Sensor("radar", sigma=5.0, clutter_density=1e-6, scan_period=1.0)],
+    ... )
+    >>> scan = tw.Scan(time=0.0, sensor="radar", measurement=[[20.0, 5.0]])
+    >>> tracker.step(scan, rng=np.random.default_rng(1)).n_tracks
+    1
     """
 
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
@@ -118,12 +131,12 @@ class NearestNeighbourTracker:
         unscented: bool = False,
     ) -> None:
         require_parts(motion, None, lifecycle, None)
-        if pairing not in ("one-to-one", "nearest"):
-            raise InvalidInputError(
-                f"pairing: {pairing!r:.80}; expected 'one-to-one' or 'nearest'"
-            )
-        if gate is not None and not (is_number(gate) and gate > 0):
-            raise InvalidInputError(f"gate: {gate!r:.80}; expected a finite number > 0, or None")
+        checked_choice(pairing, "pairing", ("one-to-one", "nearest"))
+        if gate is not None:
+            expected = "a finite number > 0, or None"
+            gate = checked_number(gate, "gate", expected)
+            if not gate > 0:
+                raise InvalidInputError(f"gate: {gate}; expected {expected}")
         self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
@@ -135,7 +148,7 @@ class NearestNeighbourTracker:
         self._undetected = self._unseen()
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
-        self._unscented = bool(unscented)
+        self._unscented = checked_flag(unscented, "unscented")
         self._tree: AssociationTree | None = None
         self._last: Hypothesis | None = None
         self._rows: TrackTable | None = None

@@ -15,6 +15,7 @@ from trackweave.association.sensor_plots import SensorPlots
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
 from trackweave.models.motion import Motion
@@ -120,6 +121,19 @@ class PlotFuser:
     ----------
     .. [1] I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter
        for multi target tracking in multi sensor radar system*, ARPN, 2018, eqs. (1) and (2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> sensors = [tw.Sensor(name, sigma=5.0, clutter_density=1e-6) for name in ("A", "B")]
+    >>> fuser = tw.PlotFuser(sensors, tw.PlotsRule(object_density=1e-6))
+    >>> scans = [
+    ...     tw.Scan(time=0.0, sensor="A", measurement=[[7.0, 3.0]]),
+    ...     tw.Scan(time=0.0, sensor="B", measurement=[[9.0, 3.0]]),
+    ... ]
+    >>> fuser(scans, rng=np.random.default_rng(1)).scan.measurement  # m
+    array([[8., 3.]])
     """
 
     sensors: Sequence[Sensor]
@@ -131,16 +145,13 @@ class PlotFuser:
     dim: int | None = None
 
     def __post_init__(self) -> None:
-        require_instance(self.rule, PlotsRule, "rule")
+        settle(self)
         require_solver(self.search, "search")
-        if self.motion is not None and not isinstance(self.motion, Motion):
-            raise InvalidInputError(f"motion: {self.motion!r:.80}; expected a motion model")
         known = checked_sensors(self.sensors)
         object.__setattr__(self, "sensors", tuple(known.values()))
         object.__setattr__(self, "dim", checked_dim(self.dim, None, known))
         for name in ("volumes", "ignored_widths"):
             given = getattr(self, name)
-            require_instance(given, Mapping, name)
             for sensor in given:
                 if sensor not in known:
                     names = ", ".join(sorted(known))
