@@ -310,6 +310,15 @@ def functions() -> list[Call]:
         Call("MultiHypothesisTracker", tw.MultiHypothesisTracker, {
             "motion": tw.ConstantVelocity(**MOTION), "sensors": [sensor()], "window": 3, "dim": 2,
         }),
+        Call("MultiHypothesisTracker.step", lambda scan, rng, deadline, stop: tracker().step(
+            scan, rng=rng, deadline=deadline, stop=stop),
+             {"scan": scan(), "rng": rng(), "deadline": 9.0, "stop": None}),
+        Call("ObjectFinder()", tw.ObjectFinder(cutoff=50.0), {
+            "scored": tw.PlotsRule(object_density=1e-4)([plots(), plots()]), "rng": rng(),
+        }),
+        Call("PlotFuser()", tw.PlotFuser([sensor()], tw.PlotsRule(object_density=1e-4)), {
+            "scans": [scan()], "rng": rng(),
+        }),
         Call("NearestNeighbourTracker", tw.NearestNeighbourTracker, {
             "motion": tw.ConstantVelocity(**MOTION), "sensors": [sensor()], "gate": 9.0, "dim": 2,
         }),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, float_array, require_finite, require_instance
+from trackweave.arrays import FloatArray, IntArray, float_array, require_finite
 from trackweave.association.plots_rule import PlotsRule
 from trackweave.association.problem import Answer, Certificate, Status
 from trackweave.association.scan_plots import plots_of
@@ -15,7 +15,7 @@ from trackweave.association.sensor_plots import SensorPlots
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.fields import settle
+from trackweave.fields import checked_count, checked_members, settle
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
 from trackweave.models.motion import Motion
@@ -193,6 +193,7 @@ class PlotFuser:
         InvalidInputError
             If scans are not of different known sensors, or do not fit them or each other.
         """
+        first = checked_count(first_report, "first_report")
         looked = _numbered(self.checked(scans))
         time = max(scan.time for scan in looked)
         known = self._dimensions(looked)
@@ -214,7 +215,7 @@ class PlotFuser:
                 # An empty scan that fits every tracker, where nothing tells the dimensions.
                 measurement=tuples.positions[chosen] if known else np.empty((0, 0)),
                 covariance=tuples.covariances[chosen] if known else None,
-                report=first_report + np.arange(chosen.shape[0]),
+                report=first + np.arange(chosen.shape[0]),
                 identity=identities_of(looked, tuples.tuples[chosen]),
             ),
             members=tuple(held),
@@ -243,12 +244,9 @@ class PlotFuser:
         InvalidInputError
             If there is none, or they are not of different known sensors.
         """
-        if isinstance(scans, Scan) or not isinstance(scans, Iterable):
-            raise InvalidInputError(f"scans: {scans!r:.80}; expected a list of scans")
+        looked = checked_members(scans, Scan, "scans")
         place = {sensor.name: number for number, sensor in enumerate(self.sensors)}
-        looked = list(scans)
-        for number, scan in enumerate(looked):
-            require_instance(scan, Scan, f"scans[{number}]")
+        for scan in looked:
             if scan.sensor not in place:
                 known = ", ".join(sorted(place))
                 raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
