@@ -8,7 +8,7 @@ from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Auto, Dual, Exact, Greedy, Solver, solve
 
-SCALES = [1e-12, 1e-8, 1e-3, 1.0, 1e5, 1e12]
+SCALES = [1e-300, 1e-12, 1e-8, 1e-3, 1.0, 1e5, 1e12, 1e200]
 ROUNDING = 1e-12
 
 

@@ -25,7 +25,7 @@ FAR = 1e3
 """Prices of a hint are cut to so many times what the dearest sequence costs."""
 COARSE = 1e-6
 """Rounding beyond this part of what the whole costs leaves an answer unproven."""
-MOST_BITS, GREATEST = 900, 1e250
+MOST_BITS, GREATEST = 1020, 1e250
 """Scaling by a larger power of two, or beyond this, could overflow."""
 
 
