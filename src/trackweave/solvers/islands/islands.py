@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from trackweave.arrays import is_whole
 from trackweave.fields import settle
 from trackweave.solvers.islands.archipelago import Archipelago, Island
 from trackweave.solvers.islands.together import run_together
@@ -88,15 +87,12 @@ class Islands(Resumable):
 
     def __post_init__(self) -> None:
         settle(self)
-        is_methods = isinstance(self.methods, tuple) and all(
-            isinstance(method, Metaheuristic) for method in self.methods
-        )
-        n_methods = len(self.methods) if is_methods else 0
+        n_methods = len(self.methods)
         wrong = [
             (n_methods == 0, "methods", "searches, such as (Annealing(), Genetic())"),
             (not self.islands >= max(1, n_methods), "islands", "at least one for each method"),
             (
-                self.threads is not None and not (is_whole(self.threads) and self.threads >= 1),
+                self.threads is not None and not self.threads >= 1,
                 "threads",
                 "a whole number ≥ 1, or None",
             ),
