@@ -176,7 +176,7 @@ class Records:
     def gap(self, name: str, cost: float) -> float:
         """Return how far a cost is from the least known, relative to that."""
         best = self.cost(name)
-        return (cost - best) / max(1.0, abs(best))
+        return (cost - best) / abs(best)
 
 
 def percent(share: float) -> str:

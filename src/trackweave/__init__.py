@@ -7,6 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trackweave.association.certificate import Certificate as Certificate
+    from trackweave.association.certificate import Status as Status
     from trackweave.association.chain_rule import TrackEstimates as TrackEstimates
     from trackweave.association.chain_rule import track_chains as track_chains
     from trackweave.association.growth_limits import GrowthLimits as GrowthLimits
@@ -14,18 +16,15 @@ if TYPE_CHECKING:
     from trackweave.association.plots_rule import SensorPlots as SensorPlots
     from trackweave.association.problem import Answer as Answer
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
-    from trackweave.association.problem import Certificate as Certificate
-    from trackweave.association.problem import Status as Status
     from trackweave.association.sampling import Sampling as Sampling
     from trackweave.association.scan_plots import plots_of as plots_of
+    from trackweave.domain.measurements import MeasurementKind as MeasurementKind
     from trackweave.domain.reports import ReportTable as ReportTable
     from trackweave.domain.scans import Scan as Scan
     from trackweave.domain.tracks import TrackTable as TrackTable
     from trackweave.domain.truth import TruthTable as TruthTable
     from trackweave.errors import DataFormatError as DataFormatError
-    from trackweave.errors import InfeasibleError as InfeasibleError
     from trackweave.errors import InvalidInputError as InvalidInputError
-    from trackweave.errors import MissingDependencyError as MissingDependencyError
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
@@ -56,7 +55,9 @@ if TYPE_CHECKING:
     from trackweave.models.motion import CoordinatedTurn as CoordinatedTurn
     from trackweave.models.motion import Imm as Imm
     from trackweave.models.motion import RandomWalk as RandomWalk
+    from trackweave.models.rotation import Rotation as Rotation
     from trackweave.models.sensors import Sensor as Sensor
+    from trackweave.models.strength import StrengthModel as StrengthModel
     from trackweave.run import TrackingResult as TrackingResult
     from trackweave.run import track as track
     from trackweave.run.fusing import FusionResult as FusionResult
@@ -103,7 +104,7 @@ _HOMES = {
     "Association": "trackweave.fusion.associator",
     "Auto": "trackweave.solvers",
     "BiasModel": "trackweave.fusion.bias",
-    "Certificate": "trackweave.association.problem",
+    "Certificate": "trackweave.association.certificate",
     "Combination": "trackweave.fusion.combine",
     "Confirmation": "trackweave.fusion.confirmation",
     "ConstantAcceleration": "trackweave.models.motion",
@@ -125,7 +126,6 @@ _HOMES = {
     "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "Imm": "trackweave.models.motion",
-    "InfeasibleError": "trackweave.errors",
     "InvalidInputError": "trackweave.errors",
     "Islands": "trackweave.solvers",
     "Lifecycle": "trackweave.trackers.lifecycle",
@@ -134,7 +134,7 @@ _HOMES = {
     "LocalTracks": "trackweave.io.tracks_in",
     "MBest": "trackweave.solvers",
     "MaxMinAntSystem": "trackweave.solvers",
-    "MissingDependencyError": "trackweave.errors",
+    "MeasurementKind": "trackweave.domain.measurements",
     "MultiHypothesisTracker": "trackweave.trackers.multi_hypothesis",
     "NearestNeighbourTracker": "trackweave.trackers.nearest_neighbour",
     "NotObservableError": "trackweave.fusion.bias_fit",
@@ -147,13 +147,15 @@ _HOMES = {
     "Ranking": "trackweave.solvers",
     "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
+    "Rotation": "trackweave.models.rotation",
     "Sampling": "trackweave.association.sampling",
     "Scan": "trackweave.domain.scans",
     "Sensor": "trackweave.models.sensors",
     "SensorPlots": "trackweave.association.plots_rule",
     "SharedPrior": "trackweave.fusion.combine",
     "Statistic": "trackweave.fusion.statistic",
-    "Status": "trackweave.association.problem",
+    "Status": "trackweave.association.certificate",
+    "StrengthModel": "trackweave.models.strength",
     "TabuSearch": "trackweave.solvers",
     "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",

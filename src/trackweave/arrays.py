@@ -17,6 +17,7 @@ __all__ = [
     "int_array",
     "is_number",
     "is_whole",
+    "n_axes",
     "name_text",
     "require_finite",
     "require_instance",
@@ -24,6 +25,8 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+_OTHERS = "cmM"
+"""NumPy would drop imaginary parts, and count the nanoseconds of dates."""
 
 
 def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:
@@ -48,12 +51,42 @@ def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> Fl
         If the values are not numbers or the shape differs.
     """
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as err:
+        raw = np.asarray(values)
+        array = np.ascontiguousarray([] if raw.dtype.kind in _OTHERS else raw, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as err:
         raise InvalidInputError(f"{name}: {values!r:.80}; expected numbers") from err
+    if raw.dtype.kind in _OTHERS:
+        raise InvalidInputError(f"{name}: {values!r:.80}; expected numbers, not {raw.dtype}")
     # ascontiguousarray turns a scalar into one dimension, which a shape of () must not hide.
     _require_shape(array if np.ndim(values) else array.reshape(()), name, shape)
     return array
+
+
+def n_axes(values: ArrayLike, name: str) -> int:
+    """Return the number of axes that values have as an array.
+
+    Parameters
+    ----------
+    values
+        Anything.
+    name
+        What the error message calls it.
+
+    Returns
+    -------
+    The number, 0 for what is no array.
+
+    Raises
+    ------
+    InvalidInputError
+        If rows differ in length.
+    """
+    try:
+        return np.ndim(values)
+    except ValueError as err:
+        raise InvalidInputError(
+            f"{name}: {values!r:.80}; rows of several lengths; expected an array"
+        ) from err
 
 
 def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntArray:

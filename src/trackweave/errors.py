@@ -3,17 +3,13 @@
 TrackweaveError
 ├── InvalidInputError(ValueError)        an argument or a configuration value is not usable
 │   └── DataFormatError                  a file is not what it should be; names file, row, column
-├── InfeasibleError                      a problem has no answer that keeps its rules
 ├── NumericalError(ArithmeticError)      a computation lost its meaning (a covariance, a cost)
-├── OutputError(OSError)                 the environment refuses what we must write
-└── MissingDependencyError(ImportError)  an optional package is not installed; names the extra
+└── OutputError(OSError)                 the environment refuses what we must write
 """
 
 __all__ = [
     "DataFormatError",
-    "InfeasibleError",
     "InvalidInputError",
-    "MissingDependencyError",
     "NumericalError",
     "OutputError",
     "TrackweaveError",
@@ -21,28 +17,64 @@ __all__ = [
 
 
 class TrackweaveError(Exception):
-    """Anything that trackweave raises on purpose."""
+    """Anything that trackweave raises on purpose.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> try:
+    ...     tw.Window(depth=0)
+    ... except tw.TrackweaveError as error:
+    ...     print(type(error).__name__)
+    ...
+    InvalidInputError
+    """
 
 
 class InvalidInputError(TrackweaveError, ValueError):
-    """An argument or configuration value is not usable; the message says what was expected."""
+    """An argument or configuration value is not usable; the message says what was expected.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> tw.Window(depth=2.5)  # scans
+    Traceback (most recent call last):
+        ...
+    trackweave.errors.InvalidInputError: depth: 2.5; expected a whole number
+    """
 
 
 class DataFormatError(InvalidInputError):
-    """A file or table is not what it should be; the message names file, row and column."""
+    """A file or table is not what it should be; the message names file, row and column.
 
-
-class InfeasibleError(TrackweaveError):
-    """An assignment problem has no answer that covers every item that must be covered."""
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> tw.read_reports(pl.DataFrame({"time": [0.0, 1.0], "x": [1.0, None], "y": [2.0, 3.0]}))
+    Traceback (most recent call last):
+        ...
+    trackweave.errors.DataFormatError: table, row 2, column x: (empty); expected a finite number
+    """
 
 
 class NumericalError(TrackweaveError, ArithmeticError):
-    """A computation lost its meaning, such as a covariance that is not positive definite."""
+    """A computation lost its meaning, such as a covariance that is not positive definite.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> issubclass(tw.NumericalError, ArithmeticError)
+    True
+    """
 
 
 class OutputError(TrackweaveError, OSError):
-    """The environment refuses what must be written: a full disk, no permission."""
+    """The environment refuses what must be written: a full disk, no permission.
 
-
-class MissingDependencyError(TrackweaveError, ImportError):
-    """An optional package is not installed; the message names the extra that brings it."""
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> issubclass(tw.OutputError, OSError)
+    True
+    """

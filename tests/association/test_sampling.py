@@ -123,7 +123,7 @@ def test_nothing_to_draw_from_is_an_empty_answer() -> None:
     ("options", "message"),
     [
         ({"sweeps": 0}, "sweeps: 0; expected a whole number ≥ 1"),
-        ({"sweeps": 2.5}, "sweeps: 2.5; expected a whole number ≥ 1"),
+        ({"sweeps": 2.5}, "sweeps: 2.5; expected a whole number"),
         ({"warm_up": -1}, "warm_up: -1; expected a whole number ≥ 0"),
         ({"margin": float("nan")}, "margin: nan; expected a finite number"),
     ],

@@ -93,7 +93,7 @@ def test_names_follow_one_order_whatever_is_asked_for() -> None:
             "rotation and azimuth, which cannot be told apart",
         ),
         ({"position": (0.0,)}, r"position: .*expected x, y\[, z\]"),
-        ({"position": (0.0, np.nan)}, "expected a finite number"),
+        ({"position": (0.0, np.nan)}, "each entry a finite number"),
         ({"prior": {"range": 5.0}}, "prior: 'range'; expected names of what is estimated"),
         ({"prior": {"clock": 0.0}}, r"prior, clock: 0.0; expected a number > 0 \[s\]"),
     ],

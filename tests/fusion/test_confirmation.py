@@ -58,7 +58,7 @@ def test_tracks_that_are_never_together_are_alone() -> None:
 
 @pytest.mark.parametrize(("needed", "of"), [(3, 2), (1, 2), (2, 4), (0, 1), (2.0, 3), (True, 1)])
 def test_refuses_a_rule_that_could_declare_two_pairings_of_one_track(needed: int, of: int) -> None:
-    with pytest.raises(InvalidInputError, match=r"needed, of: .*; expected"):
+    with pytest.raises(InvalidInputError, match=r"needed.*; expected"):
         Confirmation(needed, of)
 
 

@@ -19,6 +19,11 @@ def sequence(problem: AssignmentProblem, node: int) -> Sequence:
     return tuple(items)
 
 
+def in_ones(problem: AssignmentProblem) -> AssignmentProblem:
+    """Return the same problem, of which no cost is scaled when it is taken apart."""
+    return replace(problem, unit=1.0)
+
+
 def least_cost(problem: AssignmentProblem) -> float:
     """Return the optimum, infinite where nothing covers all that has to be covered."""
     needed = set(np.flatnonzero(problem.must_cover).tolist())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.assignment import sequence
+from oracles.assignment import in_ones, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.components import Components
@@ -26,7 +26,7 @@ class Decoder:
 
     @classmethod
     def of(cls, problem: AssignmentProblem, *, settle: bool) -> "Decoder":
-        parts = Components.of(problem, None, whole=True)
+        parts = Components.of(in_ones(problem), None, whole=True)
         component = parts.component(0)
         node, item = parts.parts.node, parts.parts.item_of
         lookup = make_lookup(component, problem.cost[node], problem.instant[item], settle)

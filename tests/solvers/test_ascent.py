@@ -6,7 +6,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from oracles.assignment import hard_tuples, least_cost, random_problem, random_required, sequence
+from oracles.assignment import (
+    hard_tuples,
+    in_ones,
+    least_cost,
+    random_problem,
+    random_required,
+    sequence,
+)
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._ascent import Climb, _expect, begin_climb, deflect, smooth
 from trackweave.solvers._dual import bound_components
@@ -27,7 +34,7 @@ def make_cases() -> list[Case]:
     problems += [random_required(np.random.default_rng([4, seed])) for seed in range(30)]
     cases = []
     for problem in problems:
-        components = Components.of(problem, None, whole=True)
+        components = Components.of(in_ones(problem), None, whole=True)
         optimum = least_cost(problem) - problem.base_cost
         if len(components) and np.isfinite(optimum):
             component = components.component(0)
@@ -104,7 +111,7 @@ class TestClimb:
 
     def test_nears_what_prices_can_prove(self, climber) -> None:
         # Half of each of three pairs: the linear program's bound is −3, the optimum −2.
-        case = CASES[0]._replace(components=Components.of(TRIANGLE, None, whole=True))
+        case = CASES[0]._replace(components=Components.of(in_ones(TRIANGLE), None, whole=True))
         case = case._replace(component=case.components.component(0), upper=-2.0, optimum=-2.0)
         price = np.zeros(3)
         climb = begin(case, price, climber)

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from oracles.assignment import hard_tuples, least_cost, random_problem, random_required, sequence
+from oracles.assignment import (
+    hard_tuples,
+    in_ones,
+    least_cost,
+    random_problem,
+    random_required,
+    sequence,
+)
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import climbing
 from trackweave.solvers._kernels import cheapest_first
@@ -15,7 +22,7 @@ SHORT = [Stretch(40, False), Stretch(40, True)]
 
 def answered(problem: AssignmentProblem) -> Components:
     """Return a problem taken apart with greedy answers and bounds."""
-    components = Components.of(problem, None)
+    components = Components.of(in_ones(problem), None)
     for index in range(len(components)):
         components.cost[index], components.lower[index] = cheapest_first(
             components.component(index), components.taken[components.families(index)]

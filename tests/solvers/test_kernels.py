@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.assignment import least_cost, random_problem, sequence
+from oracles.assignment import in_ones, least_cost, random_problem, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import improve, repair
 from trackweave.solvers.components import Components
@@ -13,7 +13,7 @@ PROBLEMS = [random_problem(np.random.default_rng([6, seed])) for seed in range(8
 
 def repaired(problem: AssignmentProblem, rng: np.random.Generator):
     """Return a component of the whole, a repaired random selection, its owners and cost."""
-    components = Components.of(problem, None, whole=True)
+    components = Components.of(in_ones(problem), None, whole=True)
     component = components.component(0)
     n_families = component.must.shape[0]
     value = rng.normal(size=component.total.shape[0])
@@ -89,7 +89,7 @@ def test_improvement_of_an_improved_answer_changes_nothing() -> None:
 def test_improvement_ejects_who_stands_in_the_way() -> None:
     # Item 0's pair costs −3 and blocks two pairs that cost −2 each.
     problem = AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 1]], [-3.0, -2.0, -2.0])
-    components = Components.of(problem, None, whole=True)
+    components = Components.of(in_ones(problem), None, whole=True)
     dear = np.flatnonzero(problem.total == -3.0)
     components.taken[:] = components.selection_of(dear)
     owner = np.full(components.parts.item_of.shape[0], -1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from oracles.assignment import random_problem, random_tuples, sequence
+from oracles.assignment import in_ones, random_problem, random_tuples, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers.components import Components
 from trackweave.solvers.lists import Lists, lists_of
@@ -10,7 +10,7 @@ from trackweave.solvers.lists import Lists, lists_of
 
 def lists_of_whole(problem: AssignmentProblem) -> tuple[Lists, np.ndarray]:
     """Return the lists of a problem's used items, and the items' numbers in the problem."""
-    components = Components.of(problem, None, whole=True)
+    components = Components.of(in_ones(problem), None, whole=True)
     items = components.parts.item_of
     return lists_of(components.component(0), problem.instant[items]), items
 

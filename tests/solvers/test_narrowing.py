@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.assignment import least_cost, random_problem
+from oracles.assignment import in_ones, least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Dual
 from trackweave.solvers._narrowing import Narrowed, narrowed, whole, write_taken
@@ -30,7 +30,7 @@ def problem_of(left: Narrowed) -> AssignmentProblem:
 
 def bounded(seed: int) -> tuple[AssignmentProblem, Components]:
     problem = random_problem(np.random.default_rng([7, seed]))
-    components = Components.of(problem, None, whole=True)
+    components = Components.of(in_ones(problem), None, whole=True)
     Dual(iterations=1 + seed % 6, visits=0).bound(components, None)
     return problem, components
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oracles.assignment import least_cost, random_problem, sequence
+from oracles.assignment import in_ones, least_cost, random_problem, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Dual, Hint
 from trackweave.solvers.components import Components
@@ -14,7 +14,7 @@ from trackweave.solvers.reduction import Reduction
 
 def bounded(problem: AssignmentProblem, iterations: int) -> Components:
     """Return a problem's components after so few bounds that some stay open."""
-    components = Components.of(problem, None)
+    components = Components.of(in_ones(problem), None)
     Dual(iterations=iterations, visits=0).bound(components, None)
     return components
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from oracles.assignment import hard_tuples, least_cost, random_problem
+from oracles.assignment import hard_tuples, in_ones, least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import Component, improve, repair, selection_cost
 from trackweave.solvers._relist import assign_rows, local_search, relist
@@ -20,7 +20,7 @@ class Case:
 
     def __init__(self, problem: AssignmentProblem, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        whole = Components.of(problem, None, whole=True)
+        whole = Components.of(in_ones(problem), None, whole=True)
         self.component: Component = whole.component(0)
         self.lists: Lists = lists_of(self.component, problem.instant[whole.parts.item_of])
         value = rng.normal(-0.5, 1.0, self.component.total.shape[0])

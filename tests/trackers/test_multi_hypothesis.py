@@ -280,7 +280,7 @@ def test_refuses_sensors_without_names_of_their_own(sensors):
 
 
 def test_refuses_an_unknown_estimate():
-    with pytest.raises(InvalidInputError, match="'median'; expected 'average' or 'best'"):
+    with pytest.raises(InvalidInputError, match="'median'; expected one of average, best"):
         tracker(estimate="median")
 
 

@@ -237,7 +237,7 @@ def test_the_same_seed_gives_the_same_bytes_in_any_order_of_scans():
     ("scans", "message"),
     [
         ([], "at least one"),
-        (scan(0.0, [], "A"), "list of scans"),
+        (scan(0.0, [], "A"), "a sequence of Scan"),
         ([scan(0.0, [], "A")] * 2, "each of another sensor"),
         ([scan(0.0, [], "Z")], "scan of sensor 'Z'; expected one of A, B, C"),
         ([scan(0.0, [[0, 0]], "A"), Scan(0.0, "B", np.zeros((1, 3)))], "dimensions"),

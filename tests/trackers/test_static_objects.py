@@ -129,7 +129,7 @@ def test_nothing_is_found_in_nothing() -> None:
     ("options", "message"),
     [
         ({"cutoff": 0.0}, "cutoff: 0.0; expected a finite number > 0"),
-        ({"cutoff": "far"}, "cutoff: 'far'; expected a finite number > 0"),
+        ({"cutoff": "far"}, "cutoff: 'far'; expected a finite number"),
         ({"least_probability": 1.0}, "least_probability: 1.0; expected at least 0 and below 1"),
         ({"solver": Auto}, "solver"),
         ({"sampling": 500}, "sampling"),

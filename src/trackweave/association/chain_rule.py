@@ -16,12 +16,12 @@ from trackweave.arrays import (
     FloatArray,
     IntArray,
     float_array,
-    is_whole,
+    n_axes,
     require_finite,
-    require_instance,
 )
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_count, checked_members, checked_number
 from trackweave.summaries import summary
 
 __all__ = [
@@ -53,6 +53,14 @@ class TrackEstimates:
     InvalidInputError
         If shapes do not fit, a number is not finite, or a covariance is not symmetric and
         positive definite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> estimates = tw.TrackEstimates(mean=[[0.0, 0.0], [50.0, 0.0]], covariance=[np.eye(2)] * 2)
+    >>> estimates.n_tracks, estimates.n_times, estimates.dim
+    (2, 1, 2)
     """
 
     mean: FloatArray
@@ -61,16 +69,16 @@ class TrackEstimates:
     __repr__ = summary
 
     def __post_init__(self) -> None:
-        n_axes = np.ndim(self.mean)
-        if n_axes not in {2, 3}:
+        axes = n_axes(self.mean, "mean")
+        if axes not in {2, 3}:
             raise InvalidInputError(
-                f"mean: an array of {n_axes} axes; expected (tracks, dim) or (times, tracks, dim)"
+                f"mean: an array of {axes} axes; expected (tracks, dim) or (times, tracks, dim)"
             )
-        mean = float_array(self.mean, "mean", (None,) * n_axes)
+        mean = float_array(self.mean, "mean", (None,) * axes)
         covariance = float_array(self.covariance, "covariance", (*mean.shape, mean.shape[-1]))
         require_finite(mean, "mean")
         require_finite(covariance, "covariance")
-        if n_axes == 2:
+        if axes == 2:
             mean, covariance = mean[None], covariance[None]
         if not mean.shape[0] or not mean.shape[2]:
             raise InvalidInputError(
@@ -229,15 +237,25 @@ def track_chains(
     References
     ----------
     .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (7), (9), (11) and (12).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> first = tw.TrackEstimates(mean=[[0.0, 0.0], [50.0, 0.0]], covariance=[np.eye(2)] * 2)
+    >>> second = tw.TrackEstimates(mean=[[51.0, 0.0], [1.0, 0.0]], covariance=[np.eye(2)] * 2)
+    >>> chains = tw.track_chains([first, second])
+    >>> tw.solve(chains.problem(), rng=np.random.default_rng(1)).tuples
+    array([[1, 2],
+           [2, 1]])
     """
-    for sensor in sensors:
-        require_instance(sensor, TrackEstimates, "sensors")
+    sensors = checked_members(sensors, TrackEstimates, "sensors")
     _require_alike(sensors)
-    if not is_whole(max_tuples) or max_tuples < 1:
-        raise InvalidInputError(f"max_tuples: {max_tuples!r:.80}; expected a whole number ≥ 1")
+    max_tuples = checked_count(max_tuples, "max_tuples", 1)
     if false_rejection is None:
         return _full_chains(sensors, max_tuples)
-    threshold = same_object_threshold(false_rejection, sensors[0].n_times, sensors[0].dim)
+    rate = checked_number(false_rejection, "false_rejection", "a probability between 0 and 1")
+    threshold = same_object_threshold(rate, sensors[0].n_times, sensors[0].dim)
     return _gated_chains(sensors, threshold, max_tuples)
 
 

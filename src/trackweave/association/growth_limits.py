@@ -1,11 +1,10 @@
 """What bounds the growth of an association tree."""
 
 from dataclasses import dataclass
-from numbers import Real
 from typing import Self
 
-from trackweave.arrays import is_whole
 from trackweave.errors import InvalidInputError
+from trackweave.fields import Limit, settle
 
 __all__ = ["GrowthLimits"]
 
@@ -34,22 +33,28 @@ class GrowthLimits:
     ------
     InvalidInputError
         If a value is no positive number, or a count is not whole.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> tw.GrowthLimits(keep=50).keep  # sequences of a track that grow on
+    50
+    >>> tw.GrowthLimits.of_bearings().new_margin  # nats
+    10.0
     """
 
-    margin: float = 10.0
+    margin: Limit = 10.0
     keep: int = 150
-    new_margin: float = 6.0
+    new_margin: Limit = 6.0
     new_keep: int = 16
-    new_ceiling: float = 4.5
+    new_ceiling: Limit = 4.5
     max_nodes: int = 500_000
 
     def __post_init__(self) -> None:
+        settle(self)
         for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            is_count = name in ("keep", "new_keep", "max_nodes")
-            if not (is_whole(value) if is_count else isinstance(value, Real)) or not value > 0:
-                what = "a whole number" if is_count else "a number"
-                raise InvalidInputError(f"{name}: {value!r:.80}; expected {what} > 0")
+            if not getattr(self, name) > 0:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected a number > 0")
 
     @classmethod
     def of_bearings(cls) -> Self:

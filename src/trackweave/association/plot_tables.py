@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, require_instance
+from trackweave.arrays import FloatArray
 from trackweave.association._plot_sets import PlotTable
 from trackweave.association._plot_views import Views
 from trackweave.association.sensor_plots import SensorPlots
@@ -35,8 +35,6 @@ def common_dimension(sensors: Sequence[SensorPlots]) -> int:
     """
     if not sensors:
         raise InvalidInputError("sensors: none; expected at least one")
-    for number, sensor in enumerate(sensors):
-        require_instance(sensor, SensorPlots, f"sensors[{number}]")
     dims = {2 if sensor.is_bearing else sensor.value.shape[1] for sensor in sensors}
     if len(dims) > 1:
         raise InvalidInputError(

@@ -15,7 +15,7 @@ say little.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -23,10 +23,7 @@ from trackweave.arrays import (
     FloatArray,
     IntArray,
     float_array,
-    is_number,
-    is_whole,
     require_finite,
-    require_instance,
 )
 from trackweave.association._plot_sets import PlotLimits
 from trackweave.association.plot_growth import grow_nearest, grow_tuples
@@ -34,6 +31,7 @@ from trackweave.association.plot_tables import common_dimension, plot_table, vie
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_members, settle
 from trackweave.summaries import summary
 
 __all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
@@ -114,6 +112,20 @@ class PlotsRule:
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> plots = [
+    ...     tw.SensorPlots([[x, 0.0], [x + 500.0, 0.0]], sigma=10.0, volume=1e8, false_alarms=0.1)
+    ...     for x in (0.0, 6.0)
+    ... ]
+    >>> found = tw.PlotsRule(object_density=1e-6)(plots)  # objects per m²
+    >>> found.tuples  # number of each sensor's plot, 0 for none
+    array([[1, 1],
+           [2, 2]])
+    >>> found.costs.round(1)  # nats
+    array([-20.2, -20.2])
     """
 
     object_density: float | None = None
@@ -126,21 +138,15 @@ class PlotsRule:
     overflow: Overflow = "refuse"
 
     def __post_init__(self) -> None:
-        for name, words in (("cost", get_args(PlotCost)), ("overflow", get_args(Overflow))):
-            if getattr(self, name) not in words:
-                raise InvalidInputError(
-                    f"{name}: {getattr(self, name)!r:.80}; expected one of {', '.join(words)}"
-                )
+        settle(self)
         density = self.object_density
         if density is None and self.cost == "evidence":
             raise InvalidInputError("object_density: None; expected objects per m² for evidence")
-        if density is not None and not (is_number(density) and density > 0):
+        if density is not None and not density > 0:
             raise InvalidInputError(f"object_density: {density!r}; expected a finite number > 0")
-        if not (is_number(self.gate) and self.gate > 0):
+        if not self.gate > 0:
             raise InvalidInputError(f"gate: {self.gate!r}; expected a finite number > 0")
-        for name in ("negative_only", "lone_plots"):
-            require_instance(getattr(self, name), bool, name)
-        if not (is_whole(self.max_tuples) and self.max_tuples > 0):
+        if not self.max_tuples > 0:
             raise InvalidInputError(
                 f"max_tuples: {self.max_tuples!r}; expected a whole number > 0"
             )
@@ -168,6 +174,7 @@ class PlotsRule:
         InvalidInputError
             If dimensions differ, or there are more than ``max_tuples``, though thinned.
         """
+        sensors = checked_members(sensors, SensorPlots, "sensors")
         dim = common_dimension(sensors)
         table = plot_table(sensors, dim, with_evidence=self.cost == "evidence")
         views, limits = views_of(sensors), self._limits(dim)

@@ -1,66 +1,26 @@
 """The assignment problem that every solver solves, and the answer with its certificate."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, is_number
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array
 from trackweave.association._clusters import has_repeats
+from trackweave.association.certificate import Certificate, Status
 from trackweave.association.tuples import (
     LARGEST_SUM,
     Requirement,
+    numbered,
     parts_of_array,
     parts_of_tuples,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number
 from trackweave.summaries import summary
 
 __all__ = ["Answer", "AssignmentProblem", "Certificate", "Status"]
-
-
-class Status(StrEnum):
-    """What is known of an answer."""
-
-    OPTIMAL = "optimal"
-    """The bound proves that no answer costs less."""
-    FEASIBLE = "feasible"
-    """Every rule is kept; the certificate's gap says how much better an answer could be."""
-    INFEASIBLE = "infeasible"
-    """Proven: no answer covers every item that has to be covered."""
-    UNKNOWN = "unknown"
-    """No answer that covers every item that has to be was found; there may be one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Certificate:
-    """How good an answer is, proven.
-
-    Parameters
-    ----------
-    cost
-        What the answer costs [nats]; infinite where none was found.
-    lower_bound
-        No answer over the same sequences costs less [nats]; infinite where there is none.
-    status
-        Whether that proves the answer best.
-    """
-
-    cost: float
-    lower_bound: float
-    status: Status
-
-    @property
-    def gap(self) -> float:
-        """Distance from the bound relative to the cost, (cost − bound) / max(1, |cost|).
-
-        Infinite where no answer was found.
-        """
-        if self.cost == np.inf:
-            return np.inf
-        return max(0.0, self.cost - self.lower_bound) / max(1.0, abs(self.cost))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +43,20 @@ class Answer:
     node_probability
         How probable each node is to be chosen, shape (nodes,), from the solvers that tell; else
         None.
+    problem
+        What it answers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound, answer.gap  # nats
+    (-7.0, -7.0, 0.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     nodes: IntArray
@@ -91,8 +65,33 @@ class Answer:
     stop_reason: str
     prices: FloatArray
     node_probability: FloatArray | None = None
+    problem: "AssignmentProblem | None" = None
 
-    __repr__ = summary
+    def __repr__(self) -> str:
+        return (
+            f"Answer(cost={self.cost:.10g}, lower_bound={self.lower_bound:.10g}, "
+            f"gap={self.gap:.3g}, status={self.status.value!r}, {len(self.nodes)} sequences, "
+            f"stop_reason={self.stop_reason!r})"
+        )
+
+    @property
+    def tuples(self) -> NDArray[Any]:
+        """The chosen tuples in the problem's own numbers or names, shape (chosen, lists).
+
+        Rows as ``from_tuples`` had them, in their order; indices of the array of ``from_array``.
+        Items that are left alone are not among them, nor is anything where the status is
+        infeasible or unknown. Of a problem made of sequences: the items of each, -1 after the
+        last.
+
+        Raises
+        ------
+        InvalidInputError
+            If the answer is of no problem.
+        """
+        if self.problem is None:
+            raise InvalidInputError("tuples: the answer of no problem; expected one from a solver")
+        nodes = self.nodes if np.isfinite(self.cost) else self.nodes[:0]
+        return self.problem.tuples_of(nodes)
 
     @property
     def cost(self) -> float:
@@ -146,6 +145,11 @@ class AssignmentProblem:
     requirement
         Further items that have to be covered, as ``from_tuples`` makes them; there may be no
         answer then.
+    unit
+        What size costs are of that matter: 1e-9 of it is rounding. None for what an item's
+        cheapest sequence costs, at the median.
+    table
+        What each ``row`` was made of: a row for each candidate, a column for each list.
 
     Raises
     ------
@@ -153,6 +157,20 @@ class AssignmentProblem:
         If shapes do not fit, a parent does not stand before its child, an item is out of range
         or twice in a sequence, a cost is NaN or minus infinity, costs are too large to be added,
         or an item cannot be one that must be covered.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> # Three candidate pairs of an item of one list and one of another; costs in nats.
+    >>> problem = tw.AssignmentProblem.from_tuples(
+    ...     [["a", "x"], ["a", "y"], ["b", "y"]], [-4.0, -6.0, -3.0]
+    ... )
+    >>> problem.n_items
+    4
+    >>> tw.solve(problem, rng=np.random.default_rng(1)).tuples
+    array([['a', 'x'],
+           ['b', 'y']], dtype=object)
     """
 
     parent: IntArray
@@ -164,6 +182,8 @@ class AssignmentProblem:
     base_cost: float = 0.0
     row: IntArray | None = None
     requirement: Requirement | None = None
+    unit: float | None = None
+    table: NDArray[Any] | None = None
 
     __repr__ = summary
 
@@ -184,6 +204,9 @@ class AssignmentProblem:
             cast["row"] = int_array(self.row, "row", (n_nodes,))
         for name, values in cast.items():
             object.__setattr__(self, name, values)
+        object.__setattr__(self, "base_cost", checked_number(self.base_cost, "base_cost"))
+        if self.unit is not None:
+            object.__setattr__(self, "unit", checked_number(self.unit, "unit"))
         self._check_costs()
         self._check_forest()
         self._check_must_cover()
@@ -193,8 +216,8 @@ class AssignmentProblem:
             values = getattr(self, name)
             if np.any(np.isnan(values) | (values == -np.inf)):
                 raise InvalidInputError(f"{name}: NaN or minus infinity; expected costs")
-        if not is_number(self.base_cost):
-            raise InvalidInputError(f"base_cost: {self.base_cost!r:.80}; expected a finite number")
+        if self.unit is not None and not self.unit > 0.0:
+            raise InvalidInputError(f"unit: {self.unit}; expected a number > 0")
         size = float(np.abs(self.total[np.isfinite(self.total)]).max(initial=0.0))
         if size * self.n_nodes > LARGEST_SUM:
             raise InvalidInputError(
@@ -232,6 +255,32 @@ class AssignmentProblem:
         """Number of items."""
         return int(self.must_cover.shape[0])
 
+    def tuples_of(self, nodes: IntArray) -> NDArray[Any]:
+        """Return what nodes stand for, in the problem's own numbers or names.
+
+        Parameters
+        ----------
+        nodes
+            Numbers of nodes.
+
+        Returns
+        -------
+        As ``Answer.tuples``.
+        """
+        if self.table is not None and self.row is not None:
+            rows = np.sort(self.row[nodes])
+            return self.table[rows[rows >= 0]]
+        sequences: list[list[int]] = []
+        for node in nodes.tolist():
+            sequences.append([])
+            while node >= 0:
+                sequences[-1].insert(0, int(self.item[node]))
+                node = int(self.parent[node])
+        table = np.full((len(sequences), max(map(len, sequences), default=0)), -1, dtype=np.int64)
+        for place, items in enumerate(sequences):
+            table[place, : len(items)] = items
+        return table
+
     @classmethod
     def from_tuples(cls, tuples: ArrayLike, costs: ArrayLike, *, alone: ArrayLike = 0.0) -> Self:
         """Return the problem of choosing tuples that share no item.
@@ -240,14 +289,16 @@ class AssignmentProblem:
         ----------
         tuples
             One row per candidate, one column per list, shape (rows, lists): the 1-based number
-            of the item taken from each list, 0 for none. A row with a single item is the price
-            of leaving that item alone, 0 where there is none.
+            of the item taken from each list, 0 for none; or its name, None or an empty text for
+            none. A row with a single item is the price of leaving that item alone, 0 where there
+            is none.
         costs
             Cost of each row, finite [nats]. Of equal rows the cheapest counts.
         alone
             What it costs to leave an item that no row prices: one number, or one for each item,
             list after list; infinite where the item has to be covered. A list's items are all
-            numbers up to the greatest that stands in it.
+            numbers up to the greatest that stands in it, or all its names in the order in which
+            they first come.
 
         Returns
         -------
@@ -260,7 +311,8 @@ class AssignmentProblem:
             price is NaN or minus infinity, or costs are too large to be added or are lost beside
             far larger ones.
         """
-        return cls(**parts_of_tuples(tuples, costs, alone))
+        table, numbers = numbered(tuples)
+        return cls(**parts_of_tuples(numbers, costs, alone), table=table)
 
     @classmethod
     def from_array(cls, costs: ArrayLike, *, alone: ArrayLike = np.inf) -> Self:
@@ -283,5 +335,19 @@ class AssignmentProblem:
         InvalidInputError
             If there are fewer than two axes, an entry or a price is NaN or minus infinity, or
             costs are too large to be added or are lost beside far larger ones.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import trackweave as tw
+        >>> costs = np.array([[4.0, 1.0], [2.0, np.inf]])
+        >>> problem = tw.AssignmentProblem.from_array(costs)  # every row and column once
+        >>> answer = tw.solve(problem, rng=np.random.default_rng(1))
+        >>> answer.tuples
+        array([[0, 1],
+               [1, 0]])
+        >>> costs[tuple(answer.tuples.T)].sum()
+        np.float64(3.0)
         """
-        return cls(**parts_of_array(costs, alone))
+        parts, indices = parts_of_array(costs, alone)
+        return cls(**parts, table=indices)

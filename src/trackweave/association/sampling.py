@@ -14,8 +14,6 @@ from trackweave.arrays import (
     FloatArray,
     IntArray,
     int_array,
-    is_number,
-    is_whole,
     require_instance,
 )
 from trackweave.association._sampling import (
@@ -31,6 +29,7 @@ from trackweave.association._sampling import (
 )
 from trackweave.association.plots_rule import ScoredTuples
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.summaries import summary
 
@@ -87,6 +86,19 @@ class Sampling:
     ----------
     .. [1] Oh, Russell, Sastry, *Markov chain Monte Carlo data association for multi-target
        tracking*, 2009. doi:10.1109/TAC.2009.2012975
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> plots = [
+    ...     tw.SensorPlots([[x, 0.0], [x + 500.0, 0.0]], sigma=10.0, volume=1e8, false_alarms=0.1)
+    ...     for x in (0.0, 6.0)
+    ... ]
+    >>> found = tw.PlotsRule(object_density=1e-6)(plots)  # objects per m²
+    >>> finder = tw.ObjectFinder(cutoff=50.0, sampling=tw.Sampling(sweeps=100))
+    >>> finder(found, rng=np.random.default_rng(1)).group_probability.round(2)
+    array([1., 1.])
     """
 
     sweeps: int = 500
@@ -94,14 +106,13 @@ class Sampling:
     margin: float = 6.0
 
     def __post_init__(self) -> None:
+        settle(self)
         for name, least in (("sweeps", 1), ("warm_up", 0)):
             value = getattr(self, name)
-            if not (is_whole(value) and value >= least):
+            if value < least:
                 raise InvalidInputError(
                     f"{name}: {value!r:.80}; expected a whole number ≥ {least}"
                 )
-        if not is_number(self.margin):
-            raise InvalidInputError(f"margin: {self.margin!r:.80}; expected a finite number")
 
     def __call__(
         self,

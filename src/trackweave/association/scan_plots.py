@@ -10,6 +10,7 @@ from trackweave.association.window_rule import coverage_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_dimension, checked_number
 from trackweave.models.coverage import Coverage, FieldOfView
 from trackweave.models.extent import extent
 from trackweave.models.measurements import to_position
@@ -72,9 +73,25 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
     InvalidInputError
         If the reports do not fit the sensor, or do not tell what plots of so many dimensions
         need, or a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> radar = tw.Sensor(
+    ...     "radar", sigma=(30.0, 0.01), measurement=tw.MeasurementKind.RANGE_AZIMUTH  # m, rad
+    ... )
+    >>> scan = tw.Scan(time=0.0, sensor="radar", measurement=[[1000.0, 0.0]])  # due north
+    >>> plots = tw.plots_of(scan, radar, 2)
+    >>> plots.value.round(1), plots.sigma.round(1)  # m
+    (array([[   0. , 1000.1]]), array([[10., 30.]]))
     """
+    dim = checked_dimension(dim)
     _check(scan, sensor, dim)
-    _check_numbers({"time": time, "speed": speed, "start": start})
+    time, start = _number_or_none(time, "time"), _number_or_none(start, "start")
+    volume = _number_or_none(volume, "volume")
+    speed = checked_number(speed, "speed", "a number ≥ 0")
+    if speed < 0.0:
+        raise InvalidInputError(f"speed: {speed}; expected a number ≥ 0")
     kind, count = sensor.measurement, len(scan)
     moves = scan.platform is not None and scan.platform.size > 0
     platform = np.asarray(scan.platform) if moves else sensor.platform
@@ -114,8 +131,6 @@ def _check(scan: Scan, sensor: Sensor, dim: int) -> None:
     """Refuse what makes no plots."""
     require_instance(scan, Scan, "scan")
     require_instance(sensor, Sensor, "sensor")
-    if dim not in (2, 3):
-        raise InvalidInputError(f"dim: {dim!r:.80}; expected 2 or 3")
     kind = sensor.measurement
     if not kind.gives_position(dim) and (kind is not MeasurementKind.BEARING or dim == 3):
         raise InvalidInputError(
@@ -129,12 +144,8 @@ def _check(scan: Scan, sensor: Sensor, dim: int) -> None:
         )
 
 
-def _check_numbers(numbers: dict[str, float | None]) -> None:
-    for name, number in numbers.items():
-        if number is not None and not is_number(number):
-            raise InvalidInputError(f"{name}: {number!r:.80}; expected a finite number")
-    if (numbers["speed"] or 0.0) < 0.0:
-        raise InvalidInputError(f"speed: {numbers['speed']!r:.80}; expected a number ≥ 0")
+def _number_or_none(value: float | None, name: str) -> float | None:
+    return None if value is None else checked_number(value, name)
 
 
 def _sigmas(scan: Scan, sensor: Sensor, dim: int) -> FloatArray:

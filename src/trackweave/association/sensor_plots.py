@@ -11,10 +11,11 @@ from trackweave.arrays import (
     covariance_array,
     float_array,
     is_number,
+    n_axes,
     require_finite,
-    require_instance,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.fields import plain, settle
 from trackweave.models.coverage import FieldOfView
 from trackweave.simulation.scenes import Scene
 
@@ -66,6 +67,17 @@ class SensorPlots:
     ------
     InvalidInputError
         If a shape does not fit or a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> # Two positions, known to 10 m; 0.1 false alarms a scan in 10 km × 10 km.
+    >>> plots = tw.SensorPlots(
+    ...     value=[[0.0, 0.0], [500.0, 0.0]], sigma=10.0, volume=1e8, false_alarms=0.1
+    ... )
+    >>> plots.is_bearing, plots.sigma
+    (False, array([[10., 10.],
+           [10., 10.]]))
     """
 
     value: FloatArray
@@ -80,6 +92,7 @@ class SensorPlots:
     coverage: FieldOfView | None = None
 
     def __post_init__(self) -> None:
+        settle(self)
         set_field = object.__setattr__
         value = _whole_table(self.value)
         n_plots = value.shape[0]
@@ -94,7 +107,7 @@ class SensorPlots:
         set_field(self, "drift", _per_plot(self.drift, "drift", n_plots, may_be_zero=True))
         self._check_sensor()
         if self.place is not None:
-            shape = (2,) if np.ndim(self.place) == 1 else (n_plots, 2)
+            shape = (2,) if n_axes(self.place, "place") == 1 else (n_plots, 2)
             place = float_array(self.place, "place", shape)
             _require_moderate(place, "place")
             set_field(self, "place", place)
@@ -106,14 +119,12 @@ class SensorPlots:
             found = getattr(self, name)
             if found is None and name == "false_alarms":
                 continue
-            if not (is_number(found) and found > 0):
+            if not found > 0:
                 raise InvalidInputError(f"{name}: {found!r}; expected a finite number > 0")
         if not self.detection_probability < 1:
             raise InvalidInputError(
                 f"detection_probability: {self.detection_probability}; expected between 0 and 1"
             )
-        if self.coverage is not None:
-            require_instance(self.coverage, FieldOfView, "coverage")
 
     def _check_errors(self, value: FloatArray) -> None:
         """Check and cast how far off plots may be."""
@@ -177,8 +188,10 @@ def _require_moderate(values: FloatArray, name: str) -> None:
 
 def _fit_sigma(sigma: ArrayLike, value: FloatArray) -> FloatArray:
     try:
-        fitted = np.broadcast_to(np.asarray(sigma, dtype=np.float64), value.shape).copy()
-    except (TypeError, ValueError) as err:
+        axes = n_axes(sigma, "sigma")
+        given = float_array(sigma, "sigma", (None,) * axes).reshape(np.shape(sigma))
+        fitted = np.broadcast_to(given, value.shape).copy()
+    except ValueError as err:
         raise InvalidInputError(
             f"sigma: {sigma!r:.80}; expected a number, or an array of shape {value.shape}"
         ) from err
@@ -191,6 +204,7 @@ def _per_plot(
     values: ArrayLike, name: str, n_plots: int, *, may_be_zero: bool = False
 ) -> FloatArray | float:
     """Return one number for all plots, or an array of one each."""
+    values = plain(values)
     found = np.float64(values) if is_number(values) else float_array(values, name, (n_plots,))  # type: ignore[arg-type] # a number
     least, sign = (0.0, "≥") if may_be_zero else (np.nextafter(0.0, 1.0), ">")
     if not np.all((found >= least) & (found < LARGEST)):

@@ -208,6 +208,8 @@ class AssociationTree(NodeRoom):
             total=self.totals(),
             must_cover=must_cover,
             instant=np.concatenate([instant, np.full(n_tracks, -1, dtype=np.int64)]),
+            # Costs are nats, and of one size in all windows.
+            unit=1.0,
         )
 
     def fix(self, root: IntArray, track: IntArray, first_open: int) -> None:

@@ -5,11 +5,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, require_finite
+from trackweave.arrays import (
+    FloatArray,
+    IntArray,
+    float_array,
+    int_array,
+    n_axes,
+    require_finite,
+)
 from trackweave.association._tuples import build_trie, cost_shares
 from trackweave.errors import InvalidInputError
 
-__all__ = ["LARGEST_SUM", "MAX_ITEMS", "Requirement", "parts_of_array", "parts_of_tuples"]
+__all__ = [
+    "LARGEST_SUM",
+    "MAX_ITEMS",
+    "Requirement",
+    "numbered",
+    "parts_of_array",
+    "parts_of_tuples",
+    "usual_size",
+]
 
 MAX_ITEMS = 10_000_000
 """Greatest number of an item in a list; a larger one is a mistake that would fill the memory."""
@@ -17,7 +32,7 @@ MAX_ITEMS = 10_000_000
 LARGEST_SUM = 1e306
 """Sums of costs beyond this are too near to overflow [nats]."""
 COARSE = 1e-6
-"""A cost may lose this part of itself, or of one, beside the prices of its items [nats]."""
+"""A cost may lose this part of itself, or of the usual one, beside the prices of its items."""
 
 
 class Requirement(NamedTuple):
@@ -32,6 +47,61 @@ class Requirement(NamedTuple):
     item: IntArray
     penalty: float
     ceiling: float
+
+
+def numbered(tuples: ArrayLike) -> tuple[NDArray[Any], ArrayLike]:
+    """Return a table of tuples as an array, and with numbers for its items.
+
+    Parameters
+    ----------
+    tuples
+        Rows of numbers, or of names, None or "" for none.
+
+    Returns
+    -------
+    The table as it came, and the same with each list's names numbered from 1 in the order in
+    which they first come, 0 for none; itself where it has no names.
+
+    Raises
+    ------
+    InvalidInputError
+        If rows differ in length, or numbers stand among names.
+    """
+    try:
+        table = np.asarray(tuples)
+        if table.dtype.kind in "US":
+            # Text of one length for all would cut nothing here, but turns None into a name.
+            table = np.asarray(tuples, dtype=object)
+    except ValueError as err:
+        raise InvalidInputError(
+            f"tuples: {tuples!r:.80}; expected rows of one length, of numbers or names"
+        ) from err
+    if table.dtype.kind == "T":
+        table = table.astype(object)
+    if table.dtype.kind != "O" or table.ndim != 2 or not _has_names(table):
+        return table, table
+    numbers = np.zeros(table.shape, dtype=np.int64)
+    for place in range(table.shape[1]):
+        known: dict[str, int] = {}
+        for row, name in enumerate(table[:, place].tolist()):
+            if _is_none(name):
+                continue
+            if not isinstance(name, str):
+                raise InvalidInputError(
+                    f"tuples[{row}, {place}]: {name!r:.80}; expected a name as the others, or None"
+                )
+            numbers[row, place] = known.setdefault(name, len(known) + 1)
+    return table, numbers
+
+
+def _is_none(name: object) -> bool:
+    """Tell whether an entry stands for no item, in any of the ways that tables know."""
+    is_nan = isinstance(name, float) and name != name
+    return name is None or is_nan or type(name).__name__ == "NAType" or name == ""
+
+
+def _has_names(table: NDArray[Any]) -> bool:
+    return any(isinstance(entry, str) for entry in table.ravel().tolist())
 
 
 def parts_of_tuples(
@@ -78,7 +148,8 @@ def parts_of_tuples(
         # One more entry, so that -1 for none is worth nothing.
         shift = np.append(worth, 0.0)[items].sum(axis=1)
         extra = cost - shift
-    _require_digits(cost[rows], shift[rows], base)
+    unit = usual_size(items[rows], cost[rows], price)
+    _require_digits(cost[rows], shift[rows], base, unit)
     trie = build_trie(items, extra, rows[_sorted_rows(table[rows], size)])
     return {
         **trie._asdict(),
@@ -86,10 +157,38 @@ def parts_of_tuples(
         "instant": np.repeat(np.arange(size.shape[0]), size),
         "base_cost": base,
         "requirement": requirement,
+        "unit": unit,
     }
 
 
-def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> dict[str, Any]:
+def usual_size(items: IntArray, cost: FloatArray, price: FloatArray) -> float:
+    """Return the size of an item's cheapest sequence, at the median over the items.
+
+    A few dear sequences, which nobody would take, leave it as it is.
+
+    Parameters
+    ----------
+    items
+        Items of each sequence, -1 for none, shape (sequences, any).
+    cost
+        What each sequence costs, infinite where it may not be taken.
+    price
+        What it costs to leave each item, shape (items,); infinite where it may not be left.
+
+    Returns
+    -------
+    A positive number; 1 where nothing costs anything.
+    """
+    size = np.where(cost == 0.0, np.inf, np.abs(cost))
+    # One more entry takes what -1 for none writes.
+    least = np.append(np.where(price == 0.0, np.inf, np.abs(price)), np.inf)
+    for column in range(items.shape[1]):
+        np.minimum.at(least, items[:, column], size)
+    known = np.sort(least[:-1][np.isfinite(least[:-1])])
+    return float(known[known.size // 2]) if known.size else 1.0
+
+
+def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> tuple[dict[str, Any], IntArray]:
     """Return the fields of the problem of choosing entries of a dense array of costs.
 
     Parameters
@@ -99,7 +198,7 @@ def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> dict[str, Any]:
 
     Returns
     -------
-    The fields by their names.
+    The fields by their names, and the indices of the entries that are allowed.
 
     Raises
     ------
@@ -107,19 +206,17 @@ def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> dict[str, Any]:
         If there are fewer than two axes, an entry or a price is NaN or minus infinity, or costs
         are too large to be added or are lost beside far larger ones.
     """
-    try:
-        n_axes = np.ndim(costs)
-    except ValueError as err:
-        raise InvalidInputError("costs: rows of several lengths; expected an array") from err
-    cost = float_array(costs, "costs", (None,) * n_axes)
-    if n_axes < 2:
+    n_lists = n_axes(costs, "costs")
+    cost = float_array(costs, "costs", (None,) * n_lists)
+    if n_lists < 2:
         raise InvalidInputError(
             f"costs: an array of shape {cost.shape}; expected one axis per list, at least two"
         )
     if np.any(np.isnan(cost) | (cost == -np.inf)):
         raise InvalidInputError("costs: NaN or minus infinity; expected costs, or infinity")
     allowed = np.argwhere(np.isfinite(cost))
-    return parts_of_tuples(allowed + 1, cost[tuple(allowed.T)], alone, cost.shape)
+    parts = parts_of_tuples(allowed + 1, cost[tuple(allowed.T)], alone, cost.shape)
+    return parts, allowed.astype(np.int64, copy=False)
 
 
 def _list_sizes(table: IntArray) -> IntArray:
@@ -141,7 +238,7 @@ def _prices_alone(
 ) -> FloatArray:
     """Return what it costs to leave each item: its own row's cost, or what is said of all."""
     n_items = int(offset[-1])
-    default = float_array(alone, "alone", () if np.ndim(alone) == 0 else (n_items,))
+    default = float_array(alone, "alone", () if n_axes(alone, "alone") == 0 else (n_items,))
     if np.any(np.isnan(default) | (default == -np.inf)):
         raise InvalidInputError("alone: NaN or minus infinity; expected prices, or infinity")
     own = np.full(n_items, np.inf)
@@ -170,11 +267,11 @@ def _requirement(items: IntArray, cost: FloatArray, price: FloatArray) -> Requir
     return Requirement(required, 2.0 ** float(np.ceil(np.log2(4.0 * size))), ceiling)
 
 
-def _require_digits(cost: FloatArray, shift: FloatArray, base: float) -> None:
+def _require_digits(cost: FloatArray, shift: FloatArray, base: float, unit: float) -> None:
     """Refuse costs that overflow, or whose digits are lost, once prices are taken off them."""
     if not (np.abs(base) < LARGEST_SUM and np.all(np.abs(shift) < LARGEST_SUM)):
         raise InvalidInputError("costs: too large to be added; expected smaller numbers")
-    lost = np.abs(((cost - shift) + shift) - cost) > COARSE * np.maximum(1.0, np.abs(cost))
+    lost = np.abs(((cost - shift) + shift) - cost) > COARSE * np.maximum(unit, np.abs(cost))
     if np.any(lost):
         place = int(np.flatnonzero(lost)[0])
         raise InvalidInputError(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.association.problem import Status
 from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
@@ -15,7 +16,7 @@ from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
-from trackweave.run.drawing import PROVEN_GAP, assigned_per_scan, places_told
+from trackweave.run.drawing import assigned_per_scan, places_told
 from trackweave.run.judging import truth_on
 
 __all__ = ["PlotRequest", "run_plot"]
@@ -150,12 +151,13 @@ def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, in
 
 def _series(run: RunFiles) -> ScanSeries:
     time, reports, gap = run.scans("time", "reports", "gap")
+    is_optimal = [scan.get("status") == Status.OPTIMAL for scan in run.record["scans"]]
     return ScanSeries(
         time=time,
         reports=reports,
         assigned=assigned_per_scan(run.record["scans"], time, run.assignments),
         gap=gap,
-        proven=gap <= PROVEN_GAP,
+        proven=(gap == 0.0) | np.array(is_optimal, dtype=np.bool_),
         cpu_ms=run.cpu_ms(),
         known=run.tracks,
         iso_time=run.iso_time,

@@ -1,6 +1,5 @@
 """The command ``solve``."""
 
-import dataclasses
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -19,14 +18,11 @@ from trackweave.io.encoding import encode_table
 from trackweave.io.output_file import OutputFile
 from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
 from trackweave.io.tables import file_ending
-from trackweave.solvers import Solver, Stop
+from trackweave.solvers import Solver
+from trackweave.solvers.solve import patient
 from trackweave.solvers.warming import warm_up
 
 __all__ = ["SolveRequest", "run_solve"]
-
-BUDGETS = frozenset({"evaluations", "branches", "epochs"})
-WITHOUT_END = 10**12
-"""A budget that no time limit leaves anything of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +54,12 @@ class SolveRequest:
 def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
     """Solve the problem in a file and return what is known of the answer."""
     method = DEFAULT_METHOD if request.method is None else request.method
-    solver = _solver(method, request.time_limit)
+    solver, limit = _solver(method), request.time_limit
+    if limit is not None:
+        if not 0 <= limit < float("inf"):
+            raise InvalidInputError(f"--time-limit: {limit}; expected a number ≥ 0 of seconds")
+        # Who sets a time means it to be used.
+        solver = patient(solver)
     if request.out is not None:
         file_ending(request.out)
         OutputFile(request.out).check([request.problem])
@@ -67,8 +68,9 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
     warm_up(solver, np.random.default_rng(0))
     begin = perf_counter()
     problem = _problem(request.problem, table)
+    left = None if limit is None else max(0.0, limit - (perf_counter() - begin))
     rng = np.random.default_rng(request.seed)
-    answer = solvers.solve(problem, solver, rng=rng, stop=_clock(begin, request.time_limit))
+    answer = solvers.solve(problem, solver, rng=rng, time_limit=left)
     time_s = perf_counter() - begin
     if request.out is not None:
         frame = answer_frame(table, problem, answer)
@@ -83,29 +85,14 @@ def run_solve(request: SolveRequest, voice: Voice) -> dict[str, Any]:
     return found
 
 
-def _solver(method: str, time_limit: float | None) -> Solver:
-    """Return the solver of a name, with no budget but the time where that is limited."""
+def _solver(method: str) -> Solver:
+    """Return the solver of a name."""
     if method not in METHODS:
         raise InvalidInputError(
             f'--method: "{method}" is not known; {suggest(method, list(METHODS))}'
         )
-    solver: Any = getattr(solvers, METHODS[method])()
-    if time_limit is None:
-        return solver  # type: ignore[no-any-return]
-    if not 0 <= time_limit < float("inf"):
-        raise InvalidInputError(f"--time-limit: {time_limit}; expected a number ≥ 0 of seconds")
-    # Who sets a time means it to be used.
-    budgets = {field.name for field in dataclasses.fields(solver)} & BUDGETS
-    patient: Solver = dataclasses.replace(solver, **dict.fromkeys(budgets, WITHOUT_END))
-    return patient
-
-
-def _clock(begin: float, time_limit: float | None) -> Stop | None:
-    """Return what tells whether the time since the beginning is over."""
-    if time_limit is None:
-        return None
-    end = begin + time_limit
-    return lambda: perf_counter() >= end
+    solver: Solver = getattr(solvers, METHODS[method])()
+    return solver
 
 
 def _problem(source: Path, table: ProblemTable) -> AssignmentProblem:

@@ -10,6 +10,16 @@ class MeasurementKind(IntEnum):
 
     Range is the distance from the sensor in all dimensions of the tracking space, elevation the
     angle over the horizontal plane through the sensor, range rate the time derivative of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> tw.MeasurementKind.RANGE_AZIMUTH.word, tw.MeasurementKind.RANGE_AZIMUTH.n_components(2)
+    ('range-azimuth', 2)
+    >>> kind = tw.MeasurementKind.RANGE_AZIMUTH
+    >>> radar = tw.Sensor("radar", sigma=(30.0, 0.002), measurement=kind)
+    >>> radar.sigmas(2)  # m, rad
+    array([3.e+01, 2.e-03])
     """
 
     POSITION = 0

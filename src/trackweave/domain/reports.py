@@ -106,6 +106,17 @@ class ReportTable:
         the reports came in the order that they have here.
     report_type
         The polars type of the whole numbers that all identifiers are, None where they are text.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({"time": [0.0, 0.0, 1.0], "x": [1.0, 9.0, 2.0], "y": [0.0] * 3})
+    >>> reports = tw.read_reports(frame)
+    >>> len(reports), reports.sensors, reports.dim
+    (3, ('default',), 2)
+    >>> [(scan.time, len(scan)) for scan in reports.scans()]
+    [(0.0, 2), (1.0, 1)]
     """
 
     time: FloatArray

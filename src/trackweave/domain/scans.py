@@ -11,11 +11,12 @@ from trackweave.arrays import (
     covariance_array,
     float_array,
     int_array,
-    is_number,
+    n_axes,
     name_text,
     require_finite,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number, plain
 from trackweave.summaries import summary
 
 __all__ = ["Scan"]
@@ -62,6 +63,13 @@ class Scan:
         If a shape does not fit, a time or measurement is not finite, a sigma is not positive, a
         covariance is not positive definite, a moment lies after the scan's end, or the sensor's
         name is neither text nor a whole number.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> scan = tw.Scan(time=10.0, sensor="radar", measurement=[[120.0, 40.0], [7.0, 3.0]])
+    >>> len(scan), scan.time  # reports; s
+    (2, 10.0)
     """
 
     time: float
@@ -79,8 +87,7 @@ class Scan:
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
-        if not is_number(self.time):
-            raise InvalidInputError(f"time: {self.time!r:.80}; expected a finite number [s]")
+        set_field(self, "time", checked_number(self.time, "time", "a finite number [s]"))
         if _is_nothing(self.measurement):
             measurement = np.empty((0, 0))
         else:
@@ -102,8 +109,7 @@ class Scan:
         self._check_extras(n_reports)
         if self.covariance is not None:
             sigma = self._check_covariance(self.covariance, (n_reports, dim, dim))
-        set_field(self, "time", float(self.time))
-        set_field(self, "sensor", name_text(self.sensor, "sensor"))
+        set_field(self, "sensor", name_text(plain(self.sensor), "sensor"))
         set_field(self, "measurement", measurement)
         set_field(self, "sigma", sigma)
         set_field(self, "report", report)
@@ -124,7 +130,7 @@ class Scan:
                 )
             set_field(self, "moments", moments)
         if self.platform is not None:
-            shape = (6,) if np.ndim(self.platform) == 1 else (n_reports, 6)
+            shape = (6,) if n_axes(self.platform, "platform") == 1 else (n_reports, 6)
             platform = float_array(self.platform, "platform", shape)
             require_finite(platform, "platform")
             set_field(self, "platform", platform)

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array, n_axes
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_dimension
 from trackweave.summaries import summary
 
 __all__ = ["COASTING", "CONFIRMED", "STATUSES", "TENTATIVE", "TrackTable"]
@@ -44,7 +45,7 @@ class TrackTable:
     Raises
     ------
     InvalidInputError
-        If shapes do not fit together, or a value is no number.
+        If a column holds no numbers, or shapes do not fit.
 
     Examples
     --------
@@ -70,24 +71,29 @@ class TrackTable:
     __repr__ = summary
 
     def __post_init__(self) -> None:
-        rows = len(float_array(self.time, "time", (None,)))
-        if isinstance(self.acceleration, np.ndarray) and self.acceleration.shape == (0, 0):
-            object.__setattr__(self, "acceleration", np.empty((rows, 0)))
-        for name in ("track", "status", "hits"):
-            object.__setattr__(self, name, int_array(getattr(self, name), name, (rows,)))
-        for name in ("time", "score", "last_update"):
-            object.__setattr__(self, name, float_array(getattr(self, name), name, (rows,)))
+        time = float_array(self.time, "time", (None,))
+        rows = time.shape[0]
         mean = float_array(self.mean, "mean", (rows, None))
         if mean.shape[1] not in (4, 6):
             raise InvalidInputError(f"mean: {mean.shape[1]} columns; expected 4 or 6")
-        n = mean.shape[1]
-        object.__setattr__(self, "mean", mean)
-        covariance = float_array(self.covariance, "covariance", (rows, n, n))
-        object.__setattr__(self, "covariance", covariance)
-        pull = float_array(self.acceleration, "acceleration", (rows, None))
-        object.__setattr__(self, "acceleration", pull)
-        if np.any((self.status < TENTATIVE) | (self.status > COASTING)):
+        shapes: dict[str, tuple[int | None, ...]] = {
+            "covariance": (rows, mean.shape[1], mean.shape[1]),
+            "score": (rows,),
+            "last_update": (rows,),
+        }
+        if n_axes(self.acceleration, "acceleration") != 2 or np.size(self.acceleration):
+            shapes["acceleration"] = (rows, None)
+        columns: dict[str, FloatArray | IntArray] = {"time": time, "mean": mean}
+        columns |= {n: float_array(getattr(self, n), n, shape) for n, shape in shapes.items()}
+        columns |= {
+            n: int_array(getattr(self, n), n, (rows,)) for n in ("track", "status", "hits")
+        }
+        # Left out, it has as many rows as the others.
+        columns.setdefault("acceleration", np.empty((rows, 0)))
+        if np.any((columns["status"] < TENTATIVE) | (columns["status"] > COASTING)):
             raise InvalidInputError("status: expected 0, 1 or 2, as STATUSES counts them")
+        for name, values in columns.items():
+            object.__setattr__(self, name, values)
 
     def __len__(self) -> int:
         return int(self.time.shape[0])
@@ -112,6 +118,7 @@ class TrackTable:
     @classmethod
     def empty(cls, dim: int) -> "TrackTable":
         """Return a table without rows for objects in ``dim`` spatial dimensions."""
+        dim = checked_dimension(dim)
         none, nobody = np.empty(0), np.empty(0, dtype=np.int64)
         n = 2 * dim
         return cls(none, nobody, nobody, np.empty((0, n)), np.empty((0, n, n)), none, nobody, none)

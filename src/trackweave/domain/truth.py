@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackweave.arrays import FloatArray, float_array, require_finite
+from trackweave.arrays import FloatArray, float_array, n_axes, require_finite
 from trackweave.errors import InvalidInputError
 from trackweave.summaries import summary
 
@@ -30,6 +30,14 @@ class TruthTable:
         True position [m], shape (rows, dim), dim 2 or 3.
     velocity
         True velocity [m/s], shape (rows, dim), or None where it is not known.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> truth = tw.TruthTable.from_columns([1.0, 0.0], ["a", "a"], [[10.0, 0.0], [0.0, 0.0]])
+    >>> truth.time, truth.position  # s, m
+    (array([0., 1.]), array([[ 0.,  0.],
+           [10.,  0.]]))
     """
 
     time: FloatArray
@@ -84,6 +92,7 @@ class TruthTable:
             raise InvalidInputError(
                 f"position: {positions.shape[1]} columns; expected 2 or 3 spatial dimensions"
             )
+        n_axes(target, "target")
         names = np.asarray(target).astype(str).astype(object)
         if names.shape != (rows,):
             raise InvalidInputError(

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, is_number, is_whole, require_instance
+from trackweave.arrays import FloatArray, IntArray, require_instance
 from trackweave.association.problem import Certificate
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number, settle
 from trackweave.fusion._statistic import evaluate_all
 from trackweave.fusion.changes import Evidence, described
 from trackweave.fusion.complete import group_completely, require_equal_lists
@@ -52,6 +53,18 @@ class Association:
     n_pruned
         Tuples left out for want of room. The bound covers neither these nor pairs that were left
         out because both tracks have a far better partner.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> pictures = {n: tw.LocalPicture(n, 0.0, [1], state, spread) for n in ("A", "B")}
+    >>> associator = tw.TrackAssociator()
+    >>> association = associator.step(0.0, pictures, rng=np.random.default_rng(1))
+    >>> association.object  # both tracks are of object 1
+    array([1, 1])
     """
 
     time: float
@@ -128,6 +141,18 @@ class TrackAssociator:
     References
     ----------
     .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, section 1.3.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> pictures = {n: tw.LocalPicture(n, 0.0, [1], state, spread) for n in ("A", "B")}
+    >>> associator = tw.TrackAssociator()
+    >>> association = associator.step(0.0, pictures, rng=np.random.default_rng(1))
+    >>> association.object  # both tracks are of object 1
+    array([1, 1])
     """
 
     sensors: Sequence[str] = ()
@@ -148,6 +173,7 @@ class TrackAssociator:
     _next: int = field(init=False, repr=False, default=1)
 
     def __post_init__(self) -> None:
+        settle(self)
         self._require()
         names = list(self.sensors)
         self._histories = Histories(self.statistic, self.process_noise, self.patience, names)
@@ -165,14 +191,13 @@ class TrackAssociator:
             raise InvalidInputError(
                 f"sensors: {names}; expected at least two, each once, or none to take all"
             )
-        require_instance(self.statistic, Statistic, "statistic")
         if self.search is not None:
             require_solver(self.search, "search")
         if self.complete and self.statistic.kind != "chain":
             raise InvalidInputError(
                 f"statistic: kind {self.statistic.kind!r}; expected 'chain' for complete tuples"
             )
-        if not is_whole(self.breadth) or self.breadth < 1:
+        if self.breadth < 1:
             raise InvalidInputError(f"breadth: {self.breadth!r:.80}; expected a whole number ≥ 1")
         wrong = [
             ("process_noise", 0.0, np.inf, "a number ≥ 0 [m²/s³]"),
@@ -181,7 +206,7 @@ class TrackAssociator:
         ]
         for name, least, most, expected in wrong:
             value = getattr(self, name)
-            if not is_number(value) or not least <= value <= most:
+            if not least <= value <= most:
                 raise InvalidInputError(f"{name}: {value!r:.80}; expected {expected}")
 
     def step(
@@ -208,8 +233,8 @@ class TrackAssociator:
         InvalidInputError
             If times go back, or a picture does not fit; nothing has changed then.
         """
-        if not is_number(time):
-            raise InvalidInputError(f"time: {time!r:.80}; expected a finite number")
+        time = checked_number(time, "time")
+        require_instance(pictures, Mapping, "pictures")
         rng = generator_of(rng)
         histories = self._histories
         if self.complete:
@@ -224,7 +249,7 @@ class TrackAssociator:
         histories.held[live.row] = new.object
         self._before, self._next = np.unique(new.object), new.next_number
         return Association(
-            time=float(time),
+            time=time,
             names=tuple(histories.names),
             sensor=live.sensor,
             track=histories.tracks(live),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, float_array, is_number, require_finite
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["BIASES", "UNITS", "BiasGradient", "BiasModel"]
 
@@ -58,6 +59,15 @@ class BiasModel:
     ------
     InvalidInputError
         If a name is unknown, there twice or goes with another, or a number is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> model = tw.BiasModel(estimate=("translation", "clock"), prior={"clock": 0.5})  # s
+    >>> model.names(2)
+    ('translation_x', 'translation_y', 'rotation', 'range', 'azimuth', 'clock')
+    >>> model.is_estimated(2)
+    array([ True,  True, False, False, False,  True])
     """
 
     estimate: tuple[str, ...] = ("translation", "rotation", "clock")
@@ -65,6 +75,7 @@ class BiasModel:
     prior: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        settle(self)
         names = tuple(self.estimate)
         if not names or not set(names) <= set(BIASES) or len(set(names)) < len(names):
             raise InvalidInputError(

@@ -35,7 +35,23 @@ _LAGS = 20
 
 
 class NotObservableError(InvalidInputError):
-    """The tracks do not tell a bias, or one bias from another; the message says which."""
+    """The tracks do not tell a bias, or one bias from another; the message says which.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> still = {
+    ...     name: [tw.LocalPicture(name, t, [1], state, spread) for t in (0.0, 1.0)]
+    ...     for name in "AB"
+    ... }
+    >>> tw.register(still["A"], still["B"], process_noise=0.1, pairs=[[1, 1]])
+    Traceback (most recent call last):
+        ...
+    trackweave.fusion.bias_fit.NotObservableError: registration: clock cannot be told: ...
+    """
 
 
 class Differences(NamedTuple):

@@ -15,6 +15,7 @@ from trackweave.arrays import (
     require_instance,
 )
 from trackweave.errors import InvalidInputError, NumericalError
+from trackweave.fields import checked_count, settle
 from trackweave.fusion._intersection import Locals, intersection_weights
 
 __all__ = ["COMBINATIONS", "Combination", "SharedPrior", "combine"]
@@ -52,6 +53,15 @@ class SharedPrior:
     ------
     InvalidInputError
         If shapes do not fit or a covariance is not symmetric and positive definite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> prior = tw.SharedPrior.common(mean=[0.0], covariance=[[4.0]], n_local=2)
+    >>> mean, covariance = np.array([[1.0], [1.0]]), np.full((2, 1, 1), 2.0)
+    >>> tw.combine(mean, covariance, "information-matrix", prior=prior)
+    (array([1.33333333]), array([[1.33333333]]))
     """
 
     mean: FloatArray
@@ -83,7 +93,9 @@ class SharedPrior:
         -------
         The prior of one object.
         """
-        centre, spread = np.asarray(mean), np.asarray(covariance)
+        n_local = checked_count(n_local, "n_local", 1)
+        centre = float_array(mean, "prior, mean", (None,))
+        spread = float_array(covariance, "prior, covariance", (centre.shape[0],) * 2)
         return cls(
             centre[None], spread[None],
             np.tile(centre, (n_local, 1)), np.tile(spread, (n_local, 1, 1)),
@@ -124,12 +136,22 @@ class Combination:
     .. [2] Franken, Hüpper, *Improved fast covariance intersection for distributed data fusion*,
        Fusion 2005.
     .. [3] Chong, Mori, Chang, *Distributed multitarget multisensor tracking*, 1990.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> mean = np.array([[0.0], [2.0]])  # two estimates of one number
+    >>> covariance = np.array([[[1.0]], [[1.0]]])
+    >>> tw.combine(mean, covariance, tw.Combination("covariance-intersection"))
+    (array([1.]), array([[1.]]))
     """
 
     method: str = "convex"
     criterion: str = "determinant"
 
     def __post_init__(self) -> None:
+        settle(self)
         if self.method not in COMBINATIONS:
             raise InvalidInputError(
                 f"method: {self.method!r:.80}; expected one of {', '.join(COMBINATIONS)}"
@@ -242,10 +264,22 @@ def combine(
     Returns
     -------
     Mean and covariance, shapes (n,) and (n, n).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> mean = np.array([[0.0], [2.0]])  # two estimates of one number
+    >>> covariance = np.array([[[1.0]], [[3.0]]])
+    >>> tw.combine(mean, covariance)  # errors taken to be independent
+    (array([0.5]), array([[0.75]]))
+    >>> tw.combine(mean, covariance, "fast-covariance-intersection")
+    (array([0.2]), array([[1.2]]))
     """
     how = Combination(method) if isinstance(method, str) else method
     require_instance(how, Combination, "method")
-    fused, spread = how(mean, covariance, [0, len(np.asarray(mean))], prior)
+    local = float_array(mean, "mean", (None, None))
+    fused, spread = how(local, covariance, [0, local.shape[0]], prior)
     return fused[0], spread[0]
 
 

@@ -7,8 +7,9 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from trackweave.arrays import IntArray, is_whole
+from trackweave.arrays import IntArray
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["Confirmation"]
 
@@ -36,13 +37,23 @@ class Confirmation:
     References
     ----------
     .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, section 2.5.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> rule = tw.Confirmation.parse("2/3")
+    >>> rule
+    Confirmation(needed=2, of=3)
+    >>> sorted(rule.declared([{("A1", "B7")}, set(), {("A1", "B7"), ("A2", "B4")}]))
+    [('A1', 'B7')]
     """
 
     needed: int = 3
     of: int = 4
 
     def __post_init__(self) -> None:
-        if not is_whole(self.needed) or not is_whole(self.of) or not self.needed <= self.of:
+        settle(self)
+        if not self.needed <= self.of:
             raise InvalidInputError(
                 f"needed, of: {self.needed!r:.80}, {self.of!r:.80}; expected whole numbers N ≤ M"
             )

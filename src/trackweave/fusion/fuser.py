@@ -8,6 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray, require_instance
 from trackweave.domain.tracks import COASTING, CONFIRMED, TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.filters.kalman import predicted
 from trackweave.fusion.associator import Association, TrackAssociator
 from trackweave.fusion.combine import Combination, SharedPrior
@@ -37,6 +38,17 @@ class FusedPicture:
         has taken; ``last_update`` is the time of the last of them.
     association
         Which local track is of which object, and why that changed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> pictures = {n: tw.LocalPicture(n, 0.0, [1], state, spread) for n in ("A", "B")}
+    >>> picture = tw.TrackFuser().step(0.0, pictures, rng=np.random.default_rng(1))
+    >>> picture.time, picture.tracks.mean.tolist()  # s; m, m/s
+    (0.0, [[100.0, 50.0, 10.0, 0.0]])
     """
 
     time: float
@@ -99,6 +111,17 @@ class TrackFuser:
     -----
     "information-matrix" takes off each estimate what the same track had told before, predicted to
     now, so that only what was learned since counts.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> pictures = {n: tw.LocalPicture(n, 0.0, [1], state, spread) for n in ("A", "B")}
+    >>> picture = tw.TrackFuser().step(0.0, pictures, rng=np.random.default_rng(1))
+    >>> len(picture.tracks)  # one object, seen by both
+    1
     """
 
     associator: TrackAssociator = field(default_factory=TrackAssociator)
@@ -109,12 +132,10 @@ class TrackFuser:
     _known: _Known = field(init=False, repr=False, default_factory=_Known)
 
     def __post_init__(self) -> None:
-        require_instance(self.associator, TrackAssociator, "associator")
+        settle(self)
         how = self.combination
         self._how = Combination(how) if isinstance(how, str) else how
-        require_instance(self._how, Combination, "combination")
         for name, registration in self.registrations.items():
-            require_instance(registration, Registration, f"registrations, {name}")
             if registration.sensor != name:
                 raise InvalidInputError(
                     f"registrations, {name}: of sensor {registration.sensor}; expected that of "
@@ -145,6 +166,7 @@ class TrackFuser:
         InvalidInputError
             If times go back, or a picture does not fit; nothing has changed then.
         """
+        require_instance(pictures, Mapping, "pictures")
         right = {name: self._registered(name, picture) for name, picture in pictures.items()}
         association = self.associator.step(time, right, rng=rng)
         news = {

@@ -6,8 +6,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray, IntArray, float_array, int_array, is_number
+from trackweave.arrays import FloatArray, IntArray, float_array, int_array
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_dimension, checked_number, plain
 from trackweave.filters.kalman import predicted
 from trackweave.summaries import summary
 
@@ -39,6 +40,16 @@ class LocalPicture:
     InvalidInputError
         If shapes do not fit, a number is not finite, a track is there twice, or a covariance is
         missing, not symmetric or not positive definite. The message names sensor and track.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> picture = tw.LocalPicture("A", 0.0, [1], state, spread)  # at 0 s
+    >>> picture.predicted(2.0, process_noise=0.1).mean  # at 2 s
+    array([[120.,  50.,  10.,   0.]])
     """
 
     sensor: str
@@ -50,11 +61,11 @@ class LocalPicture:
     __repr__ = summary
 
     def __post_init__(self) -> None:
-        if not isinstance(self.sensor, str) or not self.sensor:
+        name = plain(self.sensor)
+        if not isinstance(name, str) or not name:
             raise InvalidInputError(f"sensor: {self.sensor!r:.80}; expected a name")
-        who = f"sensor {self.sensor}"
-        if not is_number(self.time):
-            raise InvalidInputError(f"{who}, time: {self.time!r:.80}; expected a finite number")
+        who = f"sensor {name}"
+        time = checked_number(self.time, f"{who}, time")
         track = int_array(self.track, f"{who}, track", (None,))
         mean = float_array(self.mean, f"{who}, mean", (track.shape[0], None))
         if mean.shape[1] not in {4, 6}:
@@ -71,9 +82,15 @@ class LocalPicture:
             self.covariance, f"{who}, covariance", (*mean.shape, mean.shape[1])
         )
         _require_tracks(who, track, mean, covariance)
-        cast = {"time": float(self.time), "track": track, "mean": mean, "covariance": covariance}
-        for name, value in cast.items():
-            object.__setattr__(self, name, value)
+        cast = {
+            "sensor": str(name),
+            "time": time,
+            "track": track,
+            "mean": mean,
+            "covariance": covariance,
+        }
+        for key, value in cast.items():
+            object.__setattr__(self, key, value)
 
     def __len__(self) -> int:
         return int(self.track.shape[0])
@@ -86,7 +103,7 @@ class LocalPicture:
     @classmethod
     def empty(cls, sensor: str, time: float, dim: int) -> Self:
         """Return the picture of a sensor that sees nothing."""
-        n = 2 * dim
+        n = 2 * checked_dimension(dim)
         return cls(
             sensor, time, np.empty(0, dtype=np.int64), np.empty((0, n)), np.empty((0, n, n))
         )
@@ -110,12 +127,14 @@ class LocalPicture:
         InvalidInputError
             If the time lies before the picture's, or a number is out of range.
         """
-        if not is_number(time) or time < self.time:
+        time = checked_number(time, "time")
+        process_noise = checked_number(process_noise, "process_noise", "a number ≥ 0 [m²/s³]")
+        if time < self.time:
             raise InvalidInputError(
                 f"sensor {self.sensor}: tracks of {self.time:g} s are wanted at {time!r:.80} s; "
                 "expected a time not before theirs"
             )
-        if not is_number(process_noise) or process_noise < 0.0:
+        if process_noise < 0.0:
             raise InvalidInputError(
                 f"process_noise: {process_noise!r:.80}; expected a number ≥ 0 [m²/s³]"
             )

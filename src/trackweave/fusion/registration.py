@@ -11,10 +11,10 @@ from trackweave.arrays import (
     IntArray,
     float_array,
     int_array,
-    is_number,
     require_instance,
 )
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_members, checked_number
 from trackweave.fusion.bias import BIASES, BiasModel
 from trackweave.fusion.bias_fit import (
     BiasFit,
@@ -58,6 +58,20 @@ class Registration:
     scale
         Factor on the covariance that the tracks turned out to need, beside what their own
         covariances say: about 1 where these are right.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> state = [[100.0, 50.0, 10.0, 0.0]]  # x, y [m], vx, vy [m/s]
+    >>> spread = np.diag([25.0, 25.0, 1.0, 1.0])[None]
+    >>> model = tw.BiasModel(estimate=("translation",))
+    >>> known = tw.Registration(
+    ...     "A", "B", model, np.array([5.0, 0.0, 0.0, 0.0, 0.0, 0.0]), np.zeros((6, 6)),
+    ...     np.array([[1, 1]]), np.ones(1), 1.0,
+    ... )
+    >>> known.apply(tw.LocalPicture("B", 0.0, [1], state, spread)).mean  # 5 m less
+    array([[95., 50., 10.,  0.]])
     """
 
     reference: str
@@ -183,13 +197,35 @@ def register(
         pair names a track that is in no picture.
     NotObservableError
         If the tracks do not tell a bias, or one from another; the message says which.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> def pictures(name, shift):
+    ...     state = np.array([[0.0, 0.0, 10.0, 0.0], [900.0, 400.0, 0.0, -8.0]])  # m, m/s
+    ...     spread = np.tile(np.diag([25.0, 25.0, 1.0, 1.0]), (2, 1, 1))
+    ...     for time in range(5):
+    ...         mean = state + [shift, 0.0, 0.0, 0.0]
+    ...         mean[:, :2] += time * state[:, 2:]
+    ...         yield tw.LocalPicture(name, time, [1, 2], mean, spread)
+    ...
+    >>> found = tw.register(
+    ...     list(pictures("A", 0.0)), list(pictures("B", 60.0)), process_noise=0.1,
+    ...     model=tw.BiasModel(estimate=("translation",)), pairs=[[1, 1], [2, 2]],
+    ... )
+    >>> found.bias.round(1)[:2]  # x, y [m]
+    array([60.,  0.])
     """
     model = BiasModel() if model is None else model
     require_instance(model, BiasModel, "model")
-    if not is_number(process_noise) or process_noise < 0.0:
+    process_noise = checked_number(process_noise, "process_noise", "a number ≥ 0 [m²/s³]")
+    if process_noise < 0.0:
         raise InvalidInputError(
             f"process_noise: {process_noise!r:.80}; expected a number ≥ 0 [m²/s³]"
         )
+    reference = checked_members(reference, LocalPicture, "reference")
+    other = checked_members(other, LocalPicture, "other")
     _require_pictures(reference, other)
     reference, other = _at_common_times(reference, other, process_noise)
     facts = learned(reference, process_noise), learned(other, process_noise)

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import chdtri
 
-from trackweave.arrays import FloatArray, float_array, is_number, is_whole, require_finite
+from trackweave.arrays import FloatArray, float_array, is_number, require_finite
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.fusion._statistic import (
     ALL_PAIRS,
     CHAIN,
@@ -72,6 +73,13 @@ class Statistic:
     References
     ----------
     .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (6), (7) and (9).
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> statistic = tw.Statistic(kind="fused-mean", memory="fading", factor=0.5)
+    >>> statistic.weights(3)  # from the oldest time to the newest
+    array([0.25, 0.5 , 1.  ])
     """
 
     kind: Literal["chain", "all-pairs", "fused-mean"] = "fused-mean"
@@ -83,20 +91,16 @@ class Statistic:
     inflation: float = 1.5
 
     def __post_init__(self) -> None:
-        names = {"kind": tuple(KINDS), "memory": MEMORIES, "correlation": REMEDIES}
-        for name, allowed in names.items():
-            value = getattr(self, name)
-            if value not in allowed:
-                raise InvalidInputError(f"{name}: {value!r:.80}; expected one of {allowed}")
-        if not is_whole(self.length) or self.length < 1:
+        settle(self)
+        if self.length < 1:
             raise InvalidInputError(f"length: {self.length!r:.80}; expected a whole number ≥ 1")
         for name in ("factor", "false_rejection"):
             value = getattr(self, name)
-            if not is_number(value) or not 0.0 < value < 1.0:
+            if not 0.0 < value < 1.0:
                 raise InvalidInputError(
                     f"{name}: {value!r:.80}; expected a number between 0 and 1"
                 )
-        if not is_number(self.inflation) or self.inflation <= 0.0:
+        if self.inflation <= 0.0:
             raise InvalidInputError(f"inflation: {self.inflation!r:.80}; expected a number > 0")
 
     @property

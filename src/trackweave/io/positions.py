@@ -7,6 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.fields import checked_number
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, read_numbers
 
@@ -145,7 +146,7 @@ def require_origin(origin: tuple[float, float], projection: Projection = "tangen
         If these are not two numbers within their ranges.
     """
     try:
-        latitude, longitude = (float(number) for number in origin)
+        latitude, longitude = (checked_number(number, "frame_origin") for number in origin)
     except (TypeError, ValueError) as err:
         raise InvalidInputError(
             f"frame_origin: {origin!r}; expected a latitude and a longitude [degrees]"

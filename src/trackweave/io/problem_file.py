@@ -94,6 +94,16 @@ def read_problem(source: TableSource) -> ProblemTable:
     DataFormatError
         If the table is no assignment problem, or has a bad row; the message names file, row (or
         line) and column, what was there and what was expected.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> table = tw.read_problem(pl.DataFrame({"i1": [1, 1], "i2": [1, 2], "cost": [-4.0, -6.0]}))
+    >>> len(table), table.n_items
+    (2, 3)
+    >>> table.problem().n_items
+    3
     """
     if not isinstance(source, str | os.PathLike):
         return _from_columns(RowChecks(load_table(source, may_be_empty=True)))

@@ -1,7 +1,7 @@
 """Tables of reports, from files and from other libraries."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import polars as pl
@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
@@ -112,6 +113,7 @@ def reports_in(
     -------
     The reports, sorted by time, then sensor, then row.
     """
+    checked_choice(frame_projection, "frame_projection", get_args(Projection))
     table, frame = with_time(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)

@@ -42,6 +42,20 @@ class LocalTracks:
         Number of tentative rows that do not take part.
     is_tentative
         Whether all rows are tentative ones, there being no others.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> local = tw.read_local_tracks(frame)
+    >>> len(local), local.tracks.track, local.tracks.mean
+    (1, array([7]), array([[0., 0., 1., 0.]]))
     """
 
     name: str
@@ -85,6 +99,19 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
     DataFormatError
         If the table is not one of tracks with covariances, a row is bad, or a track has two rows
         at one time.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> tw.read_local_tracks(frame).tracks.mean  # m, m/s
+    array([[0., 0., 1., 0.]])
     """
     table = with_time(load_table(source, may_be_empty=True))
     checks = RowChecks(table)

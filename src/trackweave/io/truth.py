@@ -95,6 +95,14 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
     ------
     DataFormatError
         If the table is not one of true positions, or has a bad row.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({"time": [0.0], "target": ["a"], "x": [1.0], "y": [2.0]})
+    >>> tw.read_truth(frame).position  # m
+    array([[1., 2.]])
     """
     checks = RowChecks(with_time(load_table(source)))
     there = _there(checks)
@@ -123,6 +131,19 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     ------
     DataFormatError
         If the table is not one of tracks, or has a bad row.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> tw.read_tracks(frame).target
+    array(['7'], dtype=object)
     """
     checks = RowChecks(with_time(load_table(source, may_be_empty=True)))
     if frame is not None:

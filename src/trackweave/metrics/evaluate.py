@@ -115,6 +115,14 @@ class Evaluation:
         Number of times over which OSPA(2) was taken.
     targets
         Each target's own record.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> truth = tw.TruthTable.from_columns([0.0, 1.0], ["a", "a"], [[0.0, 0.0], [10.0, 0.0]])
+    >>> found = tw.evaluate(truth, truth, cutoff=20.0)  # m
+    >>> found.gospa, found.idf1, found.switches
+    (0.0, 1.0, 0)
     """
 
     gospa: float | None
@@ -215,6 +223,15 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     ------
     InvalidInputError
         If the truth is empty, dimensions differ, or a parameter is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> truth = tw.TruthTable.from_columns([0.0, 1.0], ["a", "a"], [[0.0, 0.0], [10.0, 0.0]])
+    >>> tracks = tw.TruthTable.from_columns([0.0, 1.0], ["1", "1"], [[0.0, 3.0], [10.0, 3.0]])
+    >>> found = tw.evaluate(truth, tracks, cutoff=20.0)  # m
+    >>> found.rmse, found.mota, found.switches  # m
+    (3.0, 1.0, 0)
     """
     check_cutoff(cutoff)
     check_order(order)

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, float_array, require_finite
 from trackweave.errors import InvalidInputError
+from trackweave.fields import Limit, settle
 
 __all__ = ["Coverage", "FieldOfView", "everywhere"]
 
@@ -45,15 +46,24 @@ class FieldOfView:
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> # A sector of 90° about north, from 100 m to 20 km.
+    >>> view = tw.FieldOfView(min_range=100.0, max_range=20_000.0, azimuth_deg=(315, 45))
+    >>> view.coverage().bounds.round(3)  # m, m, rad, rad
+    array([1.000e+02, 2.000e+04, 5.498e+00, 1.571e+00])
     """
 
     position: tuple[float, float] = (0.0, 0.0)
     min_range: float = 0.0
-    max_range: float = np.inf
+    max_range: Limit = np.inf
     azimuth_deg: tuple[float, float] = (0.0, 360.0)
     polygon: Sequence[tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
+        settle(self)
         if not 0 <= self.min_range < self.max_range:
             raise InvalidInputError(
                 f"field of view: ranges {self.min_range} to {self.max_range}; "
@@ -63,7 +73,6 @@ class FieldOfView:
             raise InvalidInputError(
                 f"field of view: azimuth {self.azimuth_deg}; expected degrees from -360 to 720"
             )
-        require_finite(float_array(self.position, "position", (2,)), "position")
         if self.polygon is not None:
             corners = float_array(self.polygon, "polygon", (None, 2))
             require_finite(corners, "polygon")

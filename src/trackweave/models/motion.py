@@ -1,12 +1,15 @@
 """How objects move between reports."""
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, is_number
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_number, settle
 
 __all__ = [
     "CONSTANT_ACCELERATION",
@@ -23,10 +26,7 @@ __all__ = [
     "RandomWalk",
 ]
 
-CONSTANT_VELOCITY = 0
-CONSTANT_ACCELERATION = 1
-COORDINATED_TURN = 2
-RANDOM_WALK = 3
+CONSTANT_VELOCITY, CONSTANT_ACCELERATION, COORDINATED_TURN, RANDOM_WALK = 0, 1, 2, 3
 
 
 class MotionRule(NamedTuple):
@@ -113,14 +113,21 @@ class ConstantVelocity(_OneWay):
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> motion = tw.ConstantVelocity(process_noise=0.1, max_speed=20.0)  # boats: m²/s³, m/s
+    >>> motion.velocity_variance(2)  # of a new object, along an axis [m²/s²]
+    100.0
     """
 
     process_noise: float
     max_speed: float
 
     def __post_init__(self) -> None:
-        _check_noise(self, "process_noise", "m²/s³")
-        _check_bound(self, "max_speed", "m/s")
+        _check(self, "process_noise", "m²/s³")
+        _check(self, "max_speed", "m/s", operator.gt)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +148,13 @@ class ConstantAcceleration(_OneWay):
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> motion = tw.ConstantAcceleration(process_noise=0.5, max_speed=40.0, max_acceleration=6.0)
+    >>> motion.velocity_variance(2)  # of a new object, along an axis [m²/s²]
+    400.0
     """
 
     process_noise: float
@@ -148,9 +162,9 @@ class ConstantAcceleration(_OneWay):
     max_acceleration: float
 
     def __post_init__(self) -> None:
-        _check_noise(self, "process_noise", "m²/s⁵")
-        _check_bound(self, "max_speed", "m/s")
-        _check_bound(self, "max_acceleration", "m/s²")
+        _check(self, "process_noise", "m²/s⁵")
+        _check(self, "max_speed", "m/s", operator.gt)
+        _check(self, "max_acceleration", "m/s²", operator.gt)
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +187,13 @@ class CoordinatedTurn(_OneWay):
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> motion = tw.CoordinatedTurn(1.0, 1e-5, max_speed=300.0, max_turn_rate=0.05)
+    >>> motion.velocity_variance(2)  # m²/s²
+    22500.0
     """
 
     process_noise: float
@@ -181,10 +202,10 @@ class CoordinatedTurn(_OneWay):
     max_turn_rate: float
 
     def __post_init__(self) -> None:
-        _check_noise(self, "process_noise", "m²/s³")
-        _check_noise(self, "turn_noise", "rad²/s³")
-        _check_bound(self, "max_speed", "m/s")
-        _check_bound(self, "max_turn_rate", "rad/s")
+        _check(self, "process_noise", "m²/s³")
+        _check(self, "turn_noise", "rad²/s³")
+        _check(self, "max_speed", "m/s", operator.gt)
+        _check(self, "max_turn_rate", "rad/s", operator.gt)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,14 +224,20 @@ class RandomWalk(_OneWay):
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> tw.RandomWalk(process_noise=1.0, max_speed=5.0).process_noise  # m²/s
+    1.0
     """
 
     process_noise: float
     max_speed: float
 
     def __post_init__(self) -> None:
-        _check_noise(self, "process_noise", "m²/s")
-        _check_bound(self, "max_speed", "m/s")
+        _check(self, "process_noise", "m²/s")
+        _check(self, "max_speed", "m/s", operator.gt)
 
 
 Mode: TypeAlias = ConstantVelocity | ConstantAcceleration | CoordinatedTurn | RandomWalk
@@ -240,16 +267,23 @@ class Imm:
     ----------
     .. [1] H. A. P. Blom, Y. Bar-Shalom, *The interacting multiple model algorithm for systems
        with Markovian switching coefficients*, 1988. doi:10.1109/9.1299
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> modes = [tw.ConstantVelocity(noise, max_speed=20.0) for noise in (0.01, 5.0)]
+    >>> motion = tw.Imm(modes, sojourn_time=(60.0, 20.0))  # s
+    >>> motion.rule(2).share  # of the time in each
+    array([0.75, 0.25])
     """
 
     models: tuple[Mode, ...]
     sojourn_time: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        models, times = tuple(self.models), tuple(self.sojourn_time)
-        object.__setattr__(self, "models", models)
-        object.__setattr__(self, "sojourn_time", times)
-        if len(models) < 2 or not all(isinstance(model, Mode) for model in models):
+        settle(self)
+        models, times = self.models, self.sojourn_time
+        if len(models) < 2:
             names = ", ".join(type(model).__name__ for model in models)
             raise InvalidInputError(f"models: [{names}]; expected two or more ways to move")
         if len(times) != len(models):
@@ -257,7 +291,7 @@ class Imm:
                 f"sojourn_time: {len(times)} times for {len(models)} models; expected one each"
             )
         for time in times:
-            if not (is_number(time) and time > 0):
+            if not time > 0:
                 raise InvalidInputError(
                     f"sojourn_time: {time!r:.80}; expected finite numbers > 0 in s"
                 )
@@ -291,16 +325,15 @@ class Imm:
 Motion: TypeAlias = Mode | Imm
 
 
-def _check_noise(model: Mode, name: str, unit: str) -> None:
-    value = getattr(model, name)
-    if not (is_number(value) and value >= 0):
-        raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite number ≥ 0 in {unit}")
-
-
-def _check_bound(model: Mode, name: str, unit: str) -> None:
-    value = getattr(model, name)
-    if not (is_number(value) and value > 0):
-        raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite number > 0 in {unit}")
+def _check(
+    model: Mode, name: str, unit: str, fits: Callable[[float, float], bool] = operator.ge
+) -> None:
+    """Bring a field to a number that is at least zero, or above it."""
+    expected = f"a finite number {'≥' if fits is operator.ge else '>'} 0 in {unit}"
+    value = checked_number(getattr(model, name), name, expected)
+    if not fits(value, 0.0):
+        raise InvalidInputError(f"{name}: {value}; expected {expected}")
+    object.__setattr__(model, name, value)
 
 
 def _ball_variance(radius: float, dim: int) -> float:

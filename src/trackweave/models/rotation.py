@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["Rotation"]
 
@@ -26,6 +27,14 @@ class Rotation:
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> rotation = tw.Rotation(period=4.0)  # s
+    >>> np.degrees(rotation.azimuth(1.0))  # clockwise from north
+    np.float64(90.0)
     """
 
     period: float
@@ -33,10 +42,9 @@ class Rotation:
     direction: int = 1
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.period) and self.period > 0):
+        settle(self)
+        if not self.period > 0:
             raise InvalidInputError(f"rotation: period {self.period}; expected a number > 0 in s")
-        if not np.isfinite(self.phase):
-            raise InvalidInputError(f"rotation: phase {self.phase}; expected a finite angle")
         if self.direction not in (1, -1):
             raise InvalidInputError(f"rotation: direction {self.direction}; expected 1 or -1")
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, name_text
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_dimension, plain, settle
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
@@ -52,6 +53,21 @@ class Sensor:
     ------
     InvalidInputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> radar = tw.Sensor(
+    ...     "radar",
+    ...     sigma=(50.0, 0.003),  # m, rad
+    ...     measurement=tw.MeasurementKind.RANGE_AZIMUTH,
+    ...     detection_probability=0.9,
+    ...     clutter_density=1e-5,  # per m·rad and scan
+    ...     scan_period=4.0,  # s
+    ...     field_of_view=tw.FieldOfView(max_range=20_000.0),  # m
+    ... )
+    >>> radar.sigmas(2)
+    array([5.e+01, 3.e-03])
     """
 
     name: str
@@ -67,21 +83,21 @@ class Sensor:
     identity_error: float = 0.01
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "name", name_text(plain(self.name), "name"))
+        settle(self)
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
-        if sigmas.size == 0 or not np.all(np.isfinite(sigmas) & (sigmas > 0)):
+        if sigmas.size == 0 or not np.all(sigmas > 0):
             raise InvalidInputError(f"sigma: {self.sigma}; expected numbers > 0")
         for name in ("detection_probability", "identity_error"):
             if not 0 < getattr(self, name) < 1:
                 raise InvalidInputError(f"{name}: {getattr(self, name)}; expected between 0 and 1")
         for name in ("clutter_density", "scan_period"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
+            if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
         if self.measurement is MeasurementKind.RANGE_RATE:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
-        if self.position is not None and (
-            len(self.position) not in {2, 3} or not np.all(np.isfinite(self.position))
-        ):
+        if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
 
     @property
@@ -109,6 +125,7 @@ class Sensor:
         InvalidInputError
             If the sensor was given another number of them.
         """
+        dim = checked_dimension(dim)
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
         size = self.measurement.n_components(dim)
         if sigmas.size not in (1, size):

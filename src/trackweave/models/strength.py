@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["StrengthModel"]
 
@@ -28,6 +29,14 @@ class StrengthModel:
     ------
     InvalidInputError
         If a value is not finite or a sigma is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> model = tw.StrengthModel(20.0, 3.0, 10.0, 3.0)  # dB
+    >>> model.evidence(np.array([10.0, 15.0, 20.0])).round(2)  # nats
+    array([-5.56,  0.  ,  5.56])
     """
 
     target_mean: float
@@ -36,9 +45,10 @@ class StrengthModel:
     clutter_sigma: float
 
     def __post_init__(self) -> None:
+        settle(self)
         for name in ("target_mean", "clutter_mean", "target_sigma", "clutter_sigma"):
             value = getattr(self, name)
-            if not np.isfinite(value) or (name.endswith("sigma") and value <= 0):
+            if name.endswith("sigma") and value <= 0:
                 raise InvalidInputError(
                     f"strength: {name} {value}; expected a finite number, a sigma above 0"
                 )

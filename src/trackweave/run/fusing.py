@@ -54,6 +54,21 @@ class FusionResult(Result, Generic[Table]):
         The record: configuration as used, each update's cost and bound, changes, totals.
     values
         The same as values of the library.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> import trackweave as tw
+    >>> frame = pl.DataFrame({
+    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
+    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
+    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
+    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
+    ... })
+    >>> fused = tw.fuse({"A": frame, "B": frame}, rng=np.random.default_rng(1))
+    >>> fused.tracks.select("track", "status", "x", "y").rows()
+    [(1, 'confirmed', 0.0, 0.0)]
     """
 
     tracks: Table
@@ -172,6 +187,8 @@ def fuse(
     >>> tw.fuse({"radar": radar, "lidar": lidar}).run["totals"]["common_objects"]
     1
     """
+    if progress is not None and not callable(progress):
+        raise InvalidInputError(f"progress: {progress!r:.80}; expected something to call, or None")
     generator = generator_of(rng)
     order = config if isinstance(config, FusionOrder) else order_of(config)
     tables = {name: _table(source) for name, source in _named(tracks).items()}

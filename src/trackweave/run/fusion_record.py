@@ -9,6 +9,7 @@ import numpy as np
 from trackweave.fusion.registration import Registration
 from trackweave.io.tracks_in import LocalTracks
 from trackweave.run.fusion_log import FusionLog
+from trackweave.run.record import certainty_of
 
 if TYPE_CHECKING:
     from trackweave.run.fusing import FusionValues
@@ -94,7 +95,6 @@ def _registered(found: Registration) -> dict[str, Any]:
 def _totals(
     tables: Mapping[str, LocalTracks], values: "FusionValues", log: FusionLog
 ) -> dict[str, Any]:
-    gaps = np.array([scan["gap"] for scan in log.scans])
     kinds = [change["kind"] for change in log.changes]
     return {
         "sensors": len(tables),
@@ -105,7 +105,5 @@ def _totals(
         "merged": kinds.count("merged"),
         "split": kinds.count("split"),
         "left_out_rows": sum(table.n_left_out for table in tables.values()),
-        "proven_updates": int(np.count_nonzero(gaps <= 1e-9)),
-        "mean_gap": float(gaps.mean()) if gaps.size else None,
-        "worst_gap": float(gaps.max()) if gaps.size else None,
+        **certainty_of(log.scans, "updates"),
     }

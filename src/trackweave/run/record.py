@@ -1,18 +1,20 @@
 """The record of a run, as in run.json."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
+from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
 from trackweave.run.merging import MergedReports
 
-__all__ = ["record_of", "with_file", "with_seed"]
+__all__ = ["certainty_of", "record_of", "with_file", "with_seed"]
 
 
 def record_of(
@@ -62,7 +64,7 @@ def record_of(
             "tracks": len(set(assignment.values())),
             "amendments": len(log.amendments),
             "evaluations": sum(scan["evaluations"] for scan in log.scans),
-            **_certainty(log),
+            **certainty_of(log.scans, "scans"),
             **_haste(log),
         },
         "merged_reports": merged.listed(reports, assignment),
@@ -84,6 +86,41 @@ def record_of(
             "scans": log.timing,
         },
     }
+
+
+def certainty_of(entries: Sequence[Mapping[str, Any]], what: str) -> dict[str, Any]:
+    """Return how sure the answers of scans or updates are.
+
+    Parameters
+    ----------
+    entries
+        Cost, bound, gap and status of each.
+    what
+        What they are called, in the plural.
+
+    Returns
+    -------
+    How many are proven, the mean and the worst gap, and the greatest distance from a bound
+    [nats]; None where nothing is known. A cost near zero makes a large gap of a small distance:
+    so costs are the weights of the mean.
+    """
+    cost, bound, gap = (
+        np.array([entry[key] for entry in entries], dtype=float)
+        for key in ("cost", "lower_bound", "gap")
+    )
+    known = np.isfinite(cost) & np.isfinite(bound)
+    size, distance = np.abs(cost[known]), np.maximum(cost[known] - bound[known], 0.0)
+    gap = gap[np.isfinite(gap)]
+    return {
+        f"proven_{what}": sum(entry["status"] == Status.OPTIMAL for entry in entries),
+        "mean_gap": _mean_gap(size, distance) if size.size else None,
+        "worst_gap": float(gap.max()) if gap.size else None,
+        "worst_distance": float(distance.max()) if distance.size else None,
+    }
+
+
+def _mean_gap(size: FloatArray, distance: FloatArray) -> float:
+    return relative_gap(float(size.sum()), float(size.sum() - distance.sum()))
 
 
 def with_file(record: dict[str, Any], path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -138,17 +175,6 @@ def _input(reports: ReportTable) -> dict[str, Any]:
         "last_time": float(reports.time[-1]),
         "frame_origin": None if frame is None else [frame.latitude_deg, frame.longitude_deg],
         "frame_projection": None if frame is None else frame.projection,
-    }
-
-
-def _certainty(log: ScanLog) -> dict[str, Any]:
-    """Return how sure the windows' answers are: proven ones, and the mean and worst gap."""
-    gaps = np.array([scan["gap"] for scan in log.scans if scan["gap"] is not None], dtype=float)
-    gaps = gaps[np.isfinite(gaps)]
-    return {
-        "proven_scans": int(np.count_nonzero(gaps <= 1e-9)),
-        "mean_gap": float(gaps.mean()) if gaps.size else None,
-        "worst_gap": float(gaps.max()) if gaps.size else None,
     }
 
 

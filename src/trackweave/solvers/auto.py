@@ -6,12 +6,13 @@ import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.randomness import RandomSource, generator_of
+from trackweave.fields import settle
+from trackweave.randomness import RandomSource
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
 from trackweave.solvers.exact.exact import begin, branch, go_on
 from trackweave.solvers.local import Annealing
-from trackweave.solvers.protocol import Hint, Stop, require_kinds
+from trackweave.solvers.protocol import Hint, Stop, child_of
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Auto"]
@@ -46,13 +47,25 @@ class Auto:
     ------
     InvalidInputError
         If a number is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Auto(), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     evaluations: int = 100_000
     branches: int = 50
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         for name in ("evaluations", "branches"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name}: {getattr(self, name)}; expected a number ≥ 0")
@@ -66,7 +79,7 @@ class Auto:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the best answer found; see ``Solver``."""
-        source = generator_of(rng).spawn(1)[0]
+        source = child_of(rng)
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
         effort = _Effort(relaxation, source, hint, stop, evaluations)
         if not stopped:

@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.randomness import RandomSource
 from trackweave.solvers._dual import (
     NARROWING,
@@ -17,7 +18,7 @@ from trackweave.solvers._enumeration import enumerate_open
 from trackweave.solvers._narrowing import narrowed, whole, write_taken
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
-from trackweave.solvers.protocol import Hint, Stop, require_kinds
+from trackweave.solvers.protocol import Hint, Stop, require_stop
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Dual"]
@@ -31,7 +32,7 @@ SLICE_NODES = 2_000
 SLICE_WORK = 200_000
 """Sequences priced between two looks at the clock, in a component that is larger."""
 TOLERANCE = 1e-9
-"""A gap below this is rounding [nats]."""
+"""A gap below this part of the usual cost is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +66,25 @@ class Dual:
     .. [2] F. Barahona, R. Anbil, *The volume algorithm*, 2000. doi:10.1007/s101070050002
     .. [3] Y. Nesterov, *Smooth minimization of non-smooth functions*, 2005.
        doi:10.1007/s10107-004-0552-5
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Dual(), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     iterations: int = 2_000
     visits: int = 20_000
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         if self.iterations < 1 or self.visits < 0:
             raise InvalidInputError(
                 f"Dual: {self.iterations} iterations, {self.visits} visits; expected ≥ 1 and ≥ 0"
@@ -104,6 +117,7 @@ class Dual:
         The relaxation with further levels, how many bounds were computed and steps of the
         enumeration taken, and whether it was stopped.
         """
+        require_stop(stop)
         evaluations, stopped = self.bound(relaxation.rest, stop)
         left = self.iterations - QUICK
         for turn, stretch in enumerate(STRETCHES):
@@ -143,7 +157,7 @@ class Dual:
     def _enumerate(self, components: Components, stop: Stop | None) -> tuple[int, bool]:
         """Search the open components through; return how many visits, and if it was stopped."""
         visits = 0
-        for index in components.open().tolist():
+        for index in components.inexact().tolist():
             if stop is not None and stop():
                 return visits, True
             cost, complete, tried = enumerate_open(

@@ -17,6 +17,17 @@ class Greedy:
 
     Items that must be covered and are left at the end take their cheapest free sequence. The
     bound is what every family could have alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Greedy(), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-6.0, -9.0)
+    >>> answer.tuples
+    array([[1, 2]])
     """
 
     def __call__(

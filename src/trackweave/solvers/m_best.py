@@ -8,7 +8,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.randomness import RandomSource, generator_of
+from trackweave.fields import settle
+from trackweave.randomness import RandomSource
 from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
@@ -19,8 +20,8 @@ from trackweave.solvers.protocol import (
     Hint,
     Solver,
     Stop,
+    child_of,
     refuse_parameters,
-    require_kinds,
     require_solver,
 )
 from trackweave.solvers.relaxation import Relaxation
@@ -46,6 +47,17 @@ class Ranking:
         How many, from the first on, are proven to be the cheapest that there are.
     is_complete
         Whether there are no others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> ranking = tw.MBest(hypotheses=3).rank(problem, rng=np.random.default_rng(1))
+    >>> ranking.cost, ranking.is_complete
+    (array([-7., -6., -4.]), False)
+    >>> ranking.probability.round(2)  # of each node of the problem
+    array([0.  , 0.74, 0.26, 0.  , 0.71])
     """
 
     answer: Answer
@@ -102,6 +114,15 @@ class MBest:
     ----------
     .. [1] R. L. Popp, K. R. Pattipati, Y. Bar-Shalom, *m-best S-D assignment algorithm with
        application to multitarget tracking*, 2001. doi:10.1109/7.913661
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> ranking = tw.MBest(hypotheses=3).rank(problem, rng=np.random.default_rng(1))
+    >>> ranking.cost, ranking.n_proven  # nats
+    (array([-7., -6., -4.]), 3)
     """
 
     hypotheses: int = 100
@@ -111,7 +132,7 @@ class MBest:
     solver: Solver = Dual()  # noqa: RUF009 frozen, so that it can be shared
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not 1 <= self.hypotheses <= 100_000, "hypotheses", "a whole number from 1 to 100000"),
             (not 0 < self.margin < np.inf, "margin", "a number > 0"),
@@ -130,7 +151,7 @@ class MBest:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the cheapest hypothesis, with probabilities; see ``Solver``."""
-        return self._search(problem, 1, generator_of(rng).spawn(1)[0], hint, stop)[0]
+        return self._search(problem, 1, child_of(rng), hint, stop)[0]
 
     def rank(
         self,
@@ -159,7 +180,7 @@ class MBest:
         what has to be covered.
         """
         answer, components, found = self._search(
-            problem, self.hypotheses, generator_of(rng).spawn(1)[0], hint, stop
+            problem, self.hypotheses, child_of(rng), hint, stop
         )
         if not np.isfinite(answer.cost):
             return Ranking(answer, (), np.empty(0), 0, False)
@@ -175,12 +196,13 @@ class MBest:
         hypotheses = [row[row >= 0] for row in nodes]
         cost = np.array([problem.base_cost + problem.total[row].sum() for row in hypotheses])
         ranks = np.argsort(cost, kind="stable")
-        sure = problem.base_cost + _sure_to(found)
+        sure = problem.base_cost + _sure_to(found) / components.scale
+        rounding = 1e-9 * max(1.0 / components.scale, abs(float(cost.min())))
         return Ranking(
             answer=answer,
             hypotheses=tuple(hypotheses[rank] for rank in ranks.tolist()),
             cost=cost[ranks],
-            n_proven=int(np.count_nonzero(cost <= sure + 1e-9 * max(1.0, abs(cost.min())))),
+            n_proven=int(np.count_nonzero(cost <= sure + rounding)),
             is_complete=all(part.is_all for part in found)
             and prod(piece.cost.shape[0] for piece in pieces) <= self.hypotheses,
         )
@@ -220,7 +242,8 @@ class MBest:
         if np.isfinite(answer.cost):
             for index, part in enumerate(found):
                 for piece in part.pieces:
-                    _add_probability(piece, _of_problem(components, index, piece), chance)
+                    weight = np.exp((piece.cost[0] - piece.cost) / components.scale)
+                    _add_probability(weight, _of_problem(components, index, piece), chance)
         return replace(answer, node_probability=chance), components, found
 
     def _pieces(
@@ -234,13 +257,13 @@ class MBest:
         """Return the cheapest selections of a component, and how many evaluations they took."""
         component, price = components.component(index), components.price[components.items(index)]
         known, evaluations = float(components.cost[index]), 0
-        requirement = components.problem.requirement
+        requirement, margin = components.problem.requirement, self.margin * components.scale
         # Answers that cover what they have to differ by less; those that do not, by more.
-        widest = np.inf if requirement is None else 0.5 * requirement.penalty
-        if known - bound_at(component, price) > self.margin / 8.0:
+        widest = np.inf if requirement is None else 0.5 * requirement.penalty * components.scale
+        if known - bound_at(component, price) > margin / 8.0:
             evaluations += _raise_bound(components, index, stop)
         enumeration = Enumeration(
-            component, price, self.hypotheses, least, self.margin, widest, self.visits, stop
+            component, price, self.hypotheses, least, margin, widest, self.visits, stop
         )
         pieces, visits = enumeration.run(known)
         evaluations += visits
@@ -275,10 +298,9 @@ def _of_problem(components: Components, index: int, piece: Piece) -> IntArray:
     return nodes
 
 
-def _add_probability(piece: Piece, nodes: IntArray, chance: FloatArray) -> None:
-    """Add how probable the problem's nodes are in a piece."""
-    weight = np.exp(piece.cost[0] - piece.cost)
-    weight /= weight.sum()
+def _add_probability(weight: FloatArray, nodes: IntArray, chance: FloatArray) -> None:
+    """Add how probable the nodes of a piece's selections are, which have these weights."""
+    weight = weight / weight.sum()
     is_taken = nodes >= 0
     np.add.at(chance, nodes[is_taken], np.broadcast_to(weight[:, None], nodes.shape)[is_taken])
     # Sums of many shares of one can come out above it by rounding.

@@ -190,8 +190,10 @@ class Partitioning:
         return AssignmentProblem(
             parent=place[component.parent[nodes]],
             item=component.item[nodes],
-            cost=whole.cost[parts.node[parts.node_start[self.index] + nodes]],
+            cost=whole.cost[parts.node[parts.node_start[self.index] + nodes]]
+            * self.components.scale,
             total=total[nodes],
             must_cover=must_cover,
             instant=whole.instant[parts.item_of[self.components.items(self.index)]],
+            unit=1.0,
         )

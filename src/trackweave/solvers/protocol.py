@@ -1,18 +1,26 @@
 """What a solver is, and what it may be told beforehand."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
-from functools import cache
-from typing import Any, Protocol, TypeAlias, get_type_hints
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, is_number, is_whole
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import RandomSource, generator_of
 from trackweave.summaries import summary
 
-__all__ = ["Hint", "Solver", "Stop", "refuse_parameters", "require_kinds", "require_solver"]
+__all__ = [
+    "Hint",
+    "Solver",
+    "Stop",
+    "child_of",
+    "refuse_parameters",
+    "require_solver",
+    "require_stop",
+]
 
 Stop: TypeAlias = Callable[[], bool]
 """Tells, every few milliseconds, whether to stop with the best answer so far."""
@@ -29,6 +37,16 @@ class Hint:
         when unknown.
     nodes
         An answer to a similar problem: last nodes of sequences, best disjoint; None when unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> first = tw.solve(problem, rng=np.random.default_rng(1))
+    >>> hint = tw.Hint(prices=first.prices, nodes=first.nodes)
+    >>> tw.solve(problem, tw.Dual(), rng=np.random.default_rng(1), hint=hint).cost  # nats
+    -7.0
     """
 
     prices: FloatArray | None = None
@@ -88,6 +106,43 @@ def require_solver(value: object, name: str) -> None:
         raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")
 
 
+def child_of(rng: RandomSource) -> np.random.Generator:
+    """Return a source of randomness of one's own; the given one is advanced by it.
+
+    Parameters
+    ----------
+    rng
+        The source that a caller gave.
+
+    Returns
+    -------
+    Its next child.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is neither a generator nor a seed.
+    """
+    return generator_of(rng).spawn(1)[0]
+
+
+def require_stop(stop: object) -> None:
+    """Refuse what cannot be asked whether to stop.
+
+    Parameters
+    ----------
+    stop
+        What was given as one, None for none.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is neither.
+    """
+    if stop is not None and not callable(stop):
+        raise InvalidInputError(f"stop: {stop!r:.80}; expected something to call, or None")
+
+
 def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) -> None:
     """Refuse a solver with a parameter out of range.
 
@@ -106,37 +161,3 @@ def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) ->
     for is_wrong, name, expected in wrong:
         if is_wrong:
             raise InvalidInputError(f"{name}: {getattr(solver, name)!r:.80}; expected {expected}")
-
-
-def require_kinds(solver: Any) -> None:
-    """Refuse a solver with a parameter of another kind than its field says.
-
-    Parameters
-    ----------
-    solver
-        A dataclass whose fields may be whole numbers, numbers, or true and false; fields of any
-        other type are left to the solver.
-
-    Raises
-    ------
-    InvalidInputError
-        If a parameter is of another kind.
-    """
-    kinds: dict[Any, tuple[Callable[[object], bool], str]] = {
-        int: (is_whole, "a whole number"),
-        float: (is_number, "a number"),
-        bool: (lambda value: isinstance(value, bool), "True or False"),
-    }
-    kind: Any = type(solver)
-    hints = _hints_of(kind)
-    for field in fields(solver):
-        fits, expected = kinds.get(hints[field.name], (None, ""))
-        value = getattr(solver, field.name)
-        if fits is not None and not fits(value):
-            raise InvalidInputError(f"{field.name}: {value!r:.80}; expected {expected}")
-
-
-@cache
-def _hints_of(kind: type) -> dict[str, Any]:
-    """Return the types of a class's fields: looking them up takes longer than solving a little."""
-    return get_type_hints(kind)

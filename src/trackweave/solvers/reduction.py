@@ -86,11 +86,9 @@ class Reduction:
         first = part.parts.node_start[:-1]
         if len(part):
             home = self._component(whole, self.node[part.parts.node[first]])
-            # What is proven of a part, perhaps by whole costs, stays proven in the whole.
-            proven = part.cost.copy()
-            proven[part.open()] = part.lower[part.open()]
             np.add.at(cost, home, part.cost)
-            np.add.at(lower, home, proven)
+            # What is proven of a part, perhaps by whole costs, stays proven in the whole.
+            np.add.at(lower, home, part.sure())
         taken = self._taken(part)
         self._absorb_prices(whole, part)
         for index in whole.open().tolist():
@@ -146,10 +144,11 @@ def _subproblem(
         AssignmentProblem(
             parent=np.where(above >= 0, place[above], -1),
             item=item.astype(np.int64),
-            cost=problem.cost[parts.node[node]],
+            cost=problem.cost[parts.node[node]] * components.scale,
             total=total[node],
             must_cover=problem.must_cover[items],
             instant=problem.instant[items],
+            unit=1.0,
         ),
         price_of[items],
         items,

@@ -57,13 +57,14 @@ class Relaxation:
         InvalidInputError
             If the hint does not fit the problem.
         """
+        components = Components.of(problem, hint, whole=whole)
         if hint is not None and hint.nodes is not None:
             nodes = int_array(hint.nodes, "hint.nodes", (None,))
             if np.any((nodes < 0) | (nodes >= problem.n_nodes)):
                 raise InvalidInputError(
                     f"hint.nodes: expected numbers from 0 to {problem.n_nodes - 1}"
                 )
-        return cls((Components.of(problem, hint, whole=whole),))
+        return cls((components,))
 
     @property
     def rest(self) -> Components:

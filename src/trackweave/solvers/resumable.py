@@ -11,11 +11,11 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.randomness import RandomSource, generator_of
+from trackweave.randomness import RandomSource
 from trackweave.solvers._kernels import Component, cheapest_first
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, child_of, require_stop
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Resumable", "Search", "SearchState", "Start", "View"]
@@ -226,7 +226,7 @@ class Resumable(ABC):
             queue=tuple(relaxation.rest.open().tolist()),
             search=None,
             seeds=tuple(seeds),
-            rng=generator_of(rng).spawn(1)[0],
+            rng=child_of(rng),
             evaluations=evaluations,
             stop_reason="",
         )
@@ -259,6 +259,7 @@ class Resumable(ABC):
             raise InvalidInputError(
                 f"evaluations: {evaluations!r:.80}; expected a whole number ≥ 0, or None"
             )
+        require_stop(stop)
         rest = state.relaxation.rest.copy()
         state = replace(state, relaxation=state.relaxation.with_rest(rest))
         left = np.inf if evaluations is None else evaluations
@@ -303,7 +304,7 @@ class Resumable(ABC):
             rng = copy.deepcopy(rng)
             seeds = [seed[families] for seed in state.seeds]
             known = components.taken[families], float(components.cost[index])
-            search = self._begin(view, Start(seeds, *known, rng=rng.spawn(1)[0]))
+            search = self._begin(view, Start(seeds, *known, rng=child_of(rng)))
         begun, reason = search.evaluations, ""
         while search.evaluations - begun < evaluations and not reason:
             left = evaluations - (search.evaluations - begun)
@@ -334,7 +335,7 @@ def _view(components: Components, index: int) -> View:
     items = components.items(index)
     return View(
         components.component(index),
-        problem.cost[nodes],
+        problem.cost[nodes] * components.scale,
         problem.instant[parts.item_of[items]],
         components.price[items],
         float(components.lower[index]),

@@ -13,7 +13,6 @@ from trackweave.arrays import (
     IntArray,
     is_number,
     is_whole,
-    name_text,
     require_instance,
 )
 from trackweave.association.growth_limits import GrowthLimits
@@ -21,6 +20,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_dimension, checked_members, plain
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
@@ -32,14 +32,9 @@ from trackweave.trackers.window import Window
 
 def checked_sensors(sensors: object) -> dict[str, Sensor]:
     """Return the sensors by name, the names as text."""
-    if isinstance(sensors, str) or not isinstance(sensors, Iterable):
-        raise InvalidInputError(f"sensors: {sensors!r:.80}; expected a list of sensors")
-    listed = list(sensors)
-    for place, sensor in enumerate(listed):
-        require_instance(sensor, Sensor, f"sensors[{place}]")
-    named = [replace(sensor, name=name_text(sensor.name, "sensors: name")) for sensor in listed]
-    known = {sensor.name: sensor for sensor in named}
-    if not known or len(known) < len(named):
+    listed = checked_members(sensors, Sensor, "sensors")
+    known = {sensor.name: sensor for sensor in listed}
+    if not known or len(known) < len(listed):
         raise InvalidInputError("sensors: expected at least one, and names that differ")
     return known
 
@@ -75,9 +70,10 @@ def checked_window(window: object) -> Window:
         return Window()
     if isinstance(window, Window):
         return window
-    if not is_whole(window):
+    depth = plain(window)
+    if not is_whole(depth):
         raise InvalidInputError(f"window: {window!r:.80}; expected a Window or a number of scans")
-    return Window(depth=window)  # type: ignore[arg-type] # the line above
+    return Window(depth=depth)
 
 
 def checked_priors(priors: TrackTable | None) -> TrackTable | None:
@@ -127,11 +123,10 @@ def checked_dim(
 ) -> int | None:
     """Return the number of dimensions as far as it is known before the first report."""
     if dim is not None:
-        if dim not in (2, 3):
-            raise InvalidInputError(f"dim: {dim!r:.80}; expected 2, 3 or None")
+        dim = checked_dimension(dim)
         if priors is not None and priors.dim != dim:
             raise InvalidInputError(f"priors of {priors.dim} dimensions; expected {dim}")
-        return 2 if dim == 2 else 3
+        return dim
     if priors is not None:
         return priors.dim
     kinds = {sensor.measurement for sensor in sensors.values()}

@@ -96,6 +96,21 @@ class FusedPlotsTracker(LiveTracker):
     ------
     InvalidInputError
         If the fuser is none, or the tracker has no ``step``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> sensors = [tw.Sensor(name, sigma=5.0, scan_period=1.0) for name in ("A", "B")]
+    >>> fuser = tw.PlotFuser(sensors, tw.PlotsRule(object_density=1e-6, lone_plots=True))
+    >>> inside = tw.MultiHypothesisTracker(
+    ...     motion=tw.ConstantVelocity(0.1, 30.0), sensors=fuser.fused_sensors(scan_period=1.0)
+    ... )
+    >>> tracker = tw.FusedPlotsTracker(fuser, inside)
+    >>> scans = [tw.Scan(time=0.0, sensor=name, measurement=[[7.0, 3.0]]) for name in ("A", "B")]
+    >>> hypothesis = tracker.step(scans, rng=np.random.default_rng(1))
+    >>> hypothesis.n_tuples, hypothesis.n_fused
+    (1, 1)
     """
 
     CHANGING: ClassVar = ("_members", "_more", "_used")

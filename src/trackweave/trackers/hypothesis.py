@@ -24,6 +24,14 @@ class Amendment:
         Number of the report, as in ``Hypothesis``.
     before, after
         Identifier of the track then and now; None for a false alarm.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> # Report 12 was of track 3 at first, and is a false alarm now.
+    >>> amendment = tw.Amendment(report=12, before=3, after=None)
+    >>> amendment.after is None
+    True
     """
 
     report: int
@@ -105,6 +113,23 @@ class Hypothesis:
     deadline_gap
         The gap that the search left open because it had to stop; 0 where it ended by itself,
         None without a deadline.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tracker = tw.MultiHypothesisTracker(
+    ...     motion=tw.ConstantVelocity(process_noise=0.1, max_speed=30.0),  # m²/s³, m/s
+    ...     sensors=[tw.Sensor("radar", sigma=5.0, clutter_density=1e-6, scan_period=1.0)],
+    ... )
+    >>> for time in range(4):  # an object at 20 m/s, heading east
+    ...     scan = tw.Scan(time=time, sensor="radar", measurement=[[20.0 * time, 0.0]])
+    ...     hypothesis = tracker.step(scan, rng=np.random.default_rng(time))
+    ...
+    >>> hypothesis.time, hypothesis.n_tracks, hypothesis.certificate.status
+    (3.0, 1, <Status.OPTIMAL: 'optimal'>)
+    >>> hypothesis.tracks.mean.round()  # m, m/s
+    array([[59.,  0., 20.,  0.]])
     """
 
     time: float

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-from trackweave.arrays import is_number, is_whole
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["Lifecycle"]
-
-_WHOLE = ("confirm_hits", "confirm_opportunities", "delete_after_misses")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +36,13 @@ class Lifecycle:
     ------
     InvalidInputError
         If a value is no number, or out of range.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> lifecycle = tw.Lifecycle(confirm_hits=2, confirm_opportunities=3)
+    >>> lifecycle.is_confirmed_by([1.0, 3.0]), lifecycle.is_confirmed_by([1.0, 4.0])
+    (True, False)
     """
 
     confirm_hits: int = 3
@@ -50,11 +55,7 @@ class Lifecycle:
     survival: float = 0.999
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            needed, what = (is_whole, "whole number") if name in _WHOLE else (is_number, "number")
-            if not needed(value) and not (value is None and name == "initial_target_density"):
-                raise InvalidInputError(f"{name}: {value!r:.80}; expected a finite {what}")
+        settle(self)
         if not 1 <= self.confirm_hits <= self.confirm_opportunities:
             raise InvalidInputError(
                 f"confirm: {self.confirm_hits}/{self.confirm_opportunities}; expected M/N with "

@@ -17,7 +17,7 @@ from trackweave.association.problem import Answer, Status
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_choice, checked_flag
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
@@ -99,6 +99,14 @@ class MultiHypothesisTracker(ScanByScan):
     References
     ----------
     .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> motion = tw.ConstantVelocity(process_noise=0.1, max_speed=30.0)  # m²/s³, m/s
+    >>> tracker = tw.MultiHypothesisTracker(motion=motion, sensors=[tw.Sensor("radar", sigma=5.0)])
+    >>> tracker.step(tw.Scan(time=0.0, sensor="radar", measurement=[[20.0, 0.0]])).time
+    0.0
     """
 
     CHANGING: ClassVar = (
@@ -123,14 +131,13 @@ class MultiHypothesisTracker(ScanByScan):
         max_ahead: float | None = MAX_AHEAD,
     ) -> None:
         require_parts(motion, search, lifecycle, limits)
-        if estimate not in ("average", "best"):
-            raise InvalidInputError(f"estimate: {estimate!r}; expected 'average' or 'best'")
+        checked_choice(estimate, "estimate", ("average", "best"))
         self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Auto()
-        by_bearings = not any(map(tells_place, self._sensors.values()))
-        usual = GrowthLimits.of_bearings() if by_bearings else GrowthLimits()
+        self._by_bearings = not any(map(tells_place, self._sensors.values()))
+        usual = GrowthLimits.of_bearings() if self._by_bearings else GrowthLimits()
         self._limits = limits or usual
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
@@ -138,29 +145,25 @@ class MultiHypothesisTracker(ScanByScan):
         self._window = checked_window(window)
         self._guard = ClockGuard.of(max_ahead, self._sensors.values())
         # Until the window is full, what no full one would hold is too late as well.
-        most = self._window.depth * self._period
-        self._horizon = self._guard.farthest_back(most)
+        self._horizon = self._guard.farthest_back(self._window.depth * self._period)
         self._used = UsedNumbers()
         self._pacer = Pacer()
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
-        self._unscented = bool(unscented)
+        self._unscented = checked_flag(unscented, "unscented")
         self._last: Hypothesis | None = None
         self._know_nothing(next_track=1)
 
     def _know_nothing(self, *, next_track: int) -> None:
         """Be as before the first scan; new tracks are numbered on from a name."""
-        sensors, lifecycle = self._sensors.values(), self._lifecycle
+        lifecycle, slowest = self._lifecycle, slowest_of(self._sensors.values())
         self._opener = Opener(self._motion, self._sensors, self._period)
-        self._open = OpenScans(self._window, *reference_of(slowest_of(sensors)))
+        self._open = OpenScans(self._window, *reference_of(slowest))
         new, initial = lifecycle.new_target_density, lifecycle.initial_target_density
-        self._undetected = Undetected(
-            new if initial is None or self._priors is not None else initial,
-            new,
-            self._motion.max_speed,
-            self._period,
-            by_bearings=not any(map(tells_place, sensors)),
-        )
+        if initial is None or self._priors is not None:
+            initial = new
+        pace = (self._motion.max_speed, self._period)
+        self._undetected = Undetected(initial, new, *pace, by_bearings=self._by_bearings)
         patience = (lifecycle.delete_after_misses + 1.0) * self._period
         self._past = Past(copy.copy(self._undetected), patience)
         self._ledger = Ledger(lifecycle, next_track)
@@ -173,9 +176,7 @@ class MultiHypothesisTracker(ScanByScan):
 
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
         """Forget all but which names and numbers were used; see `LiveTracker`."""
-        final = self.pending()
-        if not keeps_priors:
-            self._priors = None
+        final, self._priors = self.pending(), self._priors if keeps_priors else None
         self._know_nothing(next_track=self._ledger.next_track)
         return final
 
@@ -397,5 +398,5 @@ class MultiHypothesisTracker(ScanByScan):
         return Hint(prices=prices, nodes=self._chosen(tree))
 
     def _n_live(self, tree: AssociationTree) -> int:
-        """Return how many tracks are live."""
+        """Count the live tracks."""
         return sum(map(len, live_leaves(tree, self._dormant, by_belief=self._averaging)))

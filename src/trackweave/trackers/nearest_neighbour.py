@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from trackweave.arrays import IntArray, is_number
+from trackweave.arrays import IntArray
 from trackweave.association._nodes import ScanInput
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.states import states_at
@@ -14,6 +14,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_choice, checked_flag, checked_number
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
@@ -108,6 +109,18 @@ class NearestNeighbourTracker(ScanByScan):
     ----------
     .. [1] I. Wiranto, Z. Bonok, *Application of Ant System and Nearest Neighbor Kalman Filter for
        Multi Target Tracking in Multi Sensor Radar System*, 2018, eqs. (8)–(10).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tracker = tw.NearestNeighbourTracker(
+    ...     motion=tw.ConstantVelocity(process_noise=0.1, max_speed=30.0),  # m²/s³, m/s
+    ...     sensors=[tw.Sensor("radar", sigma=5.0, clutter_density=1e-6, scan_period=1.0)],
+    ... )
+    >>> scan = tw.Scan(time=0.0, sensor="radar", measurement=[[20.0, 5.0]])
+    >>> tracker.step(scan, rng=np.random.default_rng(1)).n_tracks
+    1
     """
 
     CHANGING: ClassVar = ("_opener", "_roster", "_tree", "_undetected", "_used")
@@ -127,12 +140,12 @@ class NearestNeighbourTracker(ScanByScan):
         max_ahead: float | None = MAX_AHEAD,
     ) -> None:
         require_parts(motion, None, lifecycle, None)
-        if pairing not in ("one-to-one", "nearest"):
-            raise InvalidInputError(
-                f"pairing: {pairing!r:.80}; expected 'one-to-one' or 'nearest'"
-            )
-        if gate is not None and not (is_number(gate) and gate > 0):
-            raise InvalidInputError(f"gate: {gate!r:.80}; expected a finite number > 0, or None")
+        checked_choice(pairing, "pairing", ("one-to-one", "nearest"))
+        if gate is not None:
+            expected = "a finite number > 0, or None"
+            gate = checked_number(gate, "gate", expected)
+            if not gate > 0:
+                raise InvalidInputError(f"gate: {gate}; expected {expected}")
         self._sensors = checked_sensors(sensors)
         self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
@@ -143,7 +156,7 @@ class NearestNeighbourTracker(ScanByScan):
         self._guard = ClockGuard.of(max_ahead, self._sensors.values())
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
-        self._unscented = bool(unscented)
+        self._unscented = checked_flag(unscented, "unscented")
         self._used = UsedNumbers()
         self._last: Hypothesis | None = None
         self._rows: TrackTable | None = None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, float_array, require_finite, require_instance
+from trackweave.arrays import FloatArray, IntArray, float_array, require_finite
 from trackweave.association.plots_rule import PlotsRule
 from trackweave.association.problem import Answer, Certificate, Status
 from trackweave.association.scan_plots import plots_of
@@ -15,6 +15,7 @@ from trackweave.association.sensor_plots import SensorPlots
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.fields import checked_count, checked_members, settle
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
 from trackweave.models.motion import Motion
@@ -124,6 +125,19 @@ class PlotFuser:
     ----------
     .. [1] I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter
        for multi target tracking in multi sensor radar system*, ARPN, 2018, eqs. (1) and (2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> sensors = [tw.Sensor(name, sigma=5.0, clutter_density=1e-6) for name in ("A", "B")]
+    >>> fuser = tw.PlotFuser(sensors, tw.PlotsRule(object_density=1e-6))
+    >>> scans = [
+    ...     tw.Scan(time=0.0, sensor="A", measurement=[[7.0, 3.0]]),
+    ...     tw.Scan(time=0.0, sensor="B", measurement=[[9.0, 3.0]]),
+    ... ]
+    >>> fuser(scans, rng=np.random.default_rng(1)).scan.measurement  # m
+    array([[8., 3.]])
     """
 
     sensors: Sequence[Sensor]
@@ -135,16 +149,13 @@ class PlotFuser:
     dim: int | None = None
 
     def __post_init__(self) -> None:
-        require_instance(self.rule, PlotsRule, "rule")
+        settle(self)
         require_solver(self.search, "search")
-        if self.motion is not None and not isinstance(self.motion, Motion):
-            raise InvalidInputError(f"motion: {self.motion!r:.80}; expected a motion model")
         known = checked_sensors(self.sensors)
         object.__setattr__(self, "sensors", tuple(known.values()))
         object.__setattr__(self, "dim", checked_dim(self.dim, None, known))
         for name in ("volumes", "ignored_widths"):
             given = getattr(self, name)
-            require_instance(given, Mapping, name)
             for sensor in given:
                 if sensor not in known:
                     names = ", ".join(sorted(known))
@@ -188,6 +199,7 @@ class PlotFuser:
             If scans are not of different known sensors, or do not fit them or each other.
         """
         rng = generator_of(rng)
+        first = checked_count(first_report, "first_report")
         looked = _numbered(self.checked(scans))
         time = max(scan.time for scan in looked)
         known = self._dimensions(looked)
@@ -209,7 +221,7 @@ class PlotFuser:
                 # An empty scan that fits every tracker, where nothing tells the dimensions.
                 measurement=tuples.positions[chosen] if known else np.empty((0, 0)),
                 covariance=tuples.covariances[chosen] if known else None,
-                report=first_report + np.arange(chosen.shape[0]),
+                report=first + np.arange(chosen.shape[0]),
                 identity=identities_of(looked, tuples.tuples[chosen]),
             ),
             members=tuple(held),
@@ -238,12 +250,9 @@ class PlotFuser:
         InvalidInputError
             If there is none, or they are not of different known sensors.
         """
-        if isinstance(scans, Scan) or not isinstance(scans, Iterable):
-            raise InvalidInputError(f"scans: {scans!r:.80}; expected a list of scans")
+        looked = checked_members(scans, Scan, "scans")
         place = {sensor.name: number for number, sensor in enumerate(self.sensors)}
-        looked = list(scans)
-        for number, scan in enumerate(looked):
-            require_instance(scan, Scan, f"scans[{number}]")
+        for scan in looked:
             if scan.sensor not in place:
                 known = ", ".join(sorted(place))
                 raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from trackweave.arrays import FloatArray, IntArray, is_number, require_instance
+from trackweave.arrays import FloatArray, IntArray, require_instance
 from trackweave.association.plots_rule import ScoredTuples
 from trackweave.association.problem import AssignmentProblem, Certificate
 from trackweave.association.sampling import Draws, Sampling
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Solver, Stop, require_solver
@@ -53,6 +54,22 @@ class FoundObjects:
         Its cost, and a proven bound.
     draws
         Answers drawn by their probability, from which all but the last two come.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> plots = [
+    ...     tw.SensorPlots([[x, 0.0], [x + 500.0, 0.0]], sigma=10.0, volume=1e8, false_alarms=0.1)
+    ...     for x in (0.0, 6.0)
+    ... ]
+    >>> found = tw.PlotsRule(object_density=1e-6)(plots)  # objects per m²
+    >>> objects = tw.ObjectFinder(cutoff=50.0)(found, rng=np.random.default_rng(1))
+    >>> objects.positions.round()  # m
+    array([[  3.,   0.],
+           [503.,   0.]])
+    >>> objects.existence.round(2)
+    array([1., 1.])
     """
 
     groups: IntArray
@@ -96,6 +113,20 @@ class ObjectFinder:
     ----------
     .. [1] Guerriero, Svensson, Svensson, Willett, *Shooting two birds with two bullets: how to
        find minimum mean OSPA estimates*, FUSION 2010.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> plots = [
+    ...     tw.SensorPlots([[x, 0.0], [x + 500.0, 0.0]], sigma=10.0, volume=1e8, false_alarms=0.1)
+    ...     for x in (0.0, 6.0)
+    ... ]
+    >>> found = tw.PlotsRule(object_density=1e-6)(plots)  # objects per m²
+    >>> objects = tw.ObjectFinder(cutoff=50.0)(found, rng=np.random.default_rng(1))
+    >>> objects.positions.round()  # m
+    array([[  3.,   0.],
+           [503.,   0.]])
     """
 
     cutoff: float
@@ -104,15 +135,15 @@ class ObjectFinder:
     sampling: Sampling = field(default_factory=Sampling)
 
     def __post_init__(self) -> None:
-        if not (is_number(self.cutoff) and self.cutoff > 0):
+        settle(self)
+        if not self.cutoff > 0:
             raise InvalidInputError(f"cutoff: {self.cutoff!r:.80}; expected a finite number > 0")
         least = self.least_probability
-        if not (is_number(least) and 0 <= least < 1):
+        if not 0 <= least < 1:
             raise InvalidInputError(
                 f"least_probability: {least!r:.80}; expected at least 0 and below 1"
             )
         require_solver(self.solver, "solver")
-        require_instance(self.sampling, Sampling, "sampling")
 
     def __call__(
         self, scored: ScoredTuples, *, rng: RandomSource = 0, stop: Stop | None = None

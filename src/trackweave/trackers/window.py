@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray, is_whole
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import ScanInput
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 
 __all__ = ["OpenScan", "OpenScans", "Window"]
 
@@ -33,13 +34,21 @@ class Window:
     ------
     InvalidInputError
         If a value is no whole number, or less than 1.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> window = tw.Window(depth=3)  # scans of the slowest sensor
+    >>> window.max_scans
+    15
     """
 
     depth: int = 5
     max_scans: int = 15
 
     def __post_init__(self) -> None:
-        if not all(is_whole(value) and value >= 1 for value in (self.depth, self.max_scans)):
+        settle(self)
+        if not min(self.depth, self.max_scans) >= 1:
             raise InvalidInputError(
                 f"window: depth {self.depth!r:.80}, max_scans {self.max_scans!r:.80}; expected "
                 "whole numbers, at least 1"

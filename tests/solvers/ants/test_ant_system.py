@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from oracles.assignment import random_problem
+from oracles.assignment import in_ones, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import AntSystem, Hint, MaxMinAntSystem
@@ -39,7 +39,7 @@ def rng() -> np.random.Generator:
 
 
 def view_of(problem: AssignmentProblem, price: float = 0.0) -> View:
-    whole = Components.of(problem, None, whole=True)
+    whole = Components.of(in_ones(problem), None, whole=True)
     component = whole.component(0)
     nodes = whole.parts.node
     prices = np.full(component.n_items, price)

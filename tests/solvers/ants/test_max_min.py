@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from oracles.assignment import random_problem, sequence
+from oracles.assignment import in_ones, random_problem, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Dual, Greedy, MaxMinAntSystem
@@ -34,7 +34,7 @@ def rng() -> np.random.Generator:
 
 
 def component_of(problem: AssignmentProblem) -> tuple[Components, Component]:
-    whole = Components.of(problem, None, whole=True)
+    whole = Components.of(in_ones(problem), None, whole=True)
     return whole, whole.component(0)
 
 

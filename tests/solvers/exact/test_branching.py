@@ -9,6 +9,7 @@ import pytest
 
 from oracles.assignment import (
     hard_tuples,
+    in_ones,
     least_cost,
     random_problem,
     random_required,
@@ -29,7 +30,7 @@ MANY = 10_000
 
 def answered(problem: AssignmentProblem, *, whole: bool = False) -> Components:
     """Return a problem taken apart with greedy answers and bounds."""
-    components = Components.of(problem, None, whole=whole)
+    components = Components.of(in_ones(problem), None, whole=whole)
     for index in range(len(components)):
         components.cost[index], components.lower[index] = cheapest_first(
             components.component(index), components.taken[components.families(index)]

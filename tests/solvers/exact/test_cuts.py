@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from oracles.assignment import hard_tuples, random_problem, random_required, sequence
+from oracles.assignment import hard_tuples, in_ones, random_problem, random_required, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.components import Components
@@ -23,7 +23,7 @@ PROBLEMS += [random_required(np.random.default_rng([4, seed])) for seed in range
 
 
 def wholes() -> list[tuple[AssignmentProblem, Components, Component]]:
-    found = [(problem, Components.of(problem, None, whole=True)) for problem in PROBLEMS]
+    found = [(problem, Components.of(in_ones(problem), None, whole=True)) for problem in PROBLEMS]
     return [(problem, parts, parts.component(0)) for problem, parts in found if len(parts)]
 
 

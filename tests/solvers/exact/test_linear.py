@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from oracles.assignment import hard_tuples, least_cost, random_problem, random_required
+from oracles.assignment import hard_tuples, in_ones, least_cost, random_problem, random_required
 from trackweave.solvers.components import Components
 from trackweave.solvers.exact.linear import LinearProgram
 
@@ -19,7 +19,10 @@ def programs() -> list[tuple[LinearProgram, float]]:
     """Return the program of each problem, and the problem's optimum without its base cost."""
     found = []
     for problem in PROBLEMS:
-        components, optimum = Components.of(problem, None, whole=True), least_cost(problem)
+        components, optimum = (
+            Components.of(in_ones(problem), None, whole=True),
+            least_cost(problem),
+        )
         if len(components) and np.isfinite(optimum):
             program = LinearProgram(components.component(0), None)
             found.append((program, optimum - problem.base_cost))
@@ -121,7 +124,7 @@ def test_what_lies_too_high_above_its_family_is_in_no_better_answer() -> None:
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
 def test_is_as_right_in_any_unit(scale: float) -> None:
     problem = hard_tuples(3, 40, 5)
-    components = Components.of(problem, None, whole=True)
+    components = Components.of(in_ones(problem), None, whole=True)
     component = components.component(0)
     one = LinearProgram(component, None)
     other = LinearProgram(component._replace(total=component.total * scale), None)
@@ -132,7 +135,7 @@ def test_is_as_right_in_any_unit(scale: float) -> None:
 
 
 def test_a_stop_leaves_no_answer() -> None:
-    component = Components.of(hard_tuples(3, 400, 12), None, whole=True).component(0)
+    component = Components.of(in_ones(hard_tuples(3, 400, 12)), None, whole=True).component(0)
     program = LinearProgram(component, lambda: True)
     assert program.solve(everything(program)) is None
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.assignment import random_problem, sequence
+from oracles.assignment import in_ones, random_problem, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._columns import decode_columns
@@ -19,7 +19,7 @@ class Whole:
 
     def __init__(self, problem: AssignmentProblem) -> None:
         self.problem = problem
-        self.components = Components.of(problem, None, whole=True)
+        self.components = Components.of(in_ones(problem), None, whole=True)
         self.component = self.components.component(0)
         self.items = self.components.parts.item_of
         self.table = make_table(self.component, problem.instant[self.items])

@@ -331,9 +331,9 @@ def test_shares_of_evaluations_are_whole_and_add_up() -> None:
     ("wrong", "said"),
     [
         ({"methods": ()}, r"methods: \(\); expected searches"),
-        ({"methods": [Annealing()]}, r"methods: \[Annealing.*; expected searches"),
-        ({"methods": (Islands(),)}, "methods: .*; expected searches"),
-        ({"methods": (Annealing,)}, "methods: .*; expected searches"),
+        ({"methods": Annealing()}, "methods: Annealing.*; expected a sequence"),
+        ({"methods": (Islands(),)}, "methods: .*; expected a sequence, each entry a Meta"),
+        ({"methods": (Annealing,)}, "methods: .*; expected a sequence, each entry a Meta"),
         ({"islands": 1}, "islands: 1; expected at least one for each method"),
         ({"islands": 2.0}, "islands: 2.0; expected a whole number"),
         ({"threads": 0}, "threads: 0; expected a whole number ≥ 1, or None"),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oracles.assignment import hard_tuples, least_cost, random_problem
+from oracles.assignment import hard_tuples, in_ones, least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Annealing, Greedy, Hint
@@ -26,7 +26,7 @@ def rng() -> np.random.Generator:
 
 def begun(problem: AssignmentProblem, temperature: float, count: int, links: int = 2):
     """Return costs before, present and best after so many moves, and whether each was dearer."""
-    component = Components.of(problem, None, whole=True).component(0)
+    component = Components.of(in_ones(problem), None, whole=True).component(0)
     moves = list_moves(component, np.zeros(component.n_items), np.inf)
     holder = begin_holding(moves, component, np.full(component.must.shape[0], -1))
     best_holder, current, source = holder.copy(), cost_of(moves, holder), rng()
@@ -57,7 +57,7 @@ class TestAnneal:
     def test_accepts_as_metropolis_says(self) -> None:
         # Two pairs that share an item, and cost 1 apart.
         problem = AssignmentProblem.from_tuples([[1, 1], [1, 2]], [-2.0, -1.0])
-        component = Components.of(problem, None, whole=True).component(0)
+        component = Components.of(in_ones(problem), None, whole=True).component(0)
         moves = list_moves(component, np.zeros(component.n_items), np.inf)
         n_dearer, n_tries, source = 0, 20_000, rng()
         for _ in range(n_tries):

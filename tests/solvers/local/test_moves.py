@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from oracles.assignment import least_cost, random_problem, random_window
+from oracles.assignment import in_ones, least_cost, random_problem, random_window
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Dual, Exact
 from trackweave.solvers._kernels import Component, selection_cost
@@ -34,7 +34,7 @@ def rng() -> np.random.Generator:
 
 def component_of(problem: AssignmentProblem) -> tuple[Component, np.ndarray]:
     """Return a problem as one component, and prices of its items."""
-    whole = Components.of(problem, None, whole=True)
+    whole = Components.of(in_ones(problem), None, whole=True)
     prices = Dual(visits=0)(problem, rng=rng()).prices
     return whole.component(0), prices[whole.parts.item_of]
 
@@ -115,7 +115,7 @@ class TestListMoves:
             price = source.exponential(0.5, component.n_items)
             optimum = least_cost(problem) - problem.base_cost
             moves = list_moves(component, price, optimum + 1e-6)
-            whole = Components.of(problem, None, whole=True)
+            whole = Components.of(in_ones(problem), None, whole=True)
             best = Exact()(problem, rng=rng()).nodes
             selection = whole.selection_of(best)
             useful = selection[(selection >= 0) & (component.total[selection] != 0.0)]

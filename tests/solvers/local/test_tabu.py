@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oracles.assignment import hard_tuples, least_cost, random_problem
+from oracles.assignment import hard_tuples, in_ones, least_cost, random_problem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Greedy, TabuSearch
 from trackweave.solvers.components import Components
@@ -27,7 +27,7 @@ class Walk:
     """A tabu search that is led by the hand."""
 
     def __init__(self, tenure: int, sample: int = 20) -> None:
-        component = Components.of(HARD, None, whole=True).component(0)
+        component = Components.of(in_ones(HARD), None, whole=True).component(0)
         self.moves: Moves = list_moves(component, np.zeros(component.n_items), np.inf)
         self.holder = begin_holding(self.moves, component, np.full(component.must.shape[0], -1))
         self.until = np.zeros(self.moves.node.shape[0], dtype=np.int64)

@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.fields import settle
 from trackweave.solvers.ants._tours import (
     Points,
     accumulate,
@@ -17,7 +18,7 @@ from trackweave.solvers.ants._tours import (
 )
 from trackweave.solvers.ants.points import make_points, tour_of
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
-from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["AntSearch", "AntSystem"]
@@ -138,6 +139,18 @@ class AntSystem(Metaheuristic):
     ----------
     .. [1] I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter
        for multi target tracking in multi sensor radar system*, ARPN, 2018, eqs. (3)–(7).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.AntSystem(cycles=20), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -9.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     ants: int = 30
@@ -150,7 +163,7 @@ class AntSystem(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.ants >= 1, "ants", "a whole number ≥ 1"),
             (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),

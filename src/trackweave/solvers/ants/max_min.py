@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackweave.arrays import IntArray
+from trackweave.fields import settle
 from trackweave.solvers.ants._trails import send_ants
 from trackweave.solvers.ants.trails import TrailSearch, make_trails
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
-from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["MaxMinAntSystem"]
@@ -64,6 +65,18 @@ class MaxMinAntSystem(Metaheuristic):
     .. [1] T. Stützle, H. Hoos, *MAX–MIN Ant System*, 2000. doi:10.1016/S0167-739X(00)00043-1
     .. [2] C. Blum, M. Dorigo, *The hyper-cube framework for ant colony optimization*, 2004.
        doi:10.1109/TSMCB.2003.821450
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.MaxMinAntSystem(ants=5), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     ants: int = 20
@@ -79,7 +92,7 @@ class MaxMinAntSystem(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.ants >= 1, "ants", "a whole number ≥ 1"),
             (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),

@@ -93,6 +93,8 @@ class Branching:
         # Best bound first; None until the first linear program is solved.
         self._heap: list[_Open] | None = None
         self._serial, self._least_left = 0, np.inf
+        # Of what was passed over for being as good as the answer, the least bound.
+        self._passed = np.inf
 
     def learn(self, selection: IntArray, cost: float) -> None:
         """Take over an answer that was found elsewhere where it is better."""
@@ -128,7 +130,8 @@ class Branching:
             return "branches"
         if self.upper - self._least_left > self._closing:
             return "rounding"
-        self._raise(self.upper)
+        # What is near enough to be closed is no proof yet: it stays to be seen in the bound.
+        self._raise(min(self._passed, heap[0][0] if heap else np.inf))
         return "gap closed"
 
     def _expand(self, heap: list[_Open], candidates: int) -> bool:
@@ -143,7 +146,9 @@ class Branching:
             # Whole already; what its bound leaves open is rounding, which is not hidden.
             self._least_left = min(self._least_left, bound)
         for decision, child in children:
-            if child.bound < self.upper - self._closing:
+            if child.bound >= self.upper - self._closing:
+                self._passed = min(self._passed, child.bound)
+            else:
                 self._serial += 1
                 inherited = max(bound, child.bound)
                 heapq.heappush(heap, (inherited, self._serial, (*path, decision), child))

@@ -5,11 +5,12 @@ from time import perf_counter
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
 from trackweave.randomness import RandomSource
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
-from trackweave.solvers.protocol import Hint, Stop, require_kinds
+from trackweave.solvers.protocol import Hint, Stop
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Exact", "begin", "branch", "go_on"]
@@ -38,6 +39,18 @@ class Exact:
     ------
     InvalidInputError
         If a number is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Exact(), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     branches: int = 10_000
@@ -45,7 +58,7 @@ class Exact:
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         if self.branches < 0 or self.max_sequences < 1:
             raise InvalidInputError(
                 f"branches: {self.branches}, max_sequences: {self.max_sequences}; "

@@ -63,6 +63,18 @@ class Genetic(Parameters, Metaheuristic):
     ----------
     .. [1] D. B. Hillis, *Method and apparatus for multi-sensor, multi-target tracking using a
        genetic algorithm*, US patent 6,055,523, 2000.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Genetic(population=20), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     def _begin(self, view: View, start: Start) -> GeneticSearch:

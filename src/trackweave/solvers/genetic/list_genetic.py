@@ -62,6 +62,18 @@ class ListGenetic(ListParameters, Metaheuristic):
     ----------
     .. [1] Huo L., Zhang Z., Bai P., Song Y., Xiong X., *A sort of model of multi-sensor
        multi-object flight path connection based on GA*, 2008, section 2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.ListGenetic(generations=20), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     def _begin(self, view: View, start: Start) -> ListSearch:

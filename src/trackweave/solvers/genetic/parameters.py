@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
+from trackweave.fields import settle
 from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
-from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.protocol import refuse_parameters
 
 __all__ = ["ListParameters", "Parameters"]
 
@@ -34,7 +35,7 @@ class Parameters:
     settle: bool = True
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.population >= 2, "population", "a whole number ≥ 2"),
             (not self.generations >= 1, "generations", "a whole number ≥ 1"),
@@ -81,7 +82,7 @@ class ListParameters:
     by_size: bool = False
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.population >= 2, "population", "a whole number ≥ 2"),
             (not self.generations >= 1, "generations", "a whole number ≥ 1"),

@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from trackweave.arrays import is_whole
+from trackweave.fields import settle
 from trackweave.solvers.islands.archipelago import Archipelago, Island
 from trackweave.solvers.islands.together import run_together
 from trackweave.solvers.local import Annealing, TabuSearch
 from trackweave.solvers.metaheuristic import Metaheuristic
-from trackweave.solvers.protocol import Stop, refuse_parameters, require_kinds
+from trackweave.solvers.protocol import Stop, refuse_parameters
 from trackweave.solvers.resumable import Resumable, Start, View
 
 __all__ = ["Islands"]
@@ -63,6 +63,18 @@ class Islands(Resumable):
        genetic algorithm*, US patent 6,055,523, 2000.
     .. [2] E. Alba, M. Tomassini, *Parallelism and evolutionary algorithms*, 2002.
        doi:10.1109/TEVC.2002.800880
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Islands(islands=2, epochs=3), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     methods: tuple[Metaheuristic, ...] = (Annealing(), TabuSearch())
@@ -74,16 +86,13 @@ class Islands(Resumable):
     patience: int = 10
 
     def __post_init__(self) -> None:
-        require_kinds(self)
-        is_methods = isinstance(self.methods, tuple) and all(
-            isinstance(method, Metaheuristic) for method in self.methods
-        )
-        n_methods = len(self.methods) if is_methods else 0
+        settle(self)
+        n_methods = len(self.methods)
         wrong = [
             (n_methods == 0, "methods", "searches, such as (Annealing(), Genetic())"),
             (not self.islands >= max(1, n_methods), "islands", "at least one for each method"),
             (
-                self.threads is not None and not (is_whole(self.threads) and self.threads >= 1),
+                self.threads is not None and not self.threads >= 1,
                 "threads",
                 "a whole number ≥ 1, or None",
             ),

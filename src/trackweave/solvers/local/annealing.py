@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import IntArray
+from trackweave.fields import settle
 from trackweave.solvers.local.cooling import Cooling, Schedule
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic
-from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["Annealing"]
@@ -60,6 +61,18 @@ class Annealing(Metaheuristic):
        1983. doi:10.1126/science.220.4598.671
     .. [2] F. Glover, *Ejection chains, reference structures and alternating path methods for
        traveling salesman problems*, 1996. doi:10.1016/0166-218X(94)00037-E
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.Annealing(evaluations=1000), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     evaluations: int = 1_000_000
@@ -73,7 +86,7 @@ class Annealing(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
             (not self.moves_per_item >= 1, "moves_per_item", "a whole number ≥ 1"),

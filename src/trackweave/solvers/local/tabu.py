@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import IntArray
+from trackweave.fields import settle
 from trackweave.solvers.local.seeking import Habits, Seeking
 from trackweave.solvers.local.starts import CHUNK, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic
-from trackweave.solvers.protocol import refuse_parameters, require_kinds
+from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["TabuSearch"]
@@ -57,6 +58,18 @@ class TabuSearch(Metaheuristic):
     ----------
     .. [1] F. Glover, *Tabu search – part I*, 1989. doi:10.1287/ijoc.1.3.190
     .. [2] F. Glover, *Tabu search – part II*, 1990. doi:10.1287/ijoc.2.1.4
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> problem = tw.AssignmentProblem.from_tuples([[1, 1], [1, 2], [2, 2]], [-4.0, -6.0, -3.0])
+    >>> answer = tw.solve(problem, tw.TabuSearch(evaluations=1000), rng=np.random.default_rng(1))
+    >>> answer.cost, answer.lower_bound
+    (-7.0, -7.0)
+    >>> answer.tuples
+    array([[1, 1],
+           [2, 2]])
     """
 
     evaluations: int = 1_000_000
@@ -70,7 +83,7 @@ class TabuSearch(Metaheuristic):
     decompose: bool = True
 
     def __post_init__(self) -> None:
-        require_kinds(self)
+        settle(self)
         wrong = [
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
             (not self.sample >= 1, "sample", "a whole number ≥ 1"),
