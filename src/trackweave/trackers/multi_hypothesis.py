@@ -57,8 +57,8 @@ __all__ = ["MultiHypothesisTracker"]
 class MultiHypothesisTracker(ScanByScan):
     """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
 
-    A track-oriented multi-hypothesis tracker (MHT) with N-scan pruning: a fixed hypothesis holds
-    what lies before the window; what lies in it may be amended by later scans [1]_.
+    A track-oriented multi-hypothesis tracker (MHT) with N-scan pruning: what lies before the
+    window is fixed; what lies in it may be amended by later scans [1]_.
 
     Parameters
     ----------
@@ -109,6 +109,7 @@ class MultiHypothesisTracker(ScanByScan):
     0.0
     """
 
+    _beliefs: Beliefs | None
     CHANGING: ClassVar = (
         "_dormant", "_ledger", "_open", "_opener", "_pacer", "_past", "_slots", "_tree",
         "_undetected", "_used",
@@ -137,8 +138,9 @@ class MultiHypothesisTracker(ScanByScan):
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Auto()
         self._by_bearings = not any(map(tells_place, self._sensors.values()))
-        usual = GrowthLimits.of_bearings() if self._by_bearings else GrowthLimits()
-        self._limits = limits or usual
+        self._limits = (
+            limits or (GrowthLimits.of_bearings if self._by_bearings else GrowthLimits)()
+        )
         self._averaging = estimate == "average"
         self._priors = checked_priors(priors)
         self._period = period_of(self._sensors.values())
@@ -162,8 +164,8 @@ class MultiHypothesisTracker(ScanByScan):
         new, initial = lifecycle.new_target_density, lifecycle.initial_target_density
         if initial is None or self._priors is not None:
             initial = new
-        pace = (self._motion.max_speed, self._period)
-        self._undetected = Undetected(initial, new, *pace, by_bearings=self._by_bearings)
+        speed, by_bearings = self._motion.max_speed, self._by_bearings
+        self._undetected = Undetected(initial, new, speed, self._period, by_bearings=by_bearings)
         patience = (lifecycle.delete_after_misses + 1.0) * self._period
         self._past = Past(copy.copy(self._undetected), patience)
         self._ledger = Ledger(lifecycle, next_track)
@@ -171,8 +173,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
         """The slots of which the next hypothesis speaks."""
-        self._gap = 0.0
-        self._beliefs: Beliefs | None = None
+        self._gap, self._beliefs = 0.0, None
 
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
         """Forget all but which names and numbers were used; see `LiveTracker`."""
