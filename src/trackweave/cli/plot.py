@@ -72,7 +72,7 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
         tracks=run.history if request.history else run.tracks,
         truth=_read_truth(request.truth, run),
         assignment=assignment,
-        sensor_positions=_sensor_positions(run),
+        sensor_positions=run.sensor_positions(),
         title=None if reports is not None else _title(run),
         pixels=request.pixels,
         origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),
@@ -155,18 +155,6 @@ def _read_truth(path: Path | None, run: RunFiles) -> Any:
             "columns x and y"
         )
     return read_truth(path, run.frame)
-
-
-def _sensor_positions(run: RunFiles) -> dict[str, tuple[float, ...]]:
-    """Return where the configuration says that sensors stand."""
-    sensors = run.record.get("configuration", {}).get("sensors", {})
-    if not isinstance(sensors, dict):
-        return {}
-    return {
-        name: tuple(float(number) for number in values["position"])
-        for name, values in sensors.items()
-        if isinstance(values, dict) and values.get("position") is not None
-    }
 
 
 def _series(run: RunFiles) -> ScanSeries:
