@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from trackweave.errors import InvalidInputError
 
 __all__ = [
+    "ROUNDING",
     "FloatArray",
     "IntArray",
     "covariance_array",
@@ -27,6 +28,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 _OTHERS = "cmM"
 """NumPy would drop imaginary parts, and count the nanoseconds of dates."""
+
+ROUNDING = 1e-12
+"""By how much of itself a variance grows where matrices of 16 digits may have lost some of it."""
 
 
 def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:

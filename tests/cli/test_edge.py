@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from trackweave.errors import InvalidInputError, NumericalError, OutputError
 COMMANDS = ("demo", "track", "simulate", "evaluate", "solve", "schema")
 LIGHT = {
     "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.edge",
-    "trackweave.cli.fusing", "trackweave.cli.options",
+    "trackweave.cli.fusing", "trackweave.cli.options", "trackweave.cli.signals",
 }  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",
@@ -151,11 +152,41 @@ def test_a_full_standard_output_is_named(arguments: list[str]) -> None:
     assert done.stderr == "standard output: No space left on device\n"
 
 
-def test_a_reader_that_leaves_is_no_failure_of_ours() -> None:
-    with trackweave("schema") as process:
+@pytest.mark.parametrize("arguments", [["schema"], ["--help"], ["--version"]])
+def test_a_reader_that_leaves_is_no_failure_of_ours(arguments: list[str]) -> None:
+    with trackweave(*arguments) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.close()
         said = process.stderr.read()
-    assert process.returncode in {0, 2}
+    assert process.returncode == 141
     assert said == ""
+
+
+def test_our_warnings_are_notes_and_others_are_not_shown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    before = warnings.showwarning
+    try:
+        with warnings.catch_warnings():
+            edge.show_our_warnings()
+            ours = {"__name__": "trackweave.zap"}
+            exec("import warnings; warnings.warn('a\\nb', stacklevel=1)", ours)
+            exec("import warnings; warnings.warn('c', RuntimeWarning, stacklevel=1)", ours)
+            exec("import warnings; warnings.warn('d', stacklevel=1)", {"__name__": "numpy.zap"})
+    finally:
+        warnings.showwarning = before
+    assert capsys.readouterr().err == "note: a b\n"
+
+
+def test_a_panic_of_a_library_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    panic = type("PanicException", (BaseException,), {})
+
+    def fail() -> None:
+        raise panic("out of range")
+
+    monkeypatch.setattr("trackweave.config.schema.json_schema", fail)
+    done = run("schema")
+    assert done.exit_code == 1
+    assert "PanicException: out of range" in done.stderr
+    assert len(done.stderr.splitlines()) == 1

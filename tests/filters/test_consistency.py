@@ -9,6 +9,7 @@ from oracles import sensing
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.filters import _measuring as measuring
 from trackweave.filters import _states as states
+from trackweave.filters._kernels import correct
 from trackweave.models.motion import (
     ConstantAcceleration,
     ConstantVelocity,
@@ -94,9 +95,11 @@ def take_in(state, kind, seen, rule):
         int(kind), state[0][0], state[1][0], PLATFORM, rule.dim, rule.unscented, foreseen,
         spread, cross,
     )  # fmt: skip
-    measuring.invert(spread + np.diag(sigma**2), inverse)
+    spread += np.diag(sigma**2)
+    measuring.invert(spread, inverse)
     measuring.innovation(int(kind), seen, foreseen, apart)
-    measuring.correct(state[0][0], state[1][0], apart, inverse, cross, state[0][0], state[1][0])
+    mean, covariance = state[0][0], state[1][0]
+    correct(mean, covariance, apart, spread, cross, mean, covariance)
     return apart @ inverse @ apart
 
 
@@ -162,9 +165,10 @@ def take_in_modes(state, kind, seen, rule):
         log_determinant = measuring.invert(parts[1][mode], inverse)
         measuring.innovation(int(kind), seen, parts[0][mode], apart)
         parts[0][mode] = apart
-        measuring.correct(
-            state[0][mode], state[1][mode], apart, inverse, cross, state[0][mode], state[1][mode]
-        )
+        correct(
+            state[0][mode], state[1][mode], apart, parts[1][mode], cross,
+            state[0][mode], state[1][mode],
+        )  # fmt: skip
         fits[mode] = np.exp(-0.5 * (apart @ inverse @ apart + log_determinant))
     centre, spread = textbook.combine(*parts, state[2])
     state[2][:] = state[2] * fits / (state[2] @ fits)

@@ -36,7 +36,8 @@ def update(mean, covariance, position, sigma):
     inverse = np.empty((sigma.shape[0], sigma.shape[0]))
     log_determinant = kernels.invert_innovation(covariance, sigma, inverse)
     mean_out, covariance_out = np.empty_like(mean), np.empty_like(covariance)
-    kernels.update(mean, covariance, position, inverse, mean_out, covariance_out)
+    noise = np.diag(sigma**2)
+    kernels.update(mean, covariance, position, noise, mean_out, covariance_out)
     return mean_out, covariance_out, inverse, log_determinant
 
 
@@ -47,7 +48,7 @@ def test_predicts_as_the_matrices_do(dim, seed, interval, process_noise):
     for came, wanted in zip(
         predict(mean, covariance, interval, process_noise), expected, strict=True
     ):
-        np.testing.assert_allclose(came, wanted, rtol=1e-12, atol=1e-9)
+        np.testing.assert_allclose(came, wanted, rtol=3e-12, atol=1e-9)
 
 
 @CASES
@@ -60,7 +61,7 @@ def test_predicts_many_rows_as_it_predicts_one(dim, seed, interval, process_nois
     for row in range(3):
         mean, covariance = kalman.predict(*states[row], intervals[row], process_noise)
         np.testing.assert_allclose(ahead[row], mean, rtol=1e-12, atol=1e-9)
-        np.testing.assert_allclose(spread[row], covariance, rtol=1e-12, atol=1e-9)
+        np.testing.assert_allclose(spread[row], covariance, rtol=3e-12, atol=1e-9)
         moving, noise = transition(intervals, process_noise, dim)
         wanted = kalman.matrices(intervals[row], process_noise, dim)
         np.testing.assert_allclose(moving[row], wanted[0])

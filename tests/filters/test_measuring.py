@@ -6,6 +6,7 @@ import pytest
 from oracles import sensing
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.filters import _measuring as measuring
+from trackweave.filters._kernels import correct
 
 PLATFORM = np.array([200.0, -300.0, 40.0, 12.0, -7.0, 1.0])
 FLAT = [Kind.RANGE_AZIMUTH, Kind.RANGE_AZIMUTH_RATE, Kind.BEARING, Kind.RANGE_RATE, Kind.POSITION]
@@ -203,7 +204,7 @@ def test_corrects_as_the_matrices_do(kind, dim):
     apart = rng.normal(size=width) * np.sqrt(np.diag(spread))
     inverse = np.linalg.inv(spread)
     after, narrow = np.empty_like(mean), np.empty_like(covariance)
-    measuring.correct(mean, covariance, apart, inverse, cross, after, narrow)
+    correct(mean, covariance, apart, spread, cross, after, narrow)
     size = np.sqrt(np.diag(covariance))
     wanted = mean + cross @ inverse @ apart
     np.testing.assert_allclose(after / size, wanted / size, rtol=1e-9)
@@ -215,9 +216,9 @@ def test_corrects_as_the_matrices_do(kind, dim):
 def test_corrects_in_place_as_it_corrects_elsewhere():
     mean, covariance = random_state(3, np.random.default_rng(8))
     _, spread, cross = measure(Kind.RANGE_AZIMUTH_ELEVATION, mean, covariance, 3, True)
-    arguments = np.ones(3), np.linalg.inv(spread * 1.5), cross
+    arguments = np.ones(3), spread * 1.5, cross
     elsewhere = np.empty_like(mean), np.empty_like(covariance)
-    measuring.correct(mean, covariance, *arguments, *elsewhere)
-    measuring.correct(mean, covariance, *arguments, mean, covariance)
+    correct(mean, covariance, *arguments, *elsewhere)
+    correct(mean, covariance, *arguments, mean, covariance)
     np.testing.assert_array_equal(mean, elsewhere[0])
     np.testing.assert_array_equal(covariance, elsewhere[1])

@@ -35,8 +35,8 @@ from trackweave.association._scoring import (
     take_in,
 )
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.filters._kernels import distance_of, invert_sum, predict, update
-from trackweave.filters._measuring import correct, innovation, invert, measure
+from trackweave.filters._kernels import correct, distance_of, invert_sum, predict, update
+from trackweave.filters._measuring import innovation, measure
 from trackweave.filters._states import advance
 from trackweave.jit import jit
 
@@ -250,7 +250,7 @@ def append_children(
     motion = rule.motion
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
-    mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
+    mean, covariance = state.mean[0], state.covariance[0]
     child = n_nodes
     for entry in chosen:
         above, index = candidates.node[entry], candidates.report[entry]
@@ -260,9 +260,8 @@ def append_children(
                 nodes.mean[above, 0], nodes.covariance[above, 0], interval,
                 motion.noise[0, 0], mean, covariance,
             )  # fmt: skip
-            invert_sum(covariance, scan.noise, scan.setting[index], inverse)
             update(
-                mean, covariance, scan.measurement[index], inverse,
+                mean, covariance, scan.measurement[index], scan.noise[scan.setting[index]],
                 nodes.mean[child, 0], nodes.covariance[child, 0],
             )  # fmt: skip
             nodes.weight[child, 0] = 1.0
@@ -387,12 +386,11 @@ def _take_rate(
     size = mean.shape[0]
     setting, last = scan.setting[index], scan.measurement.shape[1] - 1
     predicted, off, cross = np.empty(1), np.empty(1), np.empty((size, 1))
-    spread, inverse = np.empty((1, 1)), np.empty((1, 1))
+    spread = np.empty((1, 1))
     measure(
         RANGE_RATE, mean, covariance, scan.platform[setting], dim, False,
         predicted, spread, cross,
     )  # fmt: skip
     spread[0, 0] += scan.noise[setting, last, last]
-    invert(spread, inverse)
     innovation(RANGE_RATE, scan.measurement[index, last:], predicted, off)
-    correct(mean.copy(), covariance.copy(), off, inverse, cross, mean, covariance)
+    correct(mean, covariance, off, spread, cross, mean, covariance)

@@ -121,9 +121,18 @@ def _locate(
     gain_y = (covariance[0, 1] * north - covariance[1, 1] * east) / max(square, 1e-12) / variance
     mean_out[0] += gain_x * off
     mean_out[1] += gain_y * off
-    covariance_out[0, 0] = covariance[0, 0] - gain_x * gain_x * variance
-    covariance_out[1, 1] = covariance[1, 1] - gain_y * gain_y * variance
-    covariance_out[0, 1] = covariance[0, 1] - gain_x * gain_y * variance
+    # Joseph's form, with what of the variance is not the position's own.
+    slope_x, slope_y = north / max(square, 1e-12), -east / max(square, 1e-12)
+    xx, xy = 1.0 - gain_x * slope_x, -gain_x * slope_y
+    yx, yy = -gain_y * slope_x, 1.0 - gain_y * slope_y
+    rest = line[3] ** 2 + drift / max(square, 1e-12)
+    first_x = xx * covariance[0, 0] + xy * covariance[0, 1]
+    first_y = xx * covariance[0, 1] + xy * covariance[1, 1]
+    second_x = yx * covariance[0, 0] + yy * covariance[0, 1]
+    second_y = yx * covariance[0, 1] + yy * covariance[1, 1]
+    covariance_out[0, 0] = first_x * xx + first_y * xy + gain_x * gain_x * rest
+    covariance_out[1, 1] = second_x * yx + second_y * yy + gain_y * gain_y * rest
+    covariance_out[0, 1] = first_x * yx + first_y * yy + gain_x * gain_y * rest
     covariance_out[1, 0] = covariance_out[0, 1]
     log_density = -0.5 * (off * off / variance + math.log(2.0 * math.pi * variance))
     return float(log_density + scan.log_begin[index])

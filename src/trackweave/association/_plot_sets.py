@@ -128,7 +128,7 @@ def updated(
     distance = squared_distance(value, mean, scratch)
     if not (distance <= gate and log_spread < math.inf):
         return math.inf, 0.0
-    update(mean, covariance, value, scratch, mean_out, covariance_out)
+    update(mean, covariance, value, noise[plot], mean_out, covariance_out)
     return distance, log_spread
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.association._nodes import Expectation, Nodes, State
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.filters._measuring import correct, innovation, invert, measure
+from trackweave.filters._kernels import correct, update
+from trackweave.filters._measuring import innovation, invert, measure
 from trackweave.jit import jit
 from trackweave.models._kernels import covered_share
 from trackweave.models.coverage import Coverage
@@ -135,10 +136,16 @@ def take_in(
                 expected.spread[row, column] += noise[row, column]
         log_determinant = invert(expected.spread, expected.inverse[mode])
         innovation(kind, measurement, expected.mean[mode], expected.innovation)
-        correct(
-            state.mean[mode], state.covariance[mode], expected.innovation,
-            expected.inverse[mode], expected.cross[mode], mean_out[mode], covariance_out[mode],
-        )  # fmt: skip
+        if kind == POSITION:
+            update(
+                state.mean[mode], state.covariance[mode], measurement, noise,
+                mean_out[mode], covariance_out[mode],
+            )  # fmt: skip
+        else:
+            correct(
+                state.mean[mode], state.covariance[mode], expected.innovation, expected.spread,
+                expected.cross[mode], mean_out[mode], covariance_out[mode],
+            )  # fmt: skip
         if modes == 1:
             weight_out[0] = 1.0
             return

@@ -13,7 +13,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, checked_number
 from trackweave.models.coverage import Coverage, FieldOfView
 from trackweave.models.extent import extent
-from trackweave.models.measurements import to_position
+from trackweave.models.measurements import to_position, with_rounding
 from trackweave.models.sensors import Sensor
 
 __all__ = ["plots_of"]
@@ -200,7 +200,11 @@ def _positions(
     if not kind.has_range:
         return value, covariance, np.ones(count)
     step = _steps(measurement, sigma, dim)
-    return value, step @ covariance @ step.swapaxes(1, 2), np.abs(np.linalg.det(step))
+    return (
+        value,
+        with_rounding(step @ covariance @ step.swapaxes(1, 2)),
+        np.abs(np.linalg.det(step)),
+    )
 
 
 def _steps(measurement: FloatArray, sigma: FloatArray, dim: int) -> FloatArray:

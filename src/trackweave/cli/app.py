@@ -2,14 +2,20 @@
 
 import os
 import tempfile
-import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import DEBUG, Voice, last_resort, note_interrupts, show_json, with_status
+from trackweave.cli.edge import (
+    DEBUG,
+    Voice,
+    last_resort,
+    show_json,
+    show_our_warnings,
+    with_status,
+)
 from trackweave.cli.fusing import fuse, reproduce
 from trackweave.cli.options import JsonOption, QuietOption, SeedOption
 
@@ -27,7 +33,7 @@ app = typer.Typer(
         "association.\n\n"
         "Start with `trackweave demo`, then `trackweave track reports.csv --out result`. Exit "
         "status: 0 success, 2 bad usage, bad input or an environment that refuses, 130 "
-        "interrupted, 1 a failure of ours."
+        "interrupted, 141 nobody reads the output any more, 1 a failure of ours."
     ),
 )
 
@@ -356,10 +362,8 @@ def schema() -> None:
 
 def run() -> None:
     """Run the command that the arguments name."""
-    note_interrupts()
     if not os.environ.get(DEBUG):
-        # A library's warning is nothing that a user of the command could act on.
-        warnings.simplefilter("ignore")
+        show_our_warnings()
     if "MPLCONFIGDIR" not in os.environ and not os.access(Path.home(), os.W_OK):
         # Matplotlib warns at length where it finds no folder to write to.
         os.environ["MPLCONFIGDIR"] = tempfile.gettempdir()

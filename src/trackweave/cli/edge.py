@@ -2,14 +2,12 @@
 
 import functools
 import os
-import signal
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from threading import Event
-from types import FrameType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TextIO, TypeVar
 
 import typer
 
@@ -17,8 +15,8 @@ __all__ = [
     "Voice",
     "last_resort",
     "named_output",
-    "note_interrupts",
     "show_json",
+    "show_our_warnings",
     "telling_compiling",
     "with_status",
 ]
@@ -27,16 +25,18 @@ _Given = ParamSpec("_Given")
 _Found = TypeVar("_Found")
 
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
+READER_LEFT = 141
+"""What a shell tells of a program that SIGPIPE ended, as most programs are."""
 DEBUG = "TRACKWEAVE_DEBUG"
-_INTERRUPTED = Event()
 COMPILING = "compiling kernels, once; this takes a minute or two"
 
 
 def with_status(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that ends with the right exit status, and never with a traceback.
 
-    0 success; 2 bad usage, bad input or an environment that refuses; 130 interrupted; 1 a failure
-    of ours. With the environment variable TRACKWEAVE_DEBUG set, the traceback is shown too.
+    0 success; 2 bad usage, bad input or an environment that refuses; 130 interrupted; 141 nobody
+    reads the output any more; 1 a failure of ours. With the environment variable TRACKWEAVE_DEBUG
+    set, the traceback is shown too.
     """
 
     @functools.wraps(command)
@@ -50,13 +50,15 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
         except MemoryError:
             _complain("not enough memory", BAD_INPUT)
         except BrokenPipeError:
-            # Whoever read the output has left; the interpreter must not try to flush again.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise typer.Exit(BAD_INPUT) from None
+            _forget_output()
+            raise typer.Exit(READER_LEFT) from None
         except Exception as err:
-            if isinstance(err, ImportError) and _INTERRUPTED.is_set():
-                _complain("interrupted", INTERRUPTED)
             _explain(err)
+        except BaseException as err:
+            # A panic of polars, which derives from BaseException only.
+            if type(err).__name__ != "PanicException":
+                raise
+            _explain(RuntimeError(f"{type(err).__name__}: {err}"))
 
     return guarded
 
@@ -74,15 +76,10 @@ def telling_compiling(run: Callable[_Given, _Found]) -> Callable[_Given, _Found]
     return told
 
 
-def note_interrupts() -> None:
-    """Remember that an interrupt came: compiled modules that one meets loading hide it."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _noted)
-
-
-def _noted(number: int, frame: FrameType | None) -> None:
-    _INTERRUPTED.set()
-    signal.default_int_handler(number, frame)
+def _forget_output() -> None:
+    """Let the interpreter flush into nothing: whoever read the output has left."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _explain(err: Exception) -> None:
@@ -137,10 +134,40 @@ def last_resort() -> Iterator[None]:
     try:
         with named_output():
             yield
+    except SystemExit as err:
+        # Typer's own answer to a broken pipe is 1, which is our word for a failure of ours.
+        if isinstance(err.__context__, BrokenPipeError):
+            _forget_output()
+            sys.exit(READER_LEFT)
+        raise
+    except BrokenPipeError:
+        _forget_output()
+        sys.exit(READER_LEFT)
     except OSError as err:
+        _forget_output()
         with suppress(OSError):
             typer.echo(f"{err.filename}: {err.strerror}", err=True)
         sys.exit(BAD_INPUT)
+
+
+def show_our_warnings() -> None:
+    """Say what this package warns of in a line each; a user cannot act on other libraries'."""
+    warnings.simplefilter("ignore")
+    warnings.filterwarnings("always", category=UserWarning, module=r"trackweave(\.|$)")
+    warnings.showwarning = _note
+
+
+def _note(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    # What NumPy and the like warn of inside our modules has a category of its own.
+    if category is UserWarning:
+        typer.echo(f"note: {' '.join(str(message).split())}", err=True)
 
 
 class Voice:

@@ -16,7 +16,7 @@ from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
-from trackweave.run.drawing import assigned_per_scan, places_told
+from trackweave.run.drawing import assigned_per_scan
 from trackweave.run.judging import truth_on
 
 __all__ = ["PlotRequest", "run_plot"]
@@ -75,7 +75,7 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
         if request.truth is None
         else truth_on(request.truth, run.frame, f"the run in {run.path}"),
         assignment=assignment,
-        sensor_positions=places_told(run.record),
+        sensor_positions=run.sensor_positions(),
         title=None if reports is not None else _title(run),
         pixels=request.pixels,
         origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.cli.edge import Voice
+from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import reports_frame, truth_frame
 from trackweave.io.output import OutputDirectory
@@ -23,6 +24,11 @@ def run_simulate(scenario: Path, out: Path, seed: int | None, voice: Voice) -> d
     if seed is None:
         seed = planned.seed
     scene = simulate(planned, np.random.default_rng(seed))
+    if len(scene.reports) == 0:
+        raise InvalidInputError(
+            f"{scenario}: no report comes of it; expected targets that a sensor sees, or false "
+            "alarms"
+        )
     found = {
         "reports": len(scene.reports),
         "false_alarms": int(np.sum(np.asarray(scene.reports.carried["target"]) == "")),

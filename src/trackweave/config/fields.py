@@ -6,14 +6,21 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from trackweave.domain.reports import ANGLE_NOISE_DEG, NOISE_M
+
 __all__ = [
+    "AngleNoise",
     "Coordinate",
     "Count",
+    "Density",
     "Expected",
+    "Noise",
     "Pair",
     "Positive",
     "Probability",
+    "Seconds",
     "Section",
+    "Speed",
     "default_of",
     "one_of",
 ]
@@ -44,8 +51,23 @@ class Section(BaseModel):
     )
 
 
-Positive = Annotated[float, Field(gt=0, le=1e15), Expected("a number > 0")]
-Probability = Annotated[float, Field(gt=0, lt=1), Expected("a number between 0 and 1")]
+# Ranges end where nothing real goes on, far from where squares and products of 16 digits do.
+Positive = Annotated[float, Field(ge=1e-9, le=1e9), Expected("a number > 0")]
+"""What is counted or compared: false alarms of a scan, distances in units of noise, nats."""
+Noise = Annotated[float, Field(ge=NOISE_M[0], le=NOISE_M[1]), Expected("a number > 0 in metres")]
+AngleNoise = Annotated[
+    float,
+    Field(ge=ANGLE_NOISE_DEG[0], le=ANGLE_NOISE_DEG[1]),
+    Expected("a number > 0 of degrees, at most 180"),
+]
+Density = Annotated[float, Field(ge=1e-30, le=1e30), Expected("a number > 0")]
+"""From one in a cube of ten million kilometres to one in that of an atom."""
+Seconds = Annotated[float, Field(ge=1e-6, le=1e9), Expected("a number > 0 in seconds")]
+"""From the last digit of times since 1970, a microsecond, to three decades."""
+Speed = Annotated[float, Field(ge=1e-12, le=3e8), Expected("a number > 0 in m/s")]
+"""From a thirtieth of a millimetre a year to light."""
+Probability = Annotated[float, Field(ge=1e-12, le=1 - 1e-12), Expected("a number between 0 and 1")]
+"""Beyond are certainties, which no number of reports could amend."""
 Count = Annotated[int, Field(ge=1, le=1000), Expected("a whole number from 1 to 1000")]
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 # TOML has arrays, which strict validation would not take for tuples.

@@ -1,7 +1,5 @@
 """From a file or a mapping to a checked configuration."""
 
-import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ from trackweave.config.messages import explain
 from trackweave.config.search import check_search
 from trackweave.config.sections import Configuration
 from trackweave.errors import InvalidInputError
+from trackweave.toml_file import read_toml
 
 __all__ = ["load_configuration"]
 
@@ -43,7 +42,7 @@ def load_configuration(
     if isinstance(source, Mapping):
         name, values = "configuration", dict(source)
     else:
-        name, values = str(source), _read_toml(Path(source))
+        name, values = str(source), read_toml(Path(source), "a configuration")
     try:
         configuration = Configuration.model_validate(values)
     except ValidationError as err:
@@ -51,22 +50,3 @@ def load_configuration(
     check_search(configuration.search, name)
     check_search(configuration.fusion.search, name, "fusion.search")
     return configuration.called(name)
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    """Return what a TOML file holds."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except tomllib.TOMLDecodeError as err:
-        place = re.search(r"\(at (.*)\)$", str(err))
-        where = f", {place.group(1)}" if place else ""
-        what = re.sub(r" \(at .*\)$", "", str(err))
-        raise InvalidInputError(f"{path}{where}: {what}; expected TOML") from None
-    except UnicodeDecodeError as err:
-        raise InvalidInputError(
-            f"{path}, byte {err.start}: not UTF-8; expected TOML as UTF-8 text"
-        ) from None
-    except FileNotFoundError:
-        raise InvalidInputError(f"{path}: no such file; expected a configuration") from None
-    except OSError as err:
-        raise InvalidInputError(f"{path}: {err.strerror}; expected a configuration file") from None

@@ -82,12 +82,13 @@ def _message(finding: Any, model: Model, values: Any) -> tuple[list[str], str]:
 
 
 def _with_limit(expected: str | None, finding: Any) -> str | None:
-    """Return the words of a key, with the upper limit where that is what a value exceeds."""
-    limits = {"less_than_equal": ("le", "at most"), "less_than": ("lt", "below")}
+    """Return the words of a key, with the limit where that is what a value lies beyond."""
+    limits = {"less_than_equal": ("le", "at most"), "greater_than_equal": ("ge", "at least")}
     if expected is None or finding["type"] not in limits:
         return expected
     name, words = limits[finding["type"]]
-    limit = f"{finding['ctx'][name]:g}"
+    number = finding["ctx"][name]
+    limit = f"{number:g}" if float(f"{number:g}") == number else repr(number)
     return expected if limit in expected else f"{expected}, {words} {limit}"
 
 

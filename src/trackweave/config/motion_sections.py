@@ -4,22 +4,21 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
-from trackweave.config.fields import Expected, Section, one_of
+from trackweave.config.fields import Expected, Section, Speed, one_of
 
 __all__ = ["MODELS", "ImmSection", "ModeSection", "MotionSection"]
 
 MODELS = ("constant-velocity", "constant-acceleration", "coordinated-turn", "random-walk")
 _WORDS = ", ".join(f'"{name}"' for name in (*MODELS, "imm"))
 
-Noise = Annotated[
+ProcessNoise = Annotated[
     float,
     Field(ge=0, le=1e12),
     Expected("a number ≥ 0 in m²/s³"),
 ]
-Speed = Annotated[float, Field(gt=0, le=3e8), Expected("a number > 0 in m/s")]
-Acceleration = Annotated[float, Field(gt=0, le=1e12), Expected("a number > 0 in m/s²")]
+Acceleration = Annotated[float, Field(ge=1e-12, le=1e12), Expected("a number > 0 in m/s²")]
 TurnNoise = Annotated[float, Field(ge=0, le=1e6), Expected("a number ≥ 0 in rad²/s³")]
-TurnRate = Annotated[float, Field(gt=0, le=1e3), Expected("a number > 0 in rad/s")]
+TurnRate = Annotated[float, Field(ge=1e-9, le=1e3), Expected("a number > 0 in rad/s")]
 Model = Annotated[
     str,
     one_of((*MODELS, "imm")),
@@ -37,7 +36,7 @@ Mode = Annotated[
 class _Moving(Section):
     """What every way to move may say."""
 
-    process_noise: Noise | None = None
+    process_noise: ProcessNoise | None = None
     """Power spectral density of the acceleration along each axis [m²/s³]; of the jerk [m²/s⁵] for
     constant-acceleration, of the velocity [m²/s] for random-walk."""
 
@@ -80,7 +79,7 @@ class ImmSection(Section):
 
     sojourn_time: (
         Annotated[
-            list[Annotated[float, Field(gt=0, le=1e9)]],
+            list[Annotated[float, Field(ge=1e-6, le=1e9)]],
             Field(min_length=2, max_length=8),
             Expected("a number > 0 of seconds for each model, such as [60.0, 15.0]"),
         ]

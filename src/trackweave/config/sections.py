@@ -7,7 +7,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
-from trackweave.config.fields import Count, Expected, Positive, Probability, Section
+from trackweave.config.fields import (
+    Count,
+    Density,
+    Expected,
+    Positive,
+    Probability,
+    Seconds,
+    Section,
+)
 from trackweave.config.fusion_sections import FusionSection, SolverSection
 from trackweave.config.motion_sections import MotionSection
 from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection, SigmaTable
@@ -88,7 +96,7 @@ class PlotsSection(Section):
     gate: Annotated[Positive, Expected("a number > 0")] | None = None
     """Greatest squared distance of a plot from the tuple that it joins."""
 
-    object_density: Annotated[Positive, Expected("a number > 0 per m² (m³)")] | None = None
+    object_density: Annotated[Density, Expected("a number > 0 per m² (m³)")] | None = None
     """Objects expected per m² (m³), for the evidence."""
 
     max_tuples: (
@@ -121,12 +129,12 @@ class LifecycleSection(Section):
     """Detections out of opportunities that confirm a track."""
 
     confirm_probability: (
-        Annotated[float, Field(ge=0, lt=1), Expected("a number from 0 to below 1")] | None
+        Annotated[float, Field(ge=0, le=1 - 1e-12), Expected("a number from 0 to below 1")] | None
     ) = None
     """How probable a track's object must be, besides, for the track to be confirmed."""
 
     certain_probability: (
-        Annotated[float, Field(gt=0, le=1), Expected("a number above 0, at most 1")] | None
+        Annotated[float, Field(ge=1e-12, le=1), Expected("a number above 0, at most 1")] | None
     ) = None
     """How probable an object must be for its track to be confirmed at once; 1 = never."""
 
@@ -134,11 +142,11 @@ class LifecycleSection(Section):
     """Misses in succession that end a track."""
 
     new_target_density: (
-        Annotated[Positive, Expected("a number > 0 per m² (m³) and scan")] | None
+        Annotated[Density, Expected("a number > 0 per m² (m³) and scan")] | None
     ) = None
     """Objects newly present per m² (m³) of tracking space and scan."""
 
-    initial_target_density: Annotated[Positive, Expected("a number > 0 per m² (m³)")] | None = None
+    initial_target_density: Annotated[Density, Expected("a number > 0 per m² (m³)")] | None = None
     """Objects present per m² (m³) before the first scan."""
 
     survival: (
@@ -150,9 +158,7 @@ class LifecycleSection(Section):
 class OutputSection(Section):
     """What is written."""
 
-    period: Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None = (
-        None
-    )
+    period: Seconds | None = None
     """Least time between rows of a track [s]; left out = every scan."""
 
     estimate: Annotated[Literal["average", "best"], Expected('"average" or "best"')] | None = None

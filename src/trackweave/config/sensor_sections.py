@@ -5,11 +5,15 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trackweave.config.fields import (
+    AngleNoise,
     Coordinate,
+    Density,
     Expected,
+    Noise,
     Pair,
     Positive,
     Probability,
+    Seconds,
     Section,
     one_of,
 )
@@ -24,7 +28,6 @@ Measurement = Annotated[
     Field(json_schema_extra={"enum": list(KINDS)}),
     Expected("one of " + ", ".join(f'"{kind}"' for kind in KINDS)),
 ]
-Angle = Annotated[float, Field(gt=0, le=180), Expected("a number > 0 of degrees, at most 180")]
 Strength = Annotated[float, Field(ge=-1e12, le=1e12), Expected("a number")]
 
 _TABLES = (
@@ -41,28 +44,28 @@ _TABLES = (
 class SigmaTable(Section):
     """Standard deviation by column."""
 
-    x: Positive | None = None
+    x: Noise | None = None
     """East [m]."""
 
-    y: Positive | None = None
+    y: Noise | None = None
     """North [m]."""
 
-    z: Positive | None = None
+    z: Noise | None = None
     """Up [m]; needed for positions in three dimensions."""
 
-    range_m: Positive | None = None
+    range_m: Noise | None = None
     """Range [m]."""
 
-    azimuth_deg: Angle | None = None
+    azimuth_deg: AngleNoise | None = None
     """Azimuth [degrees]."""
 
-    elevation_deg: Angle | None = None
+    elevation_deg: AngleNoise | None = None
     """Elevation [degrees]."""
 
-    range_rate_mps: Positive | None = None
+    range_rate_mps: Annotated[Noise, Expected("a number > 0 in m/s")] | None = None
     """Range rate [m/s]."""
 
-    bearing_deg: Angle | None = None
+    bearing_deg: AngleNoise | None = None
     """Bearing [degrees]."""
 
     @model_validator(mode="after")
@@ -81,7 +84,7 @@ class FieldOfViewSection(Section):
     """Nearest range [m]."""
 
     max_range_m: (
-        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in metres")] | None
+        Annotated[float, Field(ge=1e-6, le=1e9), Expected("a number > 0 in metres")] | None
     ) = None
     """Farthest range [m]."""
 
@@ -136,7 +139,7 @@ class SensorSection(Section):
 
     sigma: (
         Annotated[
-            Positive | SigmaTable,
+            Noise | SigmaTable,
             Expected(
                 "a number > 0 in metres, or one for each column: {x = 10.0, y = 12.0}, "
                 "{range_m = 70.0, azimuth_deg = 0.08} or {bearing_deg = 1.0}"
@@ -154,7 +157,7 @@ class SensorSection(Section):
 
     clutter_density: (
         Annotated[
-            Positive,
+            Density,
             Expected("a number > 0 per unit of what is measured (m², m³, m·rad, rad) and scan"),
         ]
         | None
@@ -166,9 +169,7 @@ class SensorSection(Section):
     ) = None
     """False alarms per scan, uniform over what is covered; instead of ``clutter_density``."""
 
-    scan_period: (
-        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None
-    ) = None
+    scan_period: Seconds | None = None
     """Time from scan to scan, or of a turn [s]."""
 
     rotation: (

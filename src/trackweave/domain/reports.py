@@ -12,7 +12,13 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.summaries import summary
 
-__all__ = ["BadRow", "ReportTable"]
+__all__ = ["ANGLE_NOISE_DEG", "NOISE_M", "BadRow", "ReportTable"]
+
+NOISE_M = (1e-9, 1e9)
+"""Least and greatest standard deviation of a length [m], or of a rate [m/s]: a nanometre is what
+the sharpest microscope tells, a million kilometres more than any sensor is off."""
+ANGLE_NOISE_DEG = (1e-9, 180.0)
+"""The same of an angle [degrees]: from what radio telescopes an Earth apart tell to nothing."""
 
 
 @dataclass(frozen=True, slots=True)

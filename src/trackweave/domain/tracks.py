@@ -108,12 +108,20 @@ class TrackTable:
         """Return the rows of all tables, one after the other; ``dim`` serves an empty list."""
         if not tables:
             return cls.empty(dim)
-        return cls(
-            *(
-                np.concatenate([getattr(table, name) for table in tables])
-                for name in cls.__dataclass_fields__
-            )
-        )
+        # Tracks from elsewhere tell no acceleration even where the motion knows one.
+        width = max(table.acceleration.shape[1] for table in tables)
+        pulls = [
+            table.acceleration
+            if table.acceleration.shape[1] == width
+            else np.full((len(table), width), np.nan)
+            for table in tables
+        ]
+        columns = {
+            name: np.concatenate([getattr(table, name) for table in tables])
+            for name in cls.__dataclass_fields__
+            if name != "acceleration"
+        }
+        return cls(**columns, acceleration=np.concatenate(pulls))
 
     @classmethod
     def empty(cls, dim: int) -> "TrackTable":

@@ -330,39 +330,3 @@ def invert_many(matrix: FloatArray, inverse_out: FloatArray) -> float:
             inverse_out[row, column] = value
             inverse_out[column, row] = value
     return total
-
-
-@jit
-def correct(
-    mean: FloatArray,
-    covariance: FloatArray,
-    innovation: FloatArray,
-    inverse: FloatArray,
-    cross: FloatArray,
-    mean_out: FloatArray,
-    covariance_out: FloatArray,
-) -> None:
-    """Write the state after a report: x + C S⁻¹ ν and P − C S⁻¹ Cᵀ, symmetric to the last bit.
-
-    The outputs may be the inputs.
-    """
-    size, width = cross.shape
-    for row in range(size):
-        shift = 0.0
-        for axis in range(width):
-            gain = 0.0
-            for other in range(width):
-                gain += cross[row, other] * inverse[other, axis]
-            shift += gain * innovation[axis]
-        mean_out[row] = mean[row] + shift
-    for row in range(size):
-        for column in range(row, size):
-            reduction = 0.0
-            for axis in range(width):
-                gain = 0.0
-                for other in range(width):
-                    gain += cross[row, other] * inverse[other, axis]
-                reduction += gain * cross[column, axis]
-            value = covariance[row, column] - reduction
-            covariance_out[row, column] = value
-            covariance_out[column, row] = value

@@ -13,10 +13,15 @@ import numpy as np
 
 from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.filters._measuring import correct, innovation, invert, invert_many, measure
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.filters._kernels import correct, update
+from trackweave.filters._measuring import innovation, invert, invert_many, measure
 from trackweave.filters._states import advance, changes, combine, linearise, mix
+from trackweave.filters._straight import let_back
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
+
+_POSITION = int(MeasurementKind.POSITION)
 
 
 class Readings(NamedTuple):
@@ -79,7 +84,19 @@ def receive(
         if weight[mode] > 0.0:
             fit[mode] = math.log(weight[mode]) - 0.5 * (distance + log_determinant)
             best = max(best, fit[mode])
-        correct(mean[mode], covariance[mode], apart, inverse, cross, mean[mode], covariance[mode])
+        if kind == _POSITION:
+            for row in range(width):
+                for column in range(width):
+                    spread[row, column] = 0.0
+                spread[row, row] = readings.sigma[moment, row] ** 2
+            update(
+                mean[mode].copy(), covariance[mode].copy(), readings.measurement[moment, :width],
+                spread, mean[mode], covariance[mode],
+            )  # fmt: skip
+        else:
+            correct(
+                mean[mode], covariance[mode], apart, spread, cross, mean[mode], covariance[mode]
+            )  # fmt: skip
     if best == -math.inf:
         return
     total = 0.0
@@ -156,16 +173,12 @@ def _room(rows: int, modes: int, size: int) -> Course:
 def _step_back(
     moment: int, mode: int, interval: float, motion: MotionRule, course: Course, mixed: Course
 ) -> None:
-    """Write to row 1 of ``mixed`` what row 0 becomes given the mode's next state.
-
-    What cannot be foreseen properly is left as it is.
-    """
+    """Write to row 1 of ``mixed`` what row 0 becomes given the mode's next state."""
     size = course.mean.shape[2]
     own_mean, own = mixed.mean[0, mode], mixed.covariance[0, mode]
     mean_out, covariance_out = mixed.mean[1, mode], mixed.covariance[1, mode]
     ahead, moving = np.empty(size), np.empty((size, size))
-    spread, inverse = np.empty((size, size)), np.empty((size, size))
-    cross, gain = np.empty((size, size)), np.empty((size, size))
+    spread, cross = np.empty((size, size)), np.empty((size, size))
     linearise(mode, own_mean, own, interval, motion, ahead, moving, spread)
     _multiply(own, moving, cross)
     for row in range(size):
@@ -175,24 +188,10 @@ def _step_back(
             spread[column, row] = spread[row, column]
     overwrite(mean_out, own_mean)
     overwrite_rows(covariance_out, own)
-    if not invert_many(spread, inverse) < math.inf:
-        return
-    _multiply(cross, inverse, gain)
-    for row in range(size):
-        for column in range(size):
-            apart = course.mean[moment + 1, mode, column] - ahead[column]
-            mean_out[row] += gain[row, column] * apart
-            spread[row, column] = (
-                course.covariance[moment + 1, mode, row, column] - (spread[row, column])
-            )
-    _multiply(spread, gain, cross)
-    for row in range(size):
-        for column in range(row, size):
-            total = own[row, column]
-            for inner in range(size):
-                total += gain[row, inner] * cross[inner, column]
-            covariance_out[row, column] = total
-            covariance_out[column, row] = total
+    let_back(
+        cross, ahead, spread, course.mean[moment + 1, mode], course.covariance[moment + 1, mode],
+        mean_out, covariance_out,
+    )  # fmt: skip
 
 
 @jit

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from trackweave._loops import overwrite, overwrite_rows
-from trackweave.arrays import FloatArray
+from trackweave.arrays import ROUNDING, FloatArray
 from trackweave.filters._kernels import predict_first
 from trackweave.filters._turns import signed_noise, turn
 from trackweave.jit import jit
@@ -175,6 +175,8 @@ def move(
             total = covariance_out[row, column]
             for inner in range(size):
                 total += half[row, inner] * moving[column, inner]
+            if row == column:
+                total *= 1.0 + ROUNDING
             covariance_out[row, column] = total
             covariance_out[column, row] = total
 

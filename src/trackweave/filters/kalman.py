@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import ROUNDING, FloatArray
 
 __all__ = ["predicted", "transition", "updated"]
 
@@ -59,6 +59,8 @@ def predicted(
     moving, noise = transition(interval, process_noise, mean.shape[1] // 2)
     ahead = np.einsum("kij,kj->ki", moving, mean)
     spread = moving @ covariance @ moving.transpose(0, 2, 1) + noise
+    lost = np.where(np.asarray(interval) == 0.0, 0.0, ROUNDING)
+    spread *= 1.0 + lost[:, None, None] * np.eye(spread.shape[1])
     return ahead, spread
 
 
@@ -80,9 +82,12 @@ def updated(
     -------
     Mean and covariance, of the same shapes as those given.
     """
-    dim = position.shape[1]
-    spread = covariance[:, :dim, :dim] + sigma[:, :, None] ** 2 * np.eye(dim)
-    gain = np.linalg.solve(spread, covariance[:, :dim, :]).swapaxes(1, 2)
-    after = covariance - gain @ covariance[:, :dim, :]
+    dim, size = position.shape[1], mean.shape[1]
+    noise = sigma[:, :, None] ** 2 * np.eye(dim)
+    gain = np.linalg.solve(covariance[:, :dim, :dim] + noise, covariance[:, :dim, :])
+    gain = gain.swapaxes(1, 2)
+    # Joseph's form, as in the kernels.
+    left = np.eye(size) - gain @ np.eye(dim, size)
+    after = left @ covariance @ left.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
     shift = np.einsum("kij,kj->ki", gain, position - mean[:, :dim])
     return mean + shift, (after + after.swapaxes(1, 2)) / 2

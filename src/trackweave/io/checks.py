@@ -19,10 +19,12 @@ from trackweave.io.columns import (
 from trackweave.io.tables import OnBadRow, RawTable
 from trackweave.io.times import Times, read_times
 
-__all__ = ["Range", "RowChecks"]
+__all__ = ["LONGEST_NAME", "Range", "RowChecks"]
 
 # 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
 _LATEST_S = 1e11
+LONGEST_NAME = 256
+"""Bytes of a name, which arrays hold as often as it is used; what is longer is no name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,6 +227,8 @@ class RowChecks:
         Text, null where a cell is empty.
         """
         column = read_text(self.column(name))
+        too_long = (column.str.len_bytes() > LONGEST_NAME).fill_null(value=False)
+        self.refuse(name, too_long.to_numpy(), f"at most {LONGEST_NAME} bytes of text")
         if expected is not None:
             self.refuse(name, column.is_null().to_numpy(), expected)
         return column

@@ -18,7 +18,7 @@ def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
     """Return the content of a file that holds a table.
 
     Numbers are written with as many digits as it takes to read them back unchanged; what is not
-    finite becomes an empty cell. In CSV dates become ISO 8601 text.
+    finite becomes an empty cell. In CSV dates and durations become ISO 8601 text.
 
     Parameters
     ----------
@@ -100,6 +100,8 @@ def _printable(column: pl.Series) -> pl.Series:
         return column.set(~column.is_finite(), None)
     if isinstance(column.dtype, pl.Datetime):
         return iso_text(column.dt.cast_time_unit("us"))
+    if isinstance(column.dtype, pl.Duration):
+        return column.dt.to_string("iso")
     if column.dtype == pl.String:
         # Polars would write empty text as "", and emptiness is one thing here.
         return column.set(column == "", None)

@@ -8,6 +8,7 @@ import polars as pl
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import NOISE_M
 from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, text_array
@@ -17,7 +18,7 @@ from trackweave.io.positions import has_positions, read_positions
 
 __all__ = ["Measured", "read_measured"]
 
-_SIGMA = Range(1e-6, 1e9, expected="a positive number", positive=True)
+_SIGMA = Range(*NOISE_M, expected="a positive number", positive=True)
 _SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
 _POSITION, _RANGE, _BEARING, _NOTHING = range(4)
 

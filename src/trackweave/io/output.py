@@ -206,11 +206,12 @@ class OutputDirectory:
             target.parent.mkdir(parents=True, exist_ok=True)
             remove_abandoned(target.parent)
             staging = Staging(target.parent)
+            staging.parents = missing
             staging.fill(contents)
             staging.become(target)
         except BaseException:
             if staging is not None:
-                staging.remove()
+                staging.clear()
             for parent in missing:
                 with contextlib.suppress(OSError):
                     parent.rmdir()

@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ANGLE_NOISE_DEG, NOISE_M
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
 
@@ -15,8 +16,8 @@ AZIMUTH = Range(-180.0, 360.0)
 _RANGE = Range(0.0, 1e9)
 _ELEVATION = Range(-90.0, 90.0)
 _RATE = Range(-3e8, 3e8)
-_SIGMA = Range(1e-6, 1e9, expected="a positive number", positive=True)
-_SIGMA_ANGLE = Range(1e-7, 180.0, expected="a positive number", positive=True)
+_SIGMA = Range(*NOISE_M, expected="a positive number", positive=True)
+_SIGMA_ANGLE = Range(*ANGLE_NOISE_DEG, expected="a positive number", positive=True)
 _COLUMNS = ("range_m", "azimuth_deg", "elevation_deg", "range_rate_mps")
 # Flatter than this [rad] a distance on the ground cannot be told from the zenith.
 _STEEPEST = np.radians(89.9)

@@ -15,6 +15,9 @@ __all__ = [
     "DISTANCE",
     "LATITUDE",
     "LONGITUDE",
+    "TRACK_COVARIANCE",
+    "TRACK_PLACE",
+    "TRACK_SPEED",
     "Positions",
     "choose_frame",
     "frame_about",
@@ -25,6 +28,9 @@ __all__ = [
 
 # Nothing on or near the Earth is farther; squares of it are still exact to a metre.
 DISTANCE = Range(-1e9, 1e9)
+# What tracks say: one that coasts may be far outside what is reported, and hardly know where.
+TRACK_PLACE, TRACK_SPEED = Range(-1e15, 1e15), Range(-1e12, 1e12)
+TRACK_COVARIANCE = Range(-1e36, 1e36)
 LATITUDE = Range(-90.0, 90.0)
 LONGITUDE = Range(-180.0, 360.0)
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
@@ -57,7 +63,10 @@ def has_positions(names: set[str]) -> bool:
 
 
 def read_positions(
-    checks: RowChecks, frame: LocalFrame | None = None, among: BoolArray | None = None
+    checks: RowChecks,
+    frame: LocalFrame | None = None,
+    among: BoolArray | None = None,
+    within: Range = DISTANCE,
 ) -> Positions:
     """Return the positions of a table.
 
@@ -75,6 +84,8 @@ def read_positions(
         The plane for latitudes and longitudes; None to choose one about their median.
     among
         The rows that are positions; None for all.
+    within
+        What coordinates on the plane may be.
 
     Returns
     -------
@@ -89,7 +100,7 @@ def read_positions(
     geodetic = {"lat", "lon"} <= names
     if {"x", "y"} <= names and not (geodetic and frame):
         columns = ("x", "y", "z") if checks.filled("z") else ("x", "y")
-        values = [checks.numbers(name, DISTANCE, among=among) for name in columns]
+        values = [checks.numbers(name, within, among=among) for name in columns]
         return Positions(np.stack(values, axis=-1), columns, None)
     if geodetic:
         return _geodetic(checks, frame, among)

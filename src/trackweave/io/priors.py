@@ -10,15 +10,13 @@ from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
-from trackweave.io.positions import DISTANCE
+from trackweave.io.positions import TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED
 from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.truth import read_status
 
 __all__ = ["covariance_names", "read_covariances", "read_priors", "state_names"]
 
 _TRACK = Range(0.0, 2.0**53, expected="a whole number")
-_SPEED = Range(-1e9, 1e9)
-_COVARIANCE = Range(-1e18, 1e18)
 _COUNT = Range(0.0, 2.0**53, expected="a whole number")
 _SCORE = Range(-1e300, 1e300)
 # How far two planes may lay one position apart and still be called the same [m].
@@ -93,7 +91,7 @@ def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTa
         checks.require(name, "a tracks table with velocities and covariances")
     time, _ = checks.times("time")
     track = checks.whole_numbers("track", _TRACK)
-    within = (DISTANCE,) * dim + (_SPEED,) * dim
+    within = (TRACK_PLACE,) * dim + (TRACK_SPEED,) * dim
     columns = [
         checks.numbers(name, limits) for name, limits in zip(state_names(dim), within, strict=True)
     ]
@@ -159,7 +157,9 @@ def read_covariances(checks: RowChecks, dim: int) -> FloatArray:
     for (row, column), name in zip(
         combinations_with_replacement(range(n), 2), covariance_names(dim), strict=True
     ):
-        matrices[:, row, column] = matrices[:, column, row] = checks.numbers(name, _COVARIANCE)
+        matrices[:, row, column] = matrices[:, column, row] = checks.numbers(
+            name, TRACK_COVARIANCE
+        )
     good = np.flatnonzero(checks.good)
     bad = np.zeros(len(checks), dtype=bool)
     if good.size:

@@ -1,6 +1,7 @@
 """What a run left in its directory, read back."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -10,11 +11,11 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.tracks import TrackTable
-from trackweave.errors import DataFormatError
+from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import text_array
 from trackweave.io.output import RECORD
-from trackweave.io.positions import DISTANCE, require_origin
+from trackweave.io.positions import TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED, require_origin
 from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.tables import load_table
 from trackweave.io.truth import read_status
@@ -24,8 +25,6 @@ __all__ = ["AssignedReports", "RunFiles", "read_run"]
 COMMANDS = ("track", "demo")
 TABLES = ("tracks.csv", "history.csv", "assignments.csv")
 _TRACK = Range(0.0, 2.0**53, expected="a whole number")
-_SPEED = Range(-1e9, 1e9)
-_COVARIANCE = Range(-1e18, 1e18)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +105,37 @@ class RunFiles:
         """Return the CPU milliseconds of each scan; None where the record has no timing."""
         if not isinstance(self.record.get("timing"), dict):
             return None
-        return _column(self.path, self.record, ("timing", "scans"), "cpu_ms")
+        spent = _column(self.path, self.record, ("timing", "scans"), "cpu_ms")
+        if spent.size != len(self.record["scans"]):
+            raise DataFormatError(_strange(self.path, self.record, "timing"))
+        return spent
+
+    def sensor_positions(self) -> dict[str, tuple[float, ...]]:
+        """Return where the configuration says that sensors stand.
+
+        Returns
+        -------
+        Places [m] by the sensors' names, without those of which nothing is said.
+
+        Raises
+        ------
+        DataFormatError
+            If the record says something else than two or three numbers.
+        """
+        configuration = self.record.get("configuration")
+        sensors = configuration.get("sensors") if isinstance(configuration, dict) else None
+        found: dict[str, tuple[float, ...]] = {}
+        for name, values in sensors.items() if isinstance(sensors, dict) else ():
+            place = values.get("position") if isinstance(values, dict) else None
+            if place is None:
+                continue
+            if not (isinstance(place, list) and len(place) in (2, 3) and _all_numbers(place)):
+                raise DataFormatError(
+                    f"{self.path / RECORD}, key configuration.sensors.{name}.position: "
+                    f"{place!r:.60}; expected two or three numbers"
+                )
+            found[name] = tuple(float(number) for number in place)
+        return found
 
 
 def read_run(directory: Path) -> RunFiles:
@@ -133,13 +162,16 @@ def read_run(directory: Path) -> RunFiles:
                 f"{directory / name}: missing; expected all files of a run: {', '.join(TABLES)}"
             )
     dim, frame = _get(directory, record, "input", "dimensions"), _frame(directory, record)
-    if dim not in (2, 3):
+    if isinstance(dim, bool) or dim not in (2, 3):
         raise DataFormatError(f"{directory / RECORD}, key dimensions: {dim}; expected 2 or 3")
     tracks, iso_time = _tracks(directory / "tracks.csv", dim)
     history, _ = _tracks(directory / "history.csv", dim)
     assignments = _assignments(directory / "assignments.csv")
     run = RunFiles(directory, record, tracks, history, assignments, frame, iso_time)
-    run.scans("time", "reports", "gap")
+    time, reports, _ = run.scans("time", "reports", "gap")
+    for key, values in (("time", time), ("reports", reports)):
+        if not np.isfinite(values).all():
+            raise DataFormatError(_strange(directory, record, key))
     return run
 
 
@@ -188,10 +220,19 @@ def _column(
     directory: Path, record: dict[str, Any], keys: tuple[str, ...], key: str
 ) -> FloatArray:
     rows = _get(directory, record, *keys)
-    try:
-        return np.array([row[key] for row in rows], dtype=np.float64)  # null becomes NaN
-    except (KeyError, TypeError, ValueError) as err:
-        raise DataFormatError(_strange(directory, record, key)) from err
+    is_table = isinstance(rows, list) and all(isinstance(row, dict) and key in row for row in rows)
+    values = [row[key] for row in rows] if is_table else []
+    if not is_table or not _all_numbers(value for value in values if value is not None):
+        raise DataFormatError(_strange(directory, record, key))
+    return np.array(values, dtype=np.float64)  # null becomes NaN
+
+
+def _all_numbers(values: Iterable[Any]) -> bool:
+    """Tell whether values are plain numbers that NumPy has room for."""
+    return all(
+        isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+        for value in values
+    )
 
 
 def _frame(directory: Path, record: dict[str, Any]) -> LocalFrame | None:
@@ -199,7 +240,12 @@ def _frame(directory: Path, record: dict[str, Any]) -> LocalFrame | None:
     projection: Projection = record["input"].get("frame_projection") or "tangent"
     if projection not in get_args(Projection):
         raise DataFormatError(_strange(directory, record, "frame_projection"))
-    return None if origin is None else require_origin(origin, projection)
+    if origin is None:
+        return None
+    try:
+        return require_origin(origin, projection)
+    except InvalidInputError as err:
+        raise DataFormatError(f"{directory / RECORD}, key frame_origin: {err}") from err
 
 
 def _tracks(path: Path, dim: int) -> tuple[TrackTable, bool]:
@@ -212,13 +258,17 @@ def _tracks(path: Path, dim: int) -> tuple[TrackTable, bool]:
     track = checks.whole_numbers("track", _TRACK)
     status = read_status(checks)
     mean = np.stack(
-        [checks.numbers(name, _SPEED if name.startswith("v") else DISTANCE) for name in names], -1
+        [
+            checks.numbers(name, TRACK_SPEED if name.startswith("v") else TRACK_PLACE)
+            for name in names
+        ],
+        -1,
     )
     covariance = np.zeros((len(checks), n, n))
     for name in covariance_names(dim):
         first, second = (names.index(axis) for axis in name.split("_")[1:])
         if first < dim and second < dim and name in checks.names:
-            values = checks.numbers(name, _COVARIANCE)
+            values = checks.numbers(name, TRACK_COVARIANCE)
             covariance[:, first, second] = covariance[:, second, first] = values
     checks.finish("fail")
     nothing = np.zeros(len(checks))

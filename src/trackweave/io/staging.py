@@ -23,10 +23,20 @@ except ImportError:  # Windows: every staging directory then counts as left behi
 else:
     _HAS_LOCKS = True
 
-__all__ = ["STAGING_PREFIX", "Staging", "is_staging", "recover", "remove_abandoned", "translated"]
+__all__ = [
+    "STAGING_PREFIX",
+    "Staging",
+    "clear_all",
+    "is_staging",
+    "recover",
+    "remove_abandoned",
+    "translated",
+]
 
 STAGING_PREFIX = ".trackweave-staging-"
 _JOURNAL = "journal.json"
+_ALIVE: "set[Staging]" = set()
+"""What this process is writing at the moment."""
 
 
 class Staging:
@@ -42,6 +52,10 @@ class Staging:
         # Named before it is made, so that an interruption in between leaves nothing behind.
         self.path = folder / f"{STAGING_PREFIX}{secrets.token_hex(8)}"
         self._lock: int | None = None
+        self._change: tuple[Path, str] | None = None
+        self.parents: list[Path] = []
+        """Directories that were made for it, the innermost first."""
+        _ALIVE.add(self)
         try:
             self.path.mkdir(mode=0o700)
             self._lock = _take_lock(self.path)
@@ -74,6 +88,7 @@ class Staging:
         last
             The new file that is moved last.
         """
+        self._change = target, last
         new, aside = self.path / "new", self.path / "old"
         names = {"old": list(old), "new": sorted(entry.name for entry in new.iterdir())}
         aside.mkdir()
@@ -104,6 +119,7 @@ class Staging:
             _move_back(self.path, target, last)
         except OSError:
             self._release()
+            _ALIVE.discard(self)
         else:
             self.remove()
 
@@ -111,11 +127,29 @@ class Staging:
         """Remove the staging directory with all that it holds."""
         self._release()
         shutil.rmtree(self.path, ignore_errors=True)
+        _ALIVE.discard(self)
+
+    def clear(self) -> None:
+        """Undo a change that has begun and is not complete, and remove the directory."""
+        if self._change is not None:
+            self.undo(*self._change)
+            return
+        self.remove()
+        for parent in self.parents:
+            with contextlib.suppress(OSError):  # others may have used it
+                parent.rmdir()
 
     def _release(self) -> None:
         if self._lock is not None:
             lock, self._lock = self._lock, None
             os.close(lock)
+
+
+def clear_all() -> None:
+    """Undo whatever this process is writing, before a signal ends it."""
+    for staging in list(_ALIVE):
+        with contextlib.suppress(OSError):
+            staging.clear()
 
 
 def recover(target: Path, last: str) -> bool:

@@ -34,6 +34,9 @@ else:
     # Narwhals is imported when a table of another library comes.
     TableSource = str | os.PathLike[str] | Any
 
+_PER_DAY = {None: 1.0, "ms": 86_400e3, "us": 86_400e6, "ns": 86_400e9}
+# The years 1 to 9999, in days from 1970, and as long a duration as Python has.
+_YEARS, _DURATION = (-719_162, 2_932_895), (-999_999_999, 999_999_999)
 ENDINGS = (".csv", ".csv.gz", ".parquet")
 TIME = "time"
 TIME_TOO = ("t", "frame")  # what others call it; the first that is there counts
@@ -113,6 +116,8 @@ def load_table(
         from trackweave.io.frames_in import from_native
 
         table = from_native(source)
+    for column in table.columns.get_columns():
+        _require_calendar(table, column.name, column)
     if len(table) == 0 and not table.skipped and not may_be_empty:
         raise DataFormatError(f"{table.name}: no data rows; expected at least one")
     return table
@@ -225,6 +230,30 @@ def _parse_parquet(data: bytes, name: str) -> RawTable:
     if frame.width == 0:
         raise DataFormatError(f"{name}: no columns; expected a table of reports")
     return RawTable(name, frame, np.arange(1, frame.height + 1))
+
+
+def _require_calendar(table: RawTable, name: str, column: pl.Series) -> None:
+    """Refuse dates, times and durations that no calendar has: what shows them panics later."""
+    kind = column.dtype
+    if isinstance(kind, pl.List | pl.Array):
+        inner = column.explode()
+        _require_calendar(table, name, inner.drop_nulls())
+    elif isinstance(kind, pl.Struct):
+        for part in column.struct.fields:
+            _require_calendar(table, name, column.struct.field(part))
+    elif isinstance(kind, pl.Date | pl.Datetime | pl.Duration):
+        unit = _PER_DAY[getattr(kind, "time_unit", None)]
+        days = column.to_physical().cast(pl.Float64) / unit
+        first, last = _DURATION if isinstance(kind, pl.Duration) else _YEARS
+        bad = np.flatnonzero(((days < first) | (days > last)).fill_null(value=False).to_numpy())
+        if bad.size:
+            whole = len(column) == len(table)
+            row = f"row {table.row[bad[0]]}, " if whole else ""
+            words = "a duration" if isinstance(kind, pl.Duration) else "a day from 1970"
+            raise DataFormatError(
+                f"{table.name}, {row}column {name}: {days[int(bad[0])]:.15g} days; expected "
+                f"{words} of {first} to {last} days"
+            )
 
 
 def _first_line(err: Exception) -> str:

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
-from trackweave.io.positions import DISTANCE, LATITUDE, LONGITUDE
+from trackweave.io.positions import LATITUDE, LONGITUDE, TRACK_PLACE, TRACK_SPEED
 from trackweave.io.priors import covariance_names, read_covariances, state_names
 from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.truth import read_status
@@ -18,7 +18,6 @@ from trackweave.summaries import summary
 __all__ = ["LocalTracks", "read_local_tracks"]
 
 _TRACK = Range(0.0, 2.0**53, expected="a whole number")
-_SPEED = Range(-1e9, 1e9)
 _WHAT = "a tracks table with velocities and covariances"
 
 
@@ -121,7 +120,7 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
         checks.require(name, _WHAT)
     time, iso_time = checks.times("time")
     track = checks.whole_numbers("track", _TRACK)
-    within = (DISTANCE,) * dim + (_SPEED,) * dim
+    within = (TRACK_PLACE,) * dim + (TRACK_SPEED,) * dim
     columns = [
         checks.numbers(name, limits) for name, limits in zip(state_names(dim), within, strict=True)
     ]

@@ -12,7 +12,7 @@ from trackweave.domain.tracks import CONFIRMED, STATUSES
 from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, numbered, read_numbers, text_array
-from trackweave.io.positions import read_positions
+from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
 from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.times import read_times
 
@@ -245,11 +245,13 @@ def _paths(
     checks.require(name_column, f"identifiers of {name_column}s")
     time, _ = checks.times("time")
     name = text_array(checks.text(name_column, "an identifier"))
-    position = read_positions(checks, frame, among).values
+    is_track = name_column == "track"
+    within = TRACK_PLACE if is_track else DISTANCE
+    position = read_positions(checks, frame, among, within).values
     velocity_columns = ("vx", "vy", "vz")[: position.shape[1]]
-    velocity = None
+    velocity, speed = None, TRACK_SPEED if is_track else _SPEED
     if all(checks.filled(column) for column in velocity_columns):
-        speeds = [checks.numbers(column, _SPEED, among=among) for column in velocity_columns]
+        speeds = [checks.numbers(column, speed, among=among) for column in velocity_columns]
         velocity = np.stack(speeds, -1)
     return _Paths(name_column, time, name, position, velocity)
 

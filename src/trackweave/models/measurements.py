@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import ROUNDING, FloatArray
 from trackweave.domain.measurements import MeasurementKind
 
-__all__ = ["NO_PLATFORM", "to_position"]
+__all__ = ["NO_PLATFORM", "to_position", "with_rounding"]
 
 NO_PLATFORM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """A sensor that stands at the origin: x, y, z [m] and their rates [m/s]."""
@@ -71,7 +71,27 @@ def to_position(
         + (distance * elevation_sigma)[:, None, None] ** 2 * _outer(over)
     )
     position = platform[:, :3] + length * along
-    return position[:, :dim].copy(), np.ascontiguousarray(spread[:, :dim, :dim])
+    return position[:, :dim].copy(), with_rounding(spread[:, :dim, :dim])
+
+
+def with_rounding(covariance: FloatArray) -> FloatArray:
+    """Return covariances of positions that were turned, wider by what rounding may have lost.
+
+    A range a million times as precise as what an angle tells across it is else less than the last
+    digits, and the turned covariance not positive definite.
+
+    Parameters
+    ----------
+    covariance
+        Matrices, shape (rows, dim, dim).
+
+    Returns
+    -------
+    Matrices of the same shape.
+    """
+    trace = np.trace(covariance, axis1=1, axis2=2)
+    lost = ROUNDING * trace[:, None, None] * np.eye(covariance.shape[1])
+    return np.ascontiguousarray(covariance + lost)
 
 
 def _outer(vector: FloatArray) -> FloatArray:

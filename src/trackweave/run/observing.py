@@ -12,6 +12,7 @@ from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of
@@ -29,6 +30,7 @@ WIDEST_CHANCE_GAP = np.radians(60.0)
 SAME_PLACE = 1.0
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
+MOST_SENSORS = 2_000
 
 
 def settle(
@@ -55,7 +57,13 @@ def settle(
     -------
     Everything that a tracker needs, and the estimates that went in; None where none were needed
     or no report tells a position.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are too many sensors to estimate anything of each.
     """
+    _require_few_sensors(reports, configuration)
     observed = observe(reports, configuration)
     places = positions_in(reports, configuration)
     unplaced = [
@@ -81,6 +89,17 @@ def settle(
     notes += _notes_on_bearings(observed, filled)
     notes += _notes_on_places(reports, observed, places)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> None:
+    """Refuse to estimate thousands of sensors: the work grows with their number's square."""
+    count = len(reports.sensors)
+    if count > MOST_SENSORS and needs_estimates(configuration, reports.sensors):
+        raise InvalidInputError(
+            f"column sensor: {count} sensors; expected at most {MOST_SENSORS} where anything is "
+            "estimated, or a configuration with all keys of [sensors.default], process_noise, "
+            "max_speed and new_target_density"
+        )
 
 
 def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:

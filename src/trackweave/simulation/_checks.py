@@ -7,6 +7,9 @@ from trackweave.errors import InvalidInputError
 
 __all__ = ["flag", "number", "text", "vector", "whole"]
 
+LONGEST_NAME = 256
+"""Bytes of a name, as files of reports may have."""
+
 
 def number(
     value: object, key: str, *, above: float = -math.inf, low: float = -math.inf,
@@ -44,15 +47,15 @@ def number(
     if high < math.inf:
         parts.append(f"of at most {high:g}")
     if _is_number(value):
-        found = float(value)  # type: ignore[arg-type]  # narrowed by _is_number
+        found = _as_float(value)
         if math.isfinite(found) and found > above and low <= found <= high:
             return found
     wanted = f"a number {' and '.join(parts)}" if parts else "a finite number"
-    raise InvalidInputError(f"{key}: {value!r}; expected {wanted}")
+    raise InvalidInputError(f"{key}: {value!r:.80}; expected {wanted}")
 
 
-def whole(value: object, key: str, low: int) -> int:
-    """Return a whole number that is at least ``low``.
+def whole(value: object, key: str, low: int, high: int | None = None) -> int:
+    """Return a whole number that is at least ``low`` and at most ``high``.
 
     Parameters
     ----------
@@ -62,6 +65,8 @@ def whole(value: object, key: str, low: int) -> int:
         What the error message calls it.
     low
         The least value.
+    high
+        The greatest value; None for any.
 
     Returns
     -------
@@ -70,12 +75,14 @@ def whole(value: object, key: str, low: int) -> int:
     Raises
     ------
     InvalidInputError
-        If it is no whole number or too small.
+        If it is no whole number, too small or too large.
     """
     is_whole = isinstance(value, int) or hasattr(value, "__index__")
     if is_whole and not isinstance(value, bool) and int(value) >= low:  # type: ignore[call-overload]
+        if high is not None and int(value) > high:  # type: ignore[call-overload]
+            raise InvalidInputError(f"{key}: {value!r:.80}; expected at most {high}")
         return int(value)  # type: ignore[call-overload,no-any-return]
-    raise InvalidInputError(f"{key}: {value!r}; expected a whole number of at least {low}")
+    raise InvalidInputError(f"{key}: {value!r:.80}; expected a whole number of at least {low}")
 
 
 def vector(value: object, key: str, dim: int | None = None) -> tuple[float, ...]:
@@ -103,10 +110,10 @@ def vector(value: object, key: str, dim: int | None = None) -> tuple[float, ...]
     lengths = (2, 3) if dim is None else (dim,)
     items = _items(value)
     if items is not None and len(items) in lengths and all(_is_number(item) for item in items):
-        numbers = tuple(float(item) for item in items)  # type: ignore[arg-type]
+        numbers = tuple(_as_float(item) for item in items)
         if all(math.isfinite(item) for item in numbers):
             return numbers
-    raise InvalidInputError(f"{key}: {value!r}; expected {wanted} finite numbers")
+    raise InvalidInputError(f"{key}: {value!r:.80}; expected {wanted} finite numbers")
 
 
 def text(value: object, key: str) -> str:
@@ -128,9 +135,14 @@ def text(value: object, key: str) -> str:
     InvalidInputError
         If it is no text or empty.
     """
-    if isinstance(value, str) and value.strip():
-        return value
-    raise InvalidInputError(f"{key}: {value!r}; expected a text that is not empty")
+    if isinstance(value, str) and value.strip() == value != "" and value.isprintable():
+        if len(value.encode()) <= LONGEST_NAME:
+            return value
+        raise InvalidInputError(f"{key}: {value!r:.80}; expected at most {LONGEST_NAME} bytes")
+    raise InvalidInputError(
+        f"{key}: {value!r:.80}; expected a text that is not empty, without blanks around it or "
+        "line breaks in it"
+    )
 
 
 def flag(value: object, key: str) -> bool:
@@ -154,12 +166,19 @@ def flag(value: object, key: str) -> bool:
     """
     if isinstance(value, bool):
         return value
-    raise InvalidInputError(f"{key}: {value!r}; expected true or false")
+    raise InvalidInputError(f"{key}: {value!r:.80}; expected true or false")
 
 
 def _is_number(value: object) -> bool:
     # NumPy's scalars are numbers too; true and false are not.
     return hasattr(value, "__float__") and not isinstance(value, bool | str)
+
+
+def _as_float(value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]  # a number, as _is_number says
+    except (OverflowError, TypeError, ValueError):
+        return math.nan
 
 
 def _items(value: object) -> list[object] | None:

@@ -3,17 +3,18 @@
 import math
 from dataclasses import dataclass
 
+from trackweave.domain.reports import NOISE_M
 from trackweave.errors import InvalidInputError
 from trackweave.simulation._checks import flag, number, text, vector, whole
-from trackweave.simulation.targets import Crossing, Parallel, Target
+from trackweave.simulation.targets import MOST_TARGETS, Crossing, Parallel, Target
 
 __all__ = ["Area", "RandomTargets", "Scenario", "SimulatedSensor"]
 
 # A slip of a unit (a period in microseconds, say) must not fill the memory.
 MOST_SCANS = 1_000_000
-MOST_RANDOM_TARGETS = 100_000
+MOST_SECONDS = 1e11
 MOST_FALSE_ALARMS = 1_000_000
-MOST_ROWS = 50_000_000
+MOST_ROWS = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +98,9 @@ class SimulatedSensor:
         raw: object = self.sigma
         if hasattr(raw, "__len__") and not isinstance(raw, str):
             sigmas = vector(raw, "sigma")
-            _set(self, "sigma", tuple(number(sigma, "sigma", above=0.0) for sigma in sigmas))
+            _set(self, "sigma", tuple(_noise(sigma) for sigma in sigmas))
         else:
-            _set(self, "sigma", number(raw, "sigma", above=0.0))
+            _set(self, "sigma", _noise(raw))
         _set(self, "scan_period", number(self.scan_period, "scan_period", above=0.0))
         chance = number(self.detection_probability, "detection_probability", above=0.0, high=1.0)
         _set(self, "detection_probability", chance)
@@ -107,7 +108,11 @@ class SimulatedSensor:
             self.clutter_per_scan, "clutter_per_scan", low=0.0, high=MOST_FALSE_ALARMS
         )
         _set(self, "clutter_per_scan", clutter)
-        _set(self, "start_offset", number(self.start_offset, "start_offset", low=0.0))
+        _set(
+            self,
+            "start_offset",
+            number(self.start_offset, "start_offset", low=0.0, high=MOST_SECONDS),
+        )
         if self.position is not None:
             _set(self, "position", vector(self.position, "position"))
         if self.max_range != math.inf:
@@ -154,10 +159,7 @@ class RandomTargets:
     stay_inside: bool = True
 
     def __post_init__(self) -> None:
-        count = whole(self.count, "count", low=0)
-        if count > MOST_RANDOM_TARGETS:
-            raise InvalidInputError(f"count: {count}; expected at most {MOST_RANDOM_TARGETS}")
-        _set(self, "count", count)
+        _set(self, "count", whole(self.count, "count", 0, MOST_TARGETS))
         least, greatest = vector(self.speed, "speed", 2)
         if not 0 <= least <= greatest:
             raise InvalidInputError(
@@ -213,7 +215,7 @@ class Scenario:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        _set(self, "duration", number(self.duration, "duration", above=0.0))
+        _set(self, "duration", number(self.duration, "duration", above=0.0, high=MOST_SECONDS))
         _set(self, "process_noise", number(self.process_noise, "process_noise", low=0.0))
         _set(self, "seed", whole(self.seed, "seed", low=0))
         for key in ("sensors", "targets", "crossings", "parallels"):
@@ -221,9 +223,9 @@ class Scenario:
         if not self.sensors:
             raise InvalidInputError("sensors: none; expected at least one")
         _check_dimensions(self)
+        _check_size(self)
         _check_names("sensors", [sensor.name for sensor in self.sensors])
         _check_names("targets", [target.name for target in self.explicit_targets()])
-        _check_size(self)
 
     def explicit_targets(self) -> tuple[Target, ...]:
         """Return all targets but the random ones, each with a name.
@@ -241,6 +243,11 @@ class Scenario:
             target if target.name is not None else _named(target, str(place))
             for place, target in enumerate(everyone, start=1)
         )
+
+
+def _noise(value: object) -> float:
+    # Above 0 first, so that the message of a negative one says no more than that.
+    return number(number(value, "sigma", above=0.0), "sigma", low=NOISE_M[0], high=NOISE_M[1])
 
 
 def _named(target: Target, name: str) -> Target:
@@ -285,12 +292,19 @@ def _check_size(scenario: Scenario) -> None:
             f"sensors: {sum(scans):.3g} scans in {duration:g} s; expected at most {MOST_SCANS}"
         )
     births = 0.0 if wanted is None else wanted.birth_rate * duration
-    if births > MOST_RANDOM_TARGETS:
+    if births > MOST_TARGETS:
         raise InvalidInputError(
             f"random.birth_rate: {births:.3g} births in {duration:g} s; "
-            f"expected at most {MOST_RANDOM_TARGETS}"
+            f"expected at most {MOST_TARGETS}"
         )
-    n_targets = len(scenario.explicit_targets()) + births + (wanted.count if wanted else 0)
+    groups: tuple[Crossing | Parallel, ...] = (*scenario.crossings, *scenario.parallels)
+    explicit = len(scenario.targets) + sum(group.count for group in groups)
+    n_targets = explicit + births + (wanted.count if wanted else 0)
+    if n_targets > MOST_TARGETS:
+        raise InvalidInputError(
+            f"targets: {n_targets:.15g} with crossings, parallels and random ones; expected at "
+            f"most {MOST_TARGETS}"
+        )
     clutter = sum(
         many * sensor.clutter_per_scan
         for many, sensor in zip(scans, scenario.sensors, strict=True)

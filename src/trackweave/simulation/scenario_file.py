@@ -1,6 +1,5 @@
 """Scenarios from TOML files, every mistake named by file, key, value and what was expected."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 from trackweave.errors import InvalidInputError
 from trackweave.simulation.scenario import Area, RandomTargets, Scenario, SimulatedSensor
 from trackweave.simulation.targets import Crossing, Manoeuvre, Parallel, Target
+from trackweave.toml_file import read_toml
 
 __all__ = ["read_scenario"]
 
@@ -33,14 +33,7 @@ def read_scenario(path: str | Path) -> Scenario:
         If the file cannot be read, is not TOML, or holds a key or value that does not fit.
     """
     file = Path(path)
-    try:
-        table = tomllib.loads(file.read_bytes().decode("utf-8"))
-    except OSError as err:
-        raise InvalidInputError(f"{file}: {err.strerror}; expected a scenario file") from err
-    except UnicodeDecodeError as err:
-        raise InvalidInputError(f"{file}: byte {err.start} is not UTF-8; expected TOML") from err
-    except tomllib.TOMLDecodeError as err:
-        raise InvalidInputError(f"{file}: {err}; expected TOML") from err
+    table = read_toml(file, "a scenario")
     try:
         return _scenario(table)
     except InvalidInputError as err:

@@ -19,6 +19,8 @@ from trackweave.summaries import summary
 __all__ = ["Simulation", "simulate"]
 
 MOST_TRIES = 10_000
+FARTHEST = 1e9
+"""Coordinates [m] and velocities [m/s] that files of reports may have."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +80,8 @@ def simulate(scenario: Scenario, rng: RandomSource = 0) -> Simulation:
     Raises
     ------
     InvalidInputError
-        If random targets cannot stay inside the area, or a sensor watches none of it.
+        If random targets cannot stay inside the area, a sensor watches none of it, or a target
+        or report is too far away or too fast for a file of reports.
     """
     rng = generator_of(rng)
     targets = [*scenario.explicit_targets()]
@@ -97,7 +100,24 @@ def simulate(scenario: Scenario, rng: RandomSource = 0) -> Simulation:
         truth.position,
         truth.velocity,
     )
-    return Simulation(_reports(scenario, truth, schedule, names, rng), table)
+    reports = _reports(scenario, truth, schedule, names, rng)
+    _require_near(truth, reports)
+    return Simulation(reports, table)
+
+
+def _require_near(truth: _Truth, reports: ReportTable) -> None:
+    """Refuse places and speeds that no reader of reports and truth takes."""
+    for what, values, unit in (
+        ("place", truth.position, "m"),
+        ("velocity", truth.velocity, "m/s"),
+        ("report", reports.measurement, "m"),
+    ):
+        farthest = float(np.max(np.abs(values), initial=0.0))
+        if not farthest <= FARTHEST:
+            raise InvalidInputError(
+                f"targets: a {what} of {farthest:.3g} {unit}; expected at most {FARTHEST:g} "
+                "along each axis"
+            )
 
 
 def _schedule(scenario: Scenario) -> tuple[FloatArray, IntArray]:

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from trackweave.errors import InvalidInputError
 from trackweave.simulation._checks import number, text, vector, whole
 
-__all__ = ["Crossing", "Manoeuvre", "Parallel", "Target"]
+__all__ = ["MOST_TARGETS", "Crossing", "Manoeuvre", "Parallel", "Target"]
+
+MOST_TARGETS = 100_000
+"""As many may be in a scenario; more are a slip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +163,7 @@ class Crossing:
         _set(self, "point", vector(self.point, "point"))
         _set(self, "time", number(self.time, "time", low=0.0))
         _set(self, "speed", number(self.speed, "speed", above=0.0))
-        _set(self, "count", whole(self.count, "count", low=2))
+        _set(self, "count", whole(self.count, "count", 2, MOST_TARGETS))
         _set(self, "angle_deg", number(self.angle_deg, "angle_deg", above=0.0, high=180.0))
         _set(self, "heading_deg", number(self.heading_deg, "heading_deg"))
         _check_life(self)
@@ -222,7 +225,7 @@ class Parallel:
             )
         _set(self, "velocity", velocity)
         _set(self, "spacing", number(self.spacing, "spacing", above=0.0))
-        _set(self, "count", whole(self.count, "count", low=2))
+        _set(self, "count", whole(self.count, "count", 2, MOST_TARGETS))
         _check_life(self)
 
     @property
