@@ -7,10 +7,12 @@ from typing import Any
 from trackweave.config.messages import suggest
 from trackweave.errors import InvalidInputError
 
-__all__ = ["FUSION_PRESETS", "PRESETS", "preset_values"]
+__all__ = ["FUSION_PRESETS", "PRESETS", "preset_notes", "preset_values"]
 
-# The module of each preset; its CONFIGURATION is nested as a configuration file is.
+# The module of each preset; its CONFIGURATION is nested as a configuration file is. One that keeps
+# to its document's letter names in USABLE the preset that serves on reports of one's own.
 PRESETS: dict[str, str] = {
+    "hillis": "trackweave.presets.hillis",
     "hillis-1997": "trackweave.presets.hillis_1997",
     "wiranto-2018": "trackweave.presets.wiranto_2018",
 }
@@ -46,3 +48,22 @@ def preset_values(name: str | None) -> Mapping[str, Any]:
         raise InvalidInputError(f'preset: "{name}" is not known; {choice}')
     values: Mapping[str, Any] = import_module(PRESETS[name]).CONFIGURATION
     return values
+
+
+def preset_notes(name: str | None) -> list[str]:
+    """Return a sentence on which preset to take instead of one that keeps to its document.
+
+    Parameters
+    ----------
+    name
+        Name of a preset of either kind, None for none.
+
+    Returns
+    -------
+    One sentence, or none.
+    """
+    module = {**PRESETS, **FUSION_PRESETS}.get(name or "")
+    usable = getattr(import_module(module), "USABLE", None) if module else None
+    if usable is None:
+        return []
+    return [f"preset {name} keeps to its document's letter; --preset {usable} is made for use"]
