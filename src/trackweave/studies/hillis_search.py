@@ -99,14 +99,10 @@ def searching(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Ta
             problem = full_window(own, objects)
             least = [least_cost(problem, own, lone=lone) for lone in (True, False)]
             preset = document_search()
-            ways = {
-                f"population {population}": replace(preset, population=population)
-                for population in populations
-            }
-            lists = replace(preset, genotype="association-list", population=of_lists)
-            free = {"generations": WITHOUT_END, "evaluations": budget}
-            ways = {name: replace(way, **free) for name, way in ways.items()}
-            ways |= {LISTS: replace(lists, **free), BY_SIZE: preset}
+            free = replace(preset, generations=WITHOUT_END, evaluations=budget)
+            ways = {f"population {many}": replace(free, population=many) for many in populations}
+            ways[LISTS] = replace(free, genotype="association-list", population=of_lists)
+            ways[BY_SIZE] = preset
             for name, way in ways.items():
                 course = evolve(problem, way, own)
                 above = _above(course.best, least[0])
@@ -203,8 +199,10 @@ def on_islands(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, T
 
 def _ways(population: int) -> dict[str, Resumable]:
     """Return ways to spread the preset's search."""
-    free = {"spread": 0.0, "generations": WITHOUT_END, "evaluations": WITHOUT_END}
-    one = replace(document_search(), population=population, **free)
+    one = replace(
+        document_search(), population=population, spread=0.0, generations=WITHOUT_END,
+        evaluations=WITHOUT_END,
+    )  # fmt: skip
     several = Islands((one,), ISLANDS, threads=1, epochs=WITHOUT_END, patience=WITHOUT_END)
     quarter = replace(one, population=max(2, population // ISLANDS))
     return {
@@ -223,8 +221,9 @@ def _searched(
     state = search.start(problem, rng=np.random.Generator(np.random.PCG64(seed)))
     state = search.advance(state, evaluations=budget)
     epochs = getattr(state.search, "epoch", None)
-    sends = isinstance(search, Islands) and search.neighbours > 0 and epochs is not None
-    return search.answer(state), ISLANDS * epochs if sends else None
+    if epochs is None or not isinstance(search, Islands) or search.neighbours == 0:
+        return search.answer(state), None
+    return search.answer(state), ISLANDS * int(epochs)
 
 
 def _told(answer: Answer) -> tuple[object, ...]:

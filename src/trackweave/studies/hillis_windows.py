@@ -67,7 +67,8 @@ def _excess(followed: Followed, rng: np.random.Generator) -> FloatArray:
         answer.cost - least_cost(problem, rng, lone=True)
         for problem, answer in zip(followed.asked.problems, followed.asked.answers, strict=True)
     ]
-    return np.maximum(np.array(found), 0.0)
+    above: FloatArray = np.maximum(np.array(found), 0.0)
+    return above
 
 
 def arriving(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
