@@ -66,7 +66,7 @@ def _judged(
 def _demo() -> list[list[Any]]:
     """Return the demo's rows: its scans come once in a second or two."""
     scenario = demo_scenario()
-    scene = simulate(scenario, np.random.default_rng(0))
+    scene = simulate(scenario, np.random.default_rng(1))  # as the command does
     targets = [str(name) for name in scene.reports.carried["target"]]
     period = min(sensor.scan_period for sensor in scenario.sensors)
     return _judged(("demo, 9 objects", "none"), scene.reports, targets, None, period)

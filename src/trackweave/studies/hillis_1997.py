@@ -189,6 +189,7 @@ def _picture_of_stops(tables: Mapping[str, Table]) -> bytes:
             *_mean_by(thresholds, "threshold [nats]", "excess [nats]", objects=objects)
         )
         for objects in sizes_of(thresholds)
+        if np.isfinite(thresholds.column("generation", objects=objects)).any()
     }
     late = SpreadCurve(*_mean_by(stops, "looks", "excess [nats]"))
     y_name = "above the best there is [nats]"
