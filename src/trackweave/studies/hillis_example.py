@@ -28,7 +28,18 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.window import Window
 
-__all__ = ["FIGURES", "PLACES", "REPORTS", "drawn", "tracks_of"]
+__all__ = [
+    "FIGURES",
+    "PLACES",
+    "REPORTS",
+    "Run",
+    "decoded_figure",
+    "drawn",
+    "least_cost_with",
+    "name_of",
+    "run_example",
+    "tracks_of",
+]
 
 Tracks = frozenset[tuple[int, ...]]
 

@@ -22,7 +22,22 @@ from trackweave.studies.hillis_fitness import (
 from trackweave.studies.hillis_scenes import dense_scene, follow
 from trackweave.studies.writing import Table
 
-__all__ = ["BY_SIZE", "CLOSE", "GRID", "least_cost", "on_islands", "searching", "stopping"]
+__all__ = [
+    "BY_SIZE",
+    "CLOSE",
+    "DEFAULT",
+    "GRID",
+    "LISTS",
+    "USABLE",
+    "Evolution",
+    "evolve",
+    "full_window",
+    "interrupted",
+    "least_cost",
+    "on_islands",
+    "searching",
+    "stopping",
+]
 
 CLOSE = 1e-6
 """Costs that differ by no more are equal [nats]."""

@@ -27,7 +27,7 @@ METHODS: dict[str, Callable[[], Solver]] = {
 COMPARED = (1, 5)
 # Scans of each sensor; scenes, and how many of them the patent's search and every depth get.
 SCANS, SCENES, SEARCHED, AT_EVERY_DEPTH = 5, 20, 6, 6
-QUICK = (4, 3, 1, 1)
+QUICK = (3, 3, 1, 1)
 
 
 def by_depth(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
