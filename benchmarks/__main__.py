@@ -5,6 +5,7 @@
     python -m benchmarks --only association   # the solvers on assignment problems
     python -m benchmarks --only plots         # plots of one instant, some fifteen minutes
     python -m benchmarks --only fusion        # tracks of many sensors, some twenty minutes
+    python -m benchmarks --only presets       # what the documents' usable presets are worth
     python -m benchmarks --only performance   # capacity, deadlines, and what each part gains
     python -m benchmarks --peers-python peers/bin/python
 
@@ -72,6 +73,7 @@ SCRIPTS = {
     "performance-gains": ["gains.py"],
     "performance-cold": ["cold_start.py"],
     "performance-hostile": ["hostile.py"],
+    "presets-hillis": ["presets_hillis.py"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.
@@ -80,8 +82,12 @@ GROUPS = {
     "fusion": "explanation/fusion.md",
     "performance": "performance.md",
     "plots": "explanation/plots.md",
+    "presets": PAGE,
 }
-OWN_PAGES = {"recordings": "explanation/recordings.md"}
+OWN_PAGES = {
+    "recordings": "explanation/recordings.md",
+    "presets-hillis": "explanation/hillis-1997.md",
+}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -115,7 +121,7 @@ def main() -> int:
         if done.returncode:
             failed.append(name)
         elif not done.stdout.startswith("Skipped"):
-            page = GROUPS.get(group) or OWN_PAGES.get(name, PAGE)
+            page = OWN_PAGES.get(name) or GROUPS.get(group, PAGE)
             enter(arguments.pages / page, name, done.stdout.strip())
     if failed:
         print(f"Failed: {', '.join(failed)}", file=sys.stderr)

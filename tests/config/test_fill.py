@@ -9,6 +9,7 @@ import pytest
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.observed import ObservedSensor
+from trackweave.config.presets import FUSION_PRESETS, PRESETS, preset_notes
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates, SensorEstimate
@@ -22,7 +23,7 @@ from trackweave.models.motion import (
 )
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
-from trackweave.solvers import Dual, Genetic
+from trackweave.solvers import Dual, Genetic, Islands
 
 ESTIMATES = Estimates(
     sensors={
@@ -79,8 +80,23 @@ def test_says_that_an_estimate_in_use_is_doubtful() -> None:
 
 
 def test_says_that_the_patents_preset_takes_lone_reports_for_tracks() -> None:
-    (note,) = filled({}, preset="hillis-1997").notes
-    assert "each lone report counts as a track of one report" in note
+    said = " ".join(filled({}, preset="hillis-1997").notes)
+    assert "each lone report counts as a track of one report" in said
+
+
+def test_a_preset_to_the_letter_says_which_one_is_made_for_use() -> None:
+    words = "preset hillis-1997 keeps to its document's letter; --preset hillis is made for use"
+    assert words in filled({}, preset="hillis-1997").notes
+    assert filled({}, preset="hillis").notes == ()
+    named = [preset_notes(name) for name in (*PRESETS, *FUSION_PRESETS)]
+    for note in filter(None, named):
+        assert note[0].split("--preset ")[1].split()[0] in {*PRESETS, *FUSION_PRESETS}
+
+
+def test_islands_are_one_key_beside_a_preset() -> None:
+    for preset in ("hillis-1997", "hillis"):
+        search = filled({"search": {"islands": 4}}, preset=preset).search
+        assert search == Islands((filled({}, preset=preset).search,), 4, own_limits=True)
 
 
 def test_a_preset_fills_what_the_file_leaves_out() -> None:

@@ -77,6 +77,35 @@ def test_islands_name_what_lives_on_them() -> None:
     assert made_of == Islands((Annealing(), Genetic(population=20)), threads=2)
 
 
+def test_islands_of_a_search_are_one_key_beside_its_own() -> None:
+    one = Genetic(population=20)
+    several = made({"method": "genetic", "population": 20, "islands": 4})
+    assert several == Islands((one,), 4, own_limits=True)
+    assert made({"method": "genetic", "population": 20, "islands": 1}) == one
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ({"method": "genetic", "islands": 0}, "search.islands: 0; expected at least one"),
+        ({"method": "genetic", "islands": "four"}, 'search.islands: "four"; expected a whole'),
+        ({"method": "exact", "islands": 2}, "search.islands: a key of"),
+        (
+            {"method": "genetic", "population": "by-sise"},
+            'search.population: "by-sise"; expected a whole number or one of "by-size"',
+        ),
+    ],
+)
+def test_refuses_islands_and_sizes_that_cannot_be(section: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        load_configuration({"search": section})
+    assert said in str(caught.value)
+
+
+def test_sizes_may_go_by_the_problem() -> None:
+    assert made({"method": "genetic", "population": "by-size"}) == Genetic(population="by-size")
+
+
 def test_the_schema_shows_the_names_of_islands_methods() -> None:
     known = json_schema()["$defs"]["SearchSection"]["properties"]["methods"]["anyOf"]
     assert [option["default"] for option in known] == [["annealing", "tabu"]]

@@ -5,7 +5,9 @@ import polars as pl
 import pytest
 
 from trackweave.metrics import assignment_quality
+from trackweave.presets import hillis, hillis_1997
 from trackweave.run import track
+from trackweave.solvers.islands import islands
 
 CONFIG = {
     "motion": {"process_noise": 0.1, "max_speed": 20.0},
@@ -79,3 +81,33 @@ def test_the_same_seed_gives_the_same_tracks(result, reports):
     again = track(reports, CONFIG, preset="hillis-1997", rng=np.random.default_rng(1))
     assert again.tracks.equals(result.tracks)
     assert again.assignments.equals(result.assignments)
+
+
+def test_the_one_made_for_use_follows_the_targets_and_leaves_false_alarms_alone(reports):
+    usual = {key: value for key, value in CONFIG.items() if key != "search"}
+    found = track(reports, usual, preset="hillis", rng=np.random.default_rng(1))
+    quality = assignment_quality(found.assignments["target"], found.assignments["track"])
+    default = track(reports, usual, rng=np.random.default_rng(1))
+    of_default = assignment_quality(default.assignments["target"], default.assignments["track"])
+    assert quality.idf1 >= 0.95 * of_default.idf1
+    assert found.assignments["track"].null_count() > 0
+    assert not [note for note in found.run["notes"] if "preset" in note]
+
+
+def test_the_one_made_for_use_keeps_the_letters_window_and_operators():
+    kept = ("method", "genotype", "selection", "crossover", "mutation", "population")
+    strict, usable = hillis_1997.CONFIGURATION, hillis.CONFIGURATION
+    assert strict["window"] == usable["window"]
+    assert {key: strict["search"][key] for key in kept} == {
+        key: usable["search"][key] for key in kept
+    }
+
+
+def test_islands_give_the_same_tracks_on_any_number_of_threads(reports, monkeypatch):
+    values = {**CONFIG, "search": {**CONFIG["search"], "islands": 3}}
+    found = []
+    for count in (1, 3):
+        monkeypatch.setattr(islands, "_n_processors", lambda count=count: count)
+        found.append(track(reports, values, preset="hillis-1997", rng=np.random.default_rng(1)))
+    assert found[0].assignments.equals(found[1].assignments)
+    assert found[0].run["scans"] == found[1].run["scans"]

@@ -14,7 +14,7 @@ from trackweave.config.plots import (
     plots_of_ledger,
     tracker_of_ledger,
 )
-from trackweave.config.presets import preset_values
+from trackweave.config.presets import preset_notes, preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
 from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of, sensor_of
@@ -213,6 +213,7 @@ def fill(
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
     notes += _doubts(ledger, estimates) + doubts + _overruled(ledger, preset)
+    notes += preset_notes(preset)
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")

@@ -7,10 +7,12 @@ from typing import Any
 from trackweave.config.messages import suggest
 from trackweave.errors import InvalidInputError
 
-__all__ = ["FUSION_PRESETS", "PRESETS", "preset_values", "usable_instead"]
+__all__ = ["FUSION_PRESETS", "PRESETS", "preset_notes", "preset_values"]
 
-# The module of each preset; its CONFIGURATION is nested as a configuration file is.
+# The module of each preset; its CONFIGURATION is nested as a configuration file is. One that keeps
+# to its document's letter names in USABLE the preset that serves on reports of one's own.
 PRESETS: dict[str, str] = {
+    "hillis": "trackweave.presets.hillis",
     "hillis-1997": "trackweave.presets.hillis_1997",
     "wiranto-2018": "trackweave.presets.wiranto_2018",
 }
@@ -51,21 +53,20 @@ def preset_values(name: str | None) -> Mapping[str, Any]:
     return values
 
 
-def usable_instead(name: str | None) -> list[str]:
-    """Return a sentence on the preset to take instead of a strict one for fusion.
+def preset_notes(name: str | None) -> list[str]:
+    """Return a sentence on which preset to take instead of one that keeps to its document.
 
     Parameters
     ----------
     name
-        Name of the preset; None for none.
+        Name of a preset of either kind, None for none.
 
     Returns
     -------
-    The sentence, none where the preset is not strict.
+    One sentence, or none.
     """
-    if name not in FUSION_PRESETS:
-        return []
-    usable = getattr(import_module(FUSION_PRESETS[name]), "USABLE", None)
+    module = {**PRESETS, **FUSION_PRESETS}.get(name or "")
+    usable = getattr(import_module(module), "USABLE", None) if module else None
     if usable is None:
         return []
-    return [f"{name} follows its document to the letter; tracks of one's own: --preset {usable}"]
+    return [f"preset {name} keeps to its document's letter; --preset {usable} is made for use"]

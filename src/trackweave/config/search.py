@@ -103,14 +103,24 @@ def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
     except ValidationError as err:
         raise InvalidInputError(explain(err, model, [name, key], options)) from None
     hints = get_type_hints(_solver_class(method))
+    islands = 1 if "islands" in hints else options.get("islands", 1)
     values = {
         option: _searches(value, f"{key}.{option}", name) if _is_searches(hints[option]) else value
         for option, value in options.items()
+        if option in hints
     }
     try:
-        return _solver_class(method)(**values)
+        solver = _solver_class(method)(**values)
+        return solver if islands == 1 else _on_islands(solver, islands)
     except InvalidInputError as err:
         raise InvalidInputError(f"{name}, {key}.{err}") from err
+
+
+def _on_islands(solver: Any, islands: int) -> Any:
+    """Return so many of a search side by side, which end as it does."""
+    from trackweave.solvers import Islands
+
+    return Islands((solver,), islands, own_limits=True)
 
 
 def _refuse_others_options(method: str, options: dict[str, Any], place: str) -> None:
@@ -174,6 +184,8 @@ def options_model(method: str) -> type[BaseModel]:
         for field in dataclasses.fields(solver)
         if field.init and _fits_a_file(hints[field.name])
     }
+    if "islands" not in hints and method in _search_names():
+        fields["islands"] = _as_in_a_file(int, 1)
     config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
     return create_model(f"{solver.__name__}Options", __config__=config, **fields)
 
@@ -201,7 +213,8 @@ def _words(kind: Any) -> str:
         return "one of " + ", ".join(show_value(word) for word in get_args(kind))
     members = get_args(kind) or (kind,)
     names = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
-    return " or ".join(names[member] for member in members if member in names)
+    words = [_words(each) if get_origin(each) is Literal else names.get(each) for each in members]
+    return " or ".join(word for word in words if word is not None)
 
 
 def _fits_a_file(kind: Any) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.config.fusion import FusionOrder, FusionSettings, order_of, settle_fusion
-from trackweave.config.presets import usable_instead
+from trackweave.config.presets import preset_notes
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -212,7 +212,7 @@ def fuse(
     fused_tracks = TrackTable.concatenate(rows, first.tracks.dim)
     values = FusionValues(fused_tracks, log.pairings.all(), found, frame, settings)
     iso = first.iso_time
-    notes += [*usable_instead(preset), *_notes(tables), *_notes_on_pairings(tables, values, log)]
+    notes += [*preset_notes(preset), *_notes(tables), *_notes_on_pairings(tables, values, log)]
     return FusionResult(
         to_native(tracks_frame(fused_tracks, frame, iso_time=iso), first.kind),
         to_native(associations_frame(values.pairings, iso_time=iso), first.kind),

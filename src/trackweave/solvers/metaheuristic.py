@@ -64,6 +64,10 @@ class Metaheuristic(Resumable):
         it is.
         """
 
+    def why_over(self, search: Any) -> str:
+        """Return why a search at rest is over by the method's own limits, "" while it is not."""
+        return self._why_over(search)
+
     @abstractmethod
     def _chunk(self, view: View) -> int:
         """Return how many evaluations of a step take a few milliseconds, at least 1."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
@@ -10,14 +11,18 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
+from trackweave.solvers.genetic._operators import crossover
 from trackweave.solvers.protocol import Solver
+from trackweave.studies import Tick
 from trackweave.studies.hillis_fitness import (
     BestHypothesis,
     Recorded,
     decoded,
     document_growth,
+    document_search,
     sequence,
 )
+from trackweave.studies.writing import Table
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -29,9 +34,11 @@ __all__ = [
     "REPORTS",
     "Run",
     "decoded_figure",
+    "drawn",
     "least_cost_with",
     "name_of",
     "run_example",
+    "tracks_of",
 ]
 
 Tracks = frozenset[tuple[int, ...]]
@@ -67,7 +74,8 @@ def name_of(tracks: Iterable[tuple[int, ...]]) -> str:
     return " ".join("-".join(REPORTS[report] for report in track) for track in ordered)
 
 
-def _tracks(drawing: str) -> Tracks:
+def tracks_of(drawing: str) -> Tracks:
+    """Return the tracks that such a text names."""
     return frozenset(
         tuple(REPORTS.index(name) for name in track.split("-")) for track in drawing.split()
     )
@@ -75,17 +83,7 @@ def _tracks(drawing: str) -> Tracks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """What a tracker says of the example, scan by scan.
-
-    Parameters
-    ----------
-    problems
-        The window's problem after each scan.
-    hypotheses
-        The tracks of the hypothesis after each scan, of all reports so far.
-    amendments
-        What each scan amended.
-    """
+    """What a tracker says of the example, scan by scan."""
 
     problems: tuple[AssignmentProblem, ...]
     hypotheses: tuple[Tracks, ...]
@@ -93,21 +91,7 @@ class Run:
 
 
 def run_example(depth: int, rng: np.random.Generator, solver: Solver | None = None) -> Run:
-    """Track the example's three scans.
-
-    Parameters
-    ----------
-    depth
-        Scans in the window.
-    rng
-        Source of randomness.
-    solver
-        What searches; None for the best by the patent's fitness, proven.
-
-    Returns
-    -------
-    What the tracker says.
-    """
+    """Track the example's three scans."""
     asked = Recorded(solver or BestHypothesis())
     tracker = MultiHypothesisTracker(
         motion=MOTION, sensors=[SENSOR], window=Window(depth), search=asked,
@@ -128,45 +112,19 @@ def run_example(depth: int, rng: np.random.Generator, solver: Solver | None = No
 
 
 def decoded_figure(figure: str, run: Run) -> tuple[float, Tracks, bool]:
-    """Return what a figure's string decodes to.
-
-    Parameters
-    ----------
-    figure
-        Its number.
-    run
-        A run whose window holds all scans.
-
-    Returns
-    -------
-    The hypothesis' cost, its tracks, and whether they are the drawing's.
-    """
+    """Return what a figure's string decodes to."""
     string, drawing = FIGURES[figure]
     order = [REPORTS.index(name) for name in string.split("-")]
     problem = next(each for each in run.problems if each.n_items == len(order))
     cost, tracks = decoded(problem, order)
-    return cost, frozenset(tracks), frozenset(tracks) == _tracks(drawing)
+    return cost, frozenset(tracks), frozenset(tracks) == tracks_of(drawing)
 
 
 def least_cost_with(
     figure: str, problem: AssignmentProblem, rng: np.random.Generator
 ) -> tuple[float, Tracks]:
-    """Return the best hypothesis that says of the first two scans what a figure says.
-
-    Parameters
-    ----------
-    figure
-        Its number.
-    problem
-        The problem after some scans, all of them in the window.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    What it costs, infinite where there is none, and its tracks.
-    """
-    early = [track for track in _tracks(FIGURES[figure][1]) if track[0] < len(SCANS[0])]
+    """Return the best hypothesis that says of the first two scans what a figure says."""
+    early = [track for track in tracks_of(FIGURES[figure][1]) if track[0] < len(SCANS[0])]
     last = min(problem.n_items, len(SCANS[0]) + len(SCANS[1]))
     said = {tuple(item for item in track if item < last) for track in early}
     total = problem.total.copy()
@@ -178,3 +136,61 @@ def least_cost_with(
     answer = BestHypothesis()(replace(problem, total=total), rng=rng)
     tracks = frozenset(sequence(problem, int(node)) for node in answer.nodes)
     return answer.cost if answer.cost < FORBIDDEN / 2 else np.inf, tracks
+
+
+def drawn(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    """Return what is certain: the drawings, the crossover's example, an early choice."""
+    window = run_example(5, rng)
+    runs = {
+        "five scans": window,
+        "one scan": run_example(1, rng),
+        "five scans, searched": run_example(5, rng, document_search()),
+    }
+    figures = [
+        (figure, FIGURES[figure][0], FIGURES[figure][1], name_of(tracks), cost)
+        for figure in FIGURES
+        for cost, tracks, _ in [decoded_figure(figure, window)]
+    ]
+    early = [
+        (scan + 1, figure, cost if np.isfinite(cost) else None, name_of(tracks))
+        for scan, problem in enumerate(window.problems)
+        for figure in "123"
+        for cost, tracks in [least_cost_with(figure, problem, rng)]
+    ]
+    said = [
+        (name, scan + 1, name_of(tracks), _amended(run.amendments[scan]))
+        for name, run in runs.items()
+        for scan, tracks in enumerate(run.hypotheses)
+    ]
+    tick(1, 1)
+    return {
+        "figures": Table(
+            ("figure", "string", "drawing", "decoded", "cost [nats]"), tuple(figures)
+        ),
+        "strings": Table(("strings", "hypotheses", "best"), (_distinct(window.problems[1]),)),
+        "children": Table(("first", "second"), (_children(),)),
+        "example": Table(("scans", "as in Figure", "cost [nats]", "tracks"), tuple(early)),
+        "said": Table(("window", "scans", "tracks", "amended"), tuple(said)),
+    }
+
+
+def _amended(amendments: Iterable[Amendment]) -> str | None:
+    words = [f"{REPORTS[a.report]}: track {a.before} to {a.after}" for a in amendments]
+    return ", ".join(words) or None
+
+
+def _distinct(problem: AssignmentProblem) -> tuple[int, int, int]:
+    """Return how many strings there are, hypotheses they decode to, and best strings."""
+    found = [decoded(problem, list(order)) for order in permutations(range(problem.n_items))]
+    least = min(cost for cost, _ in found)
+    best = sum(cost <= least + 1e-6 for cost, _ in found)
+    return len(found), len({frozenset(tracks) for _, tracks in found}), best
+
+
+def _children() -> tuple[str, str]:
+    """Return the children of the patent's example of a crossover."""
+    first, second = np.array([1, 2, 3, 4, 5, 6]), np.array([3, 4, 1, 2, 6, 5])
+    seen, children = np.zeros(7, dtype=np.bool_), np.empty((2, 6), dtype=np.int64)
+    crossover(first, second, 3, seen, children[0])
+    crossover(second, first, 3, seen, children[1])
+    return "-".join(map(str, children[0].tolist())), "-".join(map(str, children[1].tolist()))

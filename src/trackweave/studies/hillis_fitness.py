@@ -1,6 +1,7 @@
 """The patent's own fitness as a problem: each report that joins nothing is a track of its own."""
 
 from dataclasses import dataclass, field, replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.presets.hillis_1997 import CONFIGURATION
+from trackweave.presets import hillis_1997
 from trackweave.solvers import Exact, Genetic
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._decoding import Trail, begin, decode_permutation
@@ -22,35 +23,29 @@ __all__ = [
     "decoded",
     "document_growth",
     "document_search",
+    "search_of",
     "sequence",
 ]
 
 
+def search_of(preset: ModuleType) -> Genetic:
+    """Return the genetic search of a preset."""
+    options = preset.CONFIGURATION["search"]
+    return Genetic(**{key: value for key, value in options.items() if key != "method"})
+
+
 def document_search() -> Genetic:
-    """Return the genetic search of the preset."""
-    options = {key: value for key, value in CONFIGURATION["search"].items() if key != "method"}
-    return Genetic(**options)
+    """Return the genetic search of the patent's preset."""
+    return search_of(hillis_1997)
 
 
 def document_growth() -> GrowthLimits:
     """Return the preset's bounds on the number of sequences."""
-    return GrowthLimits(**CONFIGURATION["growth"])
+    return GrowthLimits(**hillis_1997.CONFIGURATION["growth"])
 
 
 def sequence(problem: AssignmentProblem, node: int) -> tuple[int, ...]:
-    """Return the items of a sequence in order.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    node
-        The sequence's last node.
-
-    Returns
-    -------
-    The items.
-    """
+    """Return the items of a sequence in order."""
     items = []
     while node >= 0:
         items.append(int(problem.item[node]))
@@ -68,20 +63,9 @@ def _lone(problem: AssignmentProblem) -> IntArray:
 
 
 def alone_as_tracks(problem: AssignmentProblem) -> AssignmentProblem:
-    """Return the problem in which an item that no sequence takes is a track of its own.
-
-    What such tracks cost is in the base cost, and each sequence saves those of its items: so
-    costs of answers are those of the patent's hypotheses, in which every report is in a track.
-
-    Parameters
-    ----------
-    problem
-        The window's problem.
-
-    Returns
-    -------
-    A problem with the same nodes and items.
-    """
+    """Return the problem in which an item that no sequence takes is a track of its own."""
+    # What such tracks cost is in the base cost, and each sequence saves those of its items: so
+    # costs of answers are those of the patent's hypotheses, in which every report is in a track.
     lone = _lone(problem)
     price = np.where(lone >= 0, problem.total[lone], 0.0)
     saved = price[problem.item]
@@ -120,15 +104,7 @@ class BestHypothesis:
 
 @dataclass(slots=True)
 class Recorded:
-    """A solver that keeps what it was asked and what it said.
-
-    Parameters
-    ----------
-    solver
-        What answers.
-    problems, answers
-        The problems and the answers so far.
-    """
+    """A solver that keeps what it was asked and what it said."""
 
     solver: Solver
     problems: list[AssignmentProblem] = field(default_factory=list)
@@ -142,19 +118,7 @@ class Recorded:
 
 
 def decoded(problem: AssignmentProblem, order: list[int]) -> tuple[float, set[tuple[int, ...]]]:
-    """Return the hypothesis that a permutation of all items stands for.
-
-    Parameters
-    ----------
-    problem
-        The window's problem; no item has to be covered.
-    order
-        The items in the order in which they choose their tracks.
-
-    Returns
-    -------
-    What the hypothesis costs, and the items of each of its tracks.
-    """
+    """Return the hypothesis that a permutation of all items stands for."""
     parts = Components.of(problem, None, whole=True)
     component, node, item = parts.component(0), parts.parts.node, parts.parts.item_of
     lookup = make_lookup(component, problem.cost[node], problem.instant[item], False)

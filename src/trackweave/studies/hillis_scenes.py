@@ -50,21 +50,7 @@ PRIOR = np.diag([10.0**2, 10.0**2, 2.0**2, 2.0**2])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TwoSensors:
-    """Two sensors' scans of some objects, and the truth.
-
-    Parameters
-    ----------
-    scans
-        In order of time; those of one time are of both sensors.
-    sensors
-        The two.
-    target
-        The object behind each report, empty text for a false alarm, by the report's number.
-    truth
-        Where the objects are.
-    priors
-        A track of each object at the beginning.
-    """
+    """Two sensors' scans of some objects, and the truth."""
 
     scans: tuple[Scan, ...]
     sensors: tuple[Sensor, ...]
@@ -99,19 +85,7 @@ def _priors(truth: TruthTable, rng: np.random.Generator) -> TrackTable:
 
 
 def meeting_scene(rng: np.random.Generator, n_scans: int) -> TwoSensors:
-    """Return a scene of objects that cross and that pass close to one another.
-
-    Parameters
-    ----------
-    rng
-        Source of randomness.
-    n_scans
-        How many times both sensors look.
-
-    Returns
-    -------
-    Five objects, three and two of which meet.
-    """
+    """Return a scene of objects that cross and that pass close to one another."""
     middle, last = 0.5 * (n_scans - 1), n_scans - 1.0
     headings = rng.uniform(0.0, 360.0, 2).tolist()
     return _scene(
@@ -130,19 +104,7 @@ def meeting_scene(rng: np.random.Generator, n_scans: int) -> TwoSensors:
 
 
 def dense_scene(rng: np.random.Generator, n_objects: int, n_scans: int) -> TwoSensors:
-    """Return a scene of objects that go anywhere in the area, seen by the first sensor alone.
-
-    Parameters
-    ----------
-    rng
-        Source of randomness.
-    n_objects, n_scans
-        How many there are.
-
-    Returns
-    -------
-    The scene.
-    """
+    """Return a scene of objects that go anywhere in the area, seen by the first sensor alone."""
     return _scene(
         Scenario(
             area=Area((0.0, 0.0), (SIDE, SIDE)),
@@ -176,19 +138,7 @@ def _scene(scenario: Scenario, rng: np.random.Generator) -> TwoSensors:
 
 
 def lone_reports(scene: TwoSensors, rng: np.random.Generator) -> TwoSensors:
-    """Return a scene with reports of a third sensor, which come one by one at any time.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The scene with two such reports in three seconds, one in ten of them a false alarm.
-    """
+    """Return a scene with reports of a third sensor, which come one by one at any time."""
     times, truth = np.unique(scene.truth.time), scene.truth
     count = int(2 * (times[-1] - times[0]) / 3)
     scans, target = list(scene.scans), list(scene.target)
@@ -209,22 +159,7 @@ def lone_reports(scene: TwoSensors, rng: np.random.Generator) -> TwoSensors:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """What a tracker made of a scene.
-
-    Parameters
-    ----------
-    is_right
-        Whether each report is on the track that its object had from the beginning, and a false
-        alarm on no confirmed one.
-    switches
-        Identity switches of the reports.
-    gospa
-        Mean GOSPA [m].
-    asked
-        The problems of all windows, and the answers.
-    amended
-        How many reports were amended.
-    """
+    """What a tracker made of a scene."""
 
     is_right: NDArray[np.bool_]
     switches: int
@@ -246,25 +181,7 @@ def follow(
     *,
     ours: bool = False,
 ) -> Followed:
-    """Track a scene's objects from their beginning.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    solver
-        What searches each window.
-    depth
-        Scans in the window.
-    rng
-        Source of randomness.
-    ours
-        Whether sequences are bounded and states told as by default, not as in the preset.
-
-    Returns
-    -------
-    What came out.
-    """
+    """Track a scene's objects from their beginning."""
     asked = Recorded(solver)
     tracker = MultiHypothesisTracker(
         motion=ConstantVelocity(PROCESS_NOISE, max_speed=60.0),

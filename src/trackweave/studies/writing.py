@@ -39,6 +39,10 @@ class Table:
         cells: list[Any] = [row[place] for row in rows]
         return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)
 
+    def records(self) -> list[dict[str, Any]]:
+        """Return the rows, each as its cells by the columns' names."""
+        return [dict(zip(self.head, row, strict=True)) for row in self.rows]
+
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return a table as Markdown; numbers with three digits that count, None as a dash.

@@ -10,10 +10,11 @@ import pytest
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Hint, ListGenetic, SearchState
+from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
 from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
-from trackweave.solvers.resumable import Start
+from trackweave.solvers.resumable import Start, _view
 
 UNSEEDED = Genetic(
     population=20, generations=6, seeded=False, improvement=False, decompose=False, elite=0,
@@ -51,6 +52,56 @@ def outcome(answer: Answer) -> tuple[Any, ...]:
 @pytest.fixture(params=VARIANTS.values(), ids=VARIANTS.keys())
 def genetic(request: pytest.FixtureRequest) -> Genetic | ListGenetic:
     return request.param
+
+
+class TestSizes:
+    def test_grow_with_what_genes_decide_and_have_a_least(self) -> None:
+        by_size = replace(UNSEEDED, population="by-size", generations="by-size", per_item=5)
+        assert by_size.sizes(40) == (200, 80)
+        assert by_size.sizes(1) == (20, 20)
+        assert UNSEEDED.sizes(40) == (20, 6)
+        assert replace(by_size, population=30).sizes(40) == (30, 80)
+
+    def test_by_size_are_those_of_the_search(self) -> None:
+        problem = hard(n_parts=1)
+        by_size = replace(UNSEEDED, population="by-size", per_item=3, generations=2)
+        assert by_size(problem, rng=rng()).evaluations == 2 * 3 * problem.n_items
+
+    @pytest.mark.parametrize(
+        "wrong",
+        [{"population": "by-sise"}, {"generations": 0}, {"per_item": 0}, {"first": "sorted"}],
+    )
+    def test_refuses_other_words_and_too_few(self, wrong: dict[str, Any]) -> None:
+        with pytest.raises(InvalidInputError, match=next(iter(wrong))):
+            replace(UNSEEDED, **wrong)
+
+    def test_elite_is_less_than_the_least_population(self) -> None:
+        with pytest.raises(InvalidInputError, match="elite"):
+            replace(UNSEEDED, population="by-size", elite=20)
+
+
+class TestFirstIndividuals:
+    def test_in_time_order_half_of_them_take_the_instants_in_order(self) -> None:
+        search = begun(replace(UNSEEDED, first="in-time-order"), hard(n_parts=1))
+        view = _view(Components.of(hard(n_parts=1), None, whole=True), 0)
+        ranks = view.instant[search.offspring]
+        in_order = (np.diff(ranks, axis=1) >= 0).all(axis=1)
+        assert in_order[:10].all()
+        assert not in_order[10:].any()
+        # Within an instant they differ.
+        assert len({tuple(genes) for genes in search.offspring[:10].tolist()}) == 10
+        assert np.array_equal(np.sort(search.offspring, axis=1)[0], np.arange(view.instant.size))
+
+    def test_are_random_otherwise(self) -> None:
+        search = begun(UNSEEDED, hard(n_parts=1))
+        assert len({tuple(genes) for genes in search.offspring.tolist()}) == 20
+
+
+def begun(genetic: Genetic, problem: AssignmentProblem) -> GeneticSearch:
+    """Return the search of a problem as one, before its first evaluation."""
+    view = _view(Components.of(problem, None, whole=True), 0)
+    nothing = np.full(view.component.must.shape[0], -1, dtype=np.int64)
+    return genetic._begin(view, Start([], nothing, np.inf, rng()))
 
 
 class TestStopRules:

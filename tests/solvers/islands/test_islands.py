@@ -379,3 +379,14 @@ class TestTogether:
 
         with pytest.raises(KeyError, match="lost"):
             run_together([task, task], threads, None)
+
+
+def test_ends_by_the_islands_own_limits_where_asked_for() -> None:
+    one = Genetic(population=10, generations=7, seeded=False, improvement=False, decompose=False)
+    # Epochs of one chunk, which is a generation here.
+    several = Islands((one,), islands=2, threads=1, epoch=1, epochs=2, own_limits=True)
+    answer = several(HARD, rng=np.random.default_rng(1))
+    assert answer.stop_reason == "generations"
+    assert answer.evaluations == 2 * 7 * 10
+    threaded = replace(several, threads=2)(HARD, rng=np.random.default_rng(1))
+    assert told(threaded) == told(answer)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from trackweave.arrays import IntArray
 from trackweave.solvers.genetic._decoding import Lookup
 from trackweave.solvers.genetic.parameters import Parameters
@@ -29,11 +31,18 @@ class Genetic(Parameters, Metaheuristic):
     Parameters
     ----------
     population
-        Number of individuals, at least 2.
+        Number of individuals, at least 2; or "by-size": ``per_item`` for each item that genes
+        decide, and 20 at least.
     generations
-        Stop rule one: the greatest number of generations per component.
+        Stop rule one: the greatest number of generations per component; or "by-size": 2 for each
+        item that genes decide, and 20 at least.
+    per_item
+        Individuals for each item that genes decide, where the population goes by size.
     evaluations
         How many individuals are decoded per component, to whole generations.
+    first
+        What the first individuals are, but for those that are known beforehand: random; or, of
+        permutations, half of them take the instants in order, and the items of each at random.
     genotype
         What an individual is.
     selection
@@ -90,10 +99,12 @@ class Genetic(Parameters, Metaheuristic):
         return search.admit(view.component, self._lookup(view), self, selection, cost)
 
     def _chunk(self, view: View) -> int:
-        return chunk_of(view, self.population)
+        # Roots of tracks from before the window are nothing that genes decide.
+        n_genes = view.component.n_items - int(np.count_nonzero(view.component.must))
+        return chunk_of(view, self.sizes(n_genes)[0])
 
     def _why_over(self, search: GeneticSearch) -> str:
-        if search.generation >= self.generations:
+        if search.generation >= self.sizes(search.population.shape[1])[1]:
             return "generations"
         if search.evaluations >= self.evaluations:
             return "evaluations"

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
+from trackweave.arrays import is_whole
 from trackweave.fields import settle
 from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT
@@ -13,6 +14,10 @@ __all__ = ["ListParameters", "Parameters"]
 
 USUAL_GENES = 20
 """Genes of the problem that ``by_size`` takes the numbers to be for: 3 lists of 10."""
+BY_SIZE = "by-size"
+GENERATIONS_PER_ITEM, LEAST_BY_SIZE = 2, 20
+"""Where sizes grow with the problem: generations for each item that genes decide, and the least
+number of individuals and of generations."""
 MUTATIONS = {"swap": SWAP, "inversion": INVERSION, "shift": SHIFT}
 
 
@@ -20,9 +25,11 @@ MUTATIONS = {"swap": SWAP, "inversion": INVERSION, "shift": SHIFT}
 class Parameters:
     """Parameters of a genetic search; see ``Genetic``, whose defaults these are."""
 
-    population: int = 50
-    generations: int = 40
+    population: int | Literal["by-size"] = 50
+    generations: int | Literal["by-size"] = 40
+    per_item: int = 8
     evaluations: int = 4_000
+    first: Literal["random", "in-time-order"] = "random"
     genotype: Literal["permutation", "association-list"] = "permutation"
     selection: Literal["rank", "tournament"] = "tournament"
     crossover: float = 0.8
@@ -36,10 +43,17 @@ class Parameters:
 
     def __post_init__(self) -> None:
         settle(self)
+        least = LEAST_BY_SIZE if isinstance(self.population, str) else self.population
         wrong = [
-            (not self.population >= 2, "population", "a whole number ≥ 2"),
-            (not self.generations >= 1, "generations", "a whole number ≥ 1"),
+            (_is_too_small(self.population, 2), "population", "a whole number ≥ 2 or 'by-size'"),
+            (_is_too_small(self.generations, 1), "generations", "a whole number ≥ 1 or 'by-size'"),
+            (not self.per_item >= 1, "per_item", "a whole number ≥ 1"),
             (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+            (
+                self.first not in ("random", "in-time-order"),
+                "first",
+                "'random' or 'in-time-order'",
+            ),
             (
                 self.genotype not in ("permutation", "association-list"),
                 "genotype",
@@ -48,10 +62,17 @@ class Parameters:
             (self.selection not in ("rank", "tournament"), "selection", "'rank' or 'tournament'"),
             (not 0 <= self.crossover <= 1, "crossover", "a probability"),
             (not 0 <= self.mutation <= 1, "mutation", "a probability"),
-            (not 0 <= self.elite < self.population, "elite", "less than the population"),
+            (not 0 <= self.elite < least, "elite", "less than the population"),
             (not self.spread >= 0, "spread", "a number ≥ 0"),
         ]
         refuse_parameters(self, wrong)
+
+    def sizes(self, n_genes: int) -> tuple[int, int]:
+        """Return how many individuals and generations there are for so many genes."""
+        by_size = (self.per_item * n_genes, GENERATIONS_PER_ITEM * n_genes)
+        ours = [max(LEAST_BY_SIZE, many) for many in by_size]
+        population = ours[0] if self.population == BY_SIZE else int(self.population)
+        return population, ours[1] if self.generations == BY_SIZE else int(self.generations)
 
     @property
     def is_permutation(self) -> bool:
@@ -62,6 +83,10 @@ class Parameters:
     def selection_code(self) -> int:
         """The number that kernels know the selection by."""
         return TOURNAMENT if self.selection == "tournament" else RANK
+
+
+def _is_too_small(value: int | str, least: int) -> bool:
+    return value != BY_SIZE and not (is_whole(value) and int(value) >= least)
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,8 @@ class GeneticSearch:
         -------
         The search with its first individuals.
         """
-        size, n_genes = parameters.population, lookup.gene_item.shape[0]
+        n_genes = lookup.gene_item.shape[0]
+        size, _ = parameters.sizes(n_genes)
         offspring = np.empty((size, n_genes), dtype=np.int64)
         rows = [
             genes_of(component, lookup, parameters.is_permutation, seed)
@@ -94,6 +95,8 @@ class GeneticSearch:
         ]
         if parameters.seeded:
             rows.append(in_time_order(component, lookup, parameters.is_permutation))
+        if parameters.is_permutation and parameters.first == "in-time-order":
+            rows += _instants_in_order(lookup, size // 2 - len(rows), start.rng)
         for row, genes in enumerate(rows):
             offspring[row] = genes
         random_population(
@@ -251,6 +254,13 @@ def in_time_order(component: Component, lookup: Lookup, is_permutation: bool) ->
     if is_permutation:
         return lookup.gene_item.copy()
     return genes_of(component, lookup, False, np.full(component.must.shape[0], -1, dtype=np.int64))
+
+
+def _instants_in_order(lookup: Lookup, count: int, rng: np.random.Generator) -> list[IntArray]:
+    """Return individuals that take the instants in order, and the items of each at random."""
+    ranks = lookup.instant[lookup.gene_item]
+    within = rng.random((max(count, 0), ranks.shape[0]))
+    return [lookup.gene_item[np.argsort(ranks + own, kind="stable")] for own in within]
 
 
 def genes_of(

@@ -31,7 +31,7 @@ class Islands(Resumable):
     what to whom, and when, is counted in evaluations.
 
     The islands' own limits (evaluations, generations, cycles, patience) end no island; an
-    archipelago ends as a whole.
+    archipelago ends as a whole, or where asked for when all its islands have come to theirs.
 
     Parameters
     ----------
@@ -51,6 +51,9 @@ class Islands(Resumable):
         The greatest number of epochs per component, at least 1.
     patience
         Epochs without a better answer on any island after which the search ends, at least 1.
+    own_limits
+        Whether the search ends when every island has come to its own limits, whatever ``epochs``
+        and ``patience`` say.
 
     Raises
     ------
@@ -84,6 +87,7 @@ class Islands(Resumable):
     neighbours: int = 1
     epochs: int = 25
     patience: int = 10
+    own_limits: bool = False
 
     def __post_init__(self) -> None:
         settle(self)
@@ -149,6 +153,9 @@ class Islands(Resumable):
         return search, was_stopped
 
     def _why_over(self, search: Archipelago) -> str:
+        if self.own_limits:
+            whys = [island.method.why_over(island.place) for island in search.islands]
+            return whys[0] if all(whys) else ""
         if search.epoch >= self.epochs:
             return "epochs"
         return "converged" if search.idle >= self.patience else ""
