@@ -5,6 +5,7 @@
     python -m benchmarks --only association   # the solvers on assignment problems
     python -m benchmarks --only plots         # plots of one instant, some fifteen minutes
     python -m benchmarks --only fusion        # tracks of many sensors, some twenty minutes
+    python -m benchmarks --only presets       # the documents' presets beside the default
     python -m benchmarks --only performance   # capacity, deadlines, and what each part gains
     python -m benchmarks --peers-python peers/bin/python
 
@@ -65,6 +66,7 @@ SCRIPTS = {
     "fusion-registration": ["fusion_registration.py"],
     "fusion-autoferry": ["fusion_autoferry.py"],
     "fusion-capacity": ["fusion_capacity.py"],
+    "presets-wiranto": ["presets_wiranto.py"],
     "performance-capacity": ["capacity.py"],
     "performance-bench": ["beside_peers.py"],
     "performance-deadlines": ["deadlines.py"],
@@ -81,7 +83,10 @@ GROUPS = {
     "performance": "performance.md",
     "plots": "explanation/plots.md",
 }
-OWN_PAGES = {"recordings": "explanation/recordings.md"}
+OWN_PAGES = {
+    "presets-wiranto": "explanation/wiranto-2018.md",
+    "recordings": "explanation/recordings.md",
+}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -92,7 +97,8 @@ ONE_THREAD = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
-    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *GROUPS], default=list(SCRIPTS))
+    known = [*GROUPS, "presets"]
+    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *known], default=list(SCRIPTS))
     parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the documents")
     parser.add_argument(
         "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
@@ -101,7 +107,7 @@ def main() -> int:
     failed = []
     for name, (script, *options) in SCRIPTS.items():
         group = name.partition("-")[0]
-        if name not in arguments.only and not (group in GROUPS and group in arguments.only):
+        if name not in arguments.only and not (group in known and group in arguments.only):
             continue
         print(f"==> {name}", flush=True)
         python = arguments.peers_python if name == "peers" else sys.executable
@@ -115,7 +121,7 @@ def main() -> int:
         if done.returncode:
             failed.append(name)
         elif not done.stdout.startswith("Skipped"):
-            page = GROUPS.get(group) or OWN_PAGES.get(name, PAGE)
+            page = OWN_PAGES.get(name) or GROUPS.get(group, PAGE)
             enter(arguments.pages / page, name, done.stdout.strip())
     if failed:
         print(f"Failed: {', '.join(failed)}", file=sys.stderr)

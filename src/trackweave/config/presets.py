@@ -12,6 +12,7 @@ __all__ = ["FUSION_PRESETS", "PRESETS", "preset_values"]
 # The module of each preset; its CONFIGURATION is nested as a configuration file is.
 PRESETS: dict[str, str] = {
     "hillis-1997": "trackweave.presets.hillis_1997",
+    "wiranto": "trackweave.presets.wiranto",
     "wiranto-2018": "trackweave.presets.wiranto_2018",
 }
 # Those of fusion, whose CONFIGURATION is nested as what ``fuse`` takes.
