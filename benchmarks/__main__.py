@@ -66,7 +66,7 @@ SCRIPTS = {
     "fusion-registration": ["fusion_registration.py"],
     "fusion-autoferry": ["fusion_autoferry.py"],
     "fusion-capacity": ["fusion_capacity.py"],
-    "presets-wiranto": ["presets_wiranto.py"],
+    "presets-wiranto": ["presets_wiranto.py", "--first", "11", "--seeds", "4"],
     "performance-capacity": ["capacity.py"],
     "performance-bench": ["beside_peers.py"],
     "performance-deadlines": ["deadlines.py"],
