@@ -74,6 +74,8 @@ SCRIPTS = {
     "performance-cold": ["cold_start.py"],
     "performance-hostile": ["hostile.py"],
     "presets-hillis": ["presets_hillis.py"],
+    "presets-huo": ["presets_huo.py"],
+    "presets-wiranto": ["presets_wiranto.py", "--first", "11", "--seeds", "4"],
 }
 PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.
@@ -87,6 +89,8 @@ GROUPS = {
 OWN_PAGES = {
     "recordings": "explanation/recordings.md",
     "presets-hillis": "explanation/hillis-1997.md",
+    "presets-huo": "explanation/huo-2008.md",
+    "presets-wiranto": "explanation/wiranto-2018.md",
 }
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -98,7 +102,8 @@ ONE_THREAD = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Run benchmarks.")
-    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *GROUPS], default=list(SCRIPTS))
+    known = [*GROUPS, "presets"]
+    parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *known], default=list(SCRIPTS))
     parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the documents")
     parser.add_argument(
         "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
@@ -107,7 +112,7 @@ def main() -> int:
     failed = []
     for name, (script, *options) in SCRIPTS.items():
         group = name.partition("-")[0]
-        if name not in arguments.only and not (group in GROUPS and group in arguments.only):
+        if name not in arguments.only and not (group in known and group in arguments.only):
             continue
         print(f"==> {name}", flush=True)
         python = arguments.peers_python if name == "peers" else sys.executable

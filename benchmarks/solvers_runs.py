@@ -43,7 +43,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
         "Genetic", {"generations": ENDLESS, "genotype": "association-list"}
     ),
     "ListGenetic": ("ListGenetic", {"generations": ENDLESS, **PATIENT}),
-    "AntSystem": ("AntSystem", {"cycles": ENDLESS}),
+    "AntSystem": ("AntSystem", {"ants": 30, "cycles": ENDLESS}),
     "MaxMinAntSystem": ("MaxMinAntSystem", {}),
     "Annealing": ("Annealing", PATIENT),
     "TabuSearch": ("TabuSearch", PATIENT),

@@ -7,6 +7,8 @@ from trackweave.config import load_configuration
 from trackweave.config.fill import fill
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates, SensorEstimate
+from trackweave.presets import wiranto_2018
+from trackweave.solvers import AntSystem
 
 PERIODS = {"A": 2.0, "B": 5.0}
 ESTIMATES = Estimates(
@@ -50,6 +52,23 @@ def test_what_is_left_out_of_plots_follows_from_the_sensors_and_the_lifecycle():
     assert given.plots is not None
     assert given.plots.object_density == 1e-4
     assert filled({"plots": {"fuse": False, "gate": 9.0}}).plots is None
+
+
+def test_all_scans_of_a_period_may_be_of_one_instant():
+    settings = filled({"plots": {"fuse": True, "within": "period"}})
+    assert settings.plots is not None
+    assert settings.plots.within == pytest.approx(2.0)
+
+
+def test_the_usable_preset_fuses_what_its_strict_one_cannot():
+    settings = filled({}, preset=wiranto_2018.USABLE)
+    assert settings.plots is not None
+    assert (settings.plots.cost, settings.plots.keep_lone) == ("evidence", True)
+    assert settings.plots.within == pytest.approx(2.0)
+    assert settings.tracker.pairing == "one-to-one"
+    assert settings.search == AntSystem(
+        pheromone_weight=0.5, visibility_weight=3.0, seeded=True, decompose=True
+    )
 
 
 def test_sensors_that_do_not_scan_are_of_one_instant_within_the_noise_of_clocks():
@@ -99,6 +118,8 @@ def test_keys_that_another_tracker_would_use_are_noted(values, note):
         ({"plots": {"fuse": 1}}, "plots.fuse.*true or false"),
         ({"plots": {"within": -1.0}}, "plots.within.*≥ 0"),
         ({"plots": {"within": np.inf}}, "plots.within"),
+        ({"plots": {"within": "scan"}}, 'plots.within: "scan"; expected .*"period"'),
+        ({"plots": {"keep_lone": 1}}, "plots.keep_lone.*true or false"),
         ({"plots": {"cost": "eq1"}}, 'plots.cost.*"evidence" or "equation-1"'),
         ({"plots": {"gate": 0.0}}, "plots.gate.*> 0"),
         ({"plots": {"object_density": 0.0}}, "plots.object_density"),

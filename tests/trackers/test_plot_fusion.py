@@ -291,3 +291,45 @@ def test_reports_without_numbers_are_counted_by_sensor() -> None:
     )
     assert [members.tolist() for members in fused.members] == [[0, 2]]
     assert fused.alone.tolist() == [1]
+
+
+class TestLonePlots:
+    def fused(self, views, places, *, keep_lone: bool = True):
+        sensors = [
+            Sensor(name, 10.0, clutter_density=1e-6, scan_period=1.0, field_of_view=view)
+            for name, view in views.items()
+        ]
+        rule = PlotsRule(object_density=1e-7, negative_only=True, lone_plots=True)
+        scans = [
+            Scan(time, name, places[name]) for name, time in zip(views, (0.0, 3.0), strict=False)
+        ]
+        fuser = PlotFuser(sensors, rule, keep_lone=keep_lone)
+        return fuser(scans, rng=rng()), fuser.fused_sensors(1.0)[0]
+
+    def test_a_plot_where_only_its_sensor_looks_is_a_report_at_its_own_moment(self) -> None:
+        near = FieldOfView(max_range=100.0)
+        places = {"A": [[500.0, 0.0], [50.0, 0.0]], "B": [[51.0, 0.0]]}
+        found, _ = self.fused({"A": None, "B": near}, places)
+        assert [held.tolist() for held in found.members] == [[1, 2], [0]]
+        assert found.scan.moments.tolist() == [3.0, 0.0]
+        assert found.scan.measurement[1] == pytest.approx([500.0, 0.0])
+        assert found.scan.covariance[1] == pytest.approx(100.0 * np.eye(2))
+        assert found.alone.tolist() == []
+
+    def test_a_plot_where_another_sensor_looks_and_sees_nothing_is_a_false_alarm(self) -> None:
+        found, _ = self.fused({"A": None, "B": None}, {"A": [[500.0, 0.0]], "B": [[0.0, 0.0]]})
+        assert len(found) == 0
+        assert found.alone.tolist() == [0, 1]
+
+    def test_one_sensor_alone_has_its_own_chance_and_false_alarms(self) -> None:
+        found, fused = self.fused({"A": None}, {"A": [[500.0, 0.0]]})
+        assert len(found) == 1
+        assert fused.detection_probability == pytest.approx(0.9)
+        assert fused.clutter_density == pytest.approx(1e-6)
+        left, blind = self.fused({"A": None}, {"A": [[500.0, 0.0]]}, keep_lone=False)
+        assert len(left) == 0
+        assert blind.detection_probability < 1e-6
+
+    def test_by_equation_1_they_are_false_alarms_always(self) -> None:
+        with pytest.raises(InvalidInputError, match=r"keep_lone: True; expected False"):
+            PlotFuser([Sensor("A", 1.0)], PlotsRule(cost="equation-1"), keep_lone=True)

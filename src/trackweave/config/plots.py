@@ -52,6 +52,8 @@ class PlotSettings:
         Objects expected per m² (m³).
     max_tuples
         Greatest number of tuples.
+    keep_lone
+        Whether positions where only one sensor looks become reports.
     """
 
     within: float
@@ -59,6 +61,7 @@ class PlotSettings:
     gate: float
     object_density: float
     max_tuples: int
+    keep_lone: bool = False
 
     def rule(self) -> "PlotsRule":
         """Return the rule of the plots: by evidence lone ones may stand, by eq. 1 never."""
@@ -128,18 +131,20 @@ def plots_of_ledger(
 
     is_fused = ledger.choose(("plots", "fuse"), default=False)
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
-    within = max(CLOCK_NOISE, USUAL_SHARE * min(periods, default=0.0))
+    shortest = min(periods, default=0.0)
+    within = ledger.choose(("plots", "within"), default=max(CLOCK_NOISE, USUAL_SHARE * shortest))
     density = lifecycle.initial_target_density or lifecycle.new_target_density
 
     def choose(key: str, default: Any) -> Any:
         return ledger.choose(("plots", key), default=default)
 
     settings = PlotSettings(
-        within=choose("within", within),
+        within=max(CLOCK_NOISE, shortest) if within == "period" else within,
         cost=choose("cost", default_of(PlotsRule, "cost")),
         gate=choose("gate", default_of(PlotsRule, "gate")),
         object_density=choose("object_density", density),
         max_tuples=choose("max_tuples", default_of(PlotsRule, "max_tuples")),
+        keep_lone=choose("keep_lone", False),
     )
     return settings if is_fused else None
 

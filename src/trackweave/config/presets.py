@@ -14,6 +14,7 @@ __all__ = ["FUSION_PRESETS", "PRESETS", "preset_notes", "preset_values"]
 PRESETS: dict[str, str] = {
     "hillis": "trackweave.presets.hillis",
     "hillis-1997": "trackweave.presets.hillis_1997",
+    "wiranto": "trackweave.presets.wiranto",
     "wiranto-2018": "trackweave.presets.wiranto_2018",
 }
 # Those of fusion, whose CONFIGURATION is nested as what ``fuse`` takes.

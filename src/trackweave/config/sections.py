@@ -83,10 +83,14 @@ class PlotsSection(Section):
     fuse: Annotated[bool, Expected("true or false")] | None = None
     """Whether they are."""
 
-    within: Annotated[float, Field(ge=0, le=1e9), Expected("a number ≥ 0 in seconds")] | None = (
-        None
-    )
-    """How far apart the scans of one instant may be [s]."""
+    within: (
+        Annotated[
+            Annotated[float, Field(ge=0, le=1e9)] | Literal["period"],
+            Expected('a number ≥ 0 in seconds, or "period"'),
+        ]
+        | None
+    ) = None
+    """How far apart the scans of one instant may be [s]; "period" = the shortest scan period."""
 
     cost: (
         Annotated[Literal["evidence", "equation-1"], Expected('"evidence" or "equation-1"')] | None
@@ -98,6 +102,9 @@ class PlotsSection(Section):
 
     object_density: Annotated[Density, Expected("a number > 0 per m² (m³)")] | None = None
     """Objects expected per m² (m³), for the evidence."""
+
+    keep_lone: Annotated[bool, Expected("true or false")] | None = None
+    """Whether positions where only one sensor looks become reports, for the tracker to judge."""
 
     max_tuples: (
         Annotated[int, Field(ge=1, le=10**7), Expected("a whole number from 1 to 10000000")] | None

@@ -35,9 +35,10 @@ LOOKS: dict[Look, dict[str, Any]] = {
         "marker": "x", "markersize": 4.0, "linestyle": "", "color": "#56B4E9",
         "markeredgewidth": 1.0,
     },
-    "truth": {"linestyle": "--", "linewidth": 1.2, "color": "#000000"},
-    "estimate": {"linestyle": "-", "linewidth": 1.5, "color": "#D55E00"},
-    "other estimate": {"linestyle": "-", "linewidth": 1.5, "color": "#009E73"},
+    # Wide and light, so that an estimate on top of it can be seen on it and off it.
+    "truth": {"linestyle": "-", "linewidth": 4.5, "color": "#C8C8C8", "solid_capstyle": "butt"},
+    "estimate": {"linestyle": "-", "linewidth": 1.3, "color": "#D55E00"},
+    "other estimate": {"linestyle": "--", "linewidth": 1.5, "color": "#009E73"},
 }  # fmt: skip
 
 

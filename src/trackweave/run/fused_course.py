@@ -59,6 +59,7 @@ def fuser_of(
         volumes=volumes,
         ignored_widths=widths,
         dim=reports.dim,
+        keep_lone=plots.keep_lone,
     )
     return fuser, notes
 

@@ -1,148 +1,274 @@
 """Wiranto & Bonok (2018), repeated: three radars, three courses, 100 scans."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
+from trackweave.plotting.courses import CoursePanel, Layer, Look, picture_of_courses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
-from trackweave.studies import Claim, Progress, Study
-from trackweave.studies.wiranto_claims import claims_of
-from trackweave.studies.wiranto_figures import document_figures, draw_figure_sky
-from trackweave.studies.wiranto_parts import NOISES, SKIES, by_noise, sorting, summary, tracking
-from trackweave.studies.wiranto_tracks import IMM, LEGS, PRESET
-from trackweave.studies.writing import Table, claims_text, csv_table, text_table
-
-__all__ = ["reproduce"]
-
-CPU = "CPU [ms/scan]"
-SHOWN = (
-    "classified rightly [%]", "grouped rightly [%]", "objects per scan",
-    "scans with the true number [%]", "above the least cost [nats]", "scans at the least cost [%]",
+from trackweave.studies import Part, Study, Tick, WriteUp
+from trackweave.studies.judging import Interval, mean_of
+from trackweave.studies.wiranto_claims import CLASSIFIED, EXCESS, FIRST, FORMATIONS, claims_of
+from trackweave.studies.wiranto_plots import COLONIES, DEFAULT, EXACT, GREEDY, search, sorting
+from trackweave.studies.wiranto_scenes import SKIES, STRAIGHT, TURN, TURNING
+from trackweave.studies.wiranto_tracks import (
+    IMM,
+    LEGS,
+    NOISES,
+    PLOTS,
+    PRESET,
+    SELECTED,
+    by_noise,
+    figures,
+    tracking,
 )  # fmt: skip
-FEWER_NOISES = (1.0, 30.0)
+from trackweave.studies.writing import Table, claims_text, text_table
+
+__all__ = ["STUDY"]
+
+EAST, NORTH, TIME = "east [km]", "north [km]", "time [s]"
+SHOWN = {
+    "figure5": (STRAIGHT[0], (20.0, 40.0)), "figure6": (TURNING, (TURN[0] - 5.0, TURN[1] + 10.0)),
+}  # fmt: skip
+NOISE = "noise [m²/s³]"
 
 
-def reproduce(
-    rng: np.random.Generator, quick: bool = False, progress: Progress | None = None
-) -> Study:
-    """Return the study: the document's method, exact and greedy answers, and our defaults.
-
-    Parameters
-    ----------
-    rng
-        Source of randomness.
-    quick
-        Whether a fraction of the skies will do.
-    progress
-        Called with the number of parts done and of all.
-
-    Returns
-    -------
-    Report, claims and figures with their numbers. All but ``cpu.csv`` is the same from run to run.
-    """
-    n_skies = dict(zip(SKIES, (2, 1, 1) if quick else (30, 10, 10), strict=True))
-    n_tracked, n_noises = (2, 1) if quick else (20, 5)
-    done, total = 0, sum(n_skies.values()) + n_tracked + n_noises + 1
-
-    def step() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, total)
-
-    files = document_figures(draw_figure_sky(rng))
-    step()
-    sorted_plots = sorting(rng, n_skies, step)
-    followed, courses = tracking(rng, n_tracked, step)
-    noise = by_noise(rng, FEWER_NOISES if quick else NOISES, n_noises, step)
-    claims = claims_of(sorted_plots, followed, courses)
-    files["noise.png"] = _picture_of_noise(noise)
-    files |= _numbers({
-        "sorting": sorted_plots, "tracking": followed, "courses": courses, "noise": noise,
-    })  # fmt: skip
-    report = _report(claims, n_skies, {
-        "sorting": summary(sorted_plots, ("sky", "method"), SHOWN),
-        "tracking": summary(followed, ("tracker",), _without_cpu(followed).head[2:]),
-        "courses": summary(courses, ("leg", "what"), courses.head[3:]),
-        "noise": summary(noise, ("tracker", "noise [m²/s³]", "leg"), noise.head[4:]),
-    })  # fmt: skip
-    return Study(report, claims, dict(sorted(files.items())))
+def _figures(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    return figures(rng, tick)
 
 
-def _without_cpu(table: Table) -> Table:
-    keep = [place for place, name in enumerate(table.head) if name != CPU]
-    return Table(
-        tuple(table.head[place] for place in keep),
-        tuple(tuple(row[place] for place in keep) for row in table.rows),
+def _sorting(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    return sorting(rng, _n_skies(quick), 40 if quick else 100, tick)
+
+
+def _search(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    return search(rng, 1 if quick else 8, tick)
+
+
+def _tracking(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    return tracking(rng, 1 if quick else 12, tick)
+
+
+def _noise(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
+    return by_noise(rng, NOISES[3:4] if quick else NOISES, 1 if quick else 3, tick)
+
+
+def _n_skies(quick: bool) -> dict[str, int]:
+    return dict(zip(SKIES, (2, 1, 1) if quick else (30, 8, 6), strict=True))
+
+
+def write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
+    """Return the report, claims and figures that the tables make."""
+    claims = claims_of(tables)
+    told = {
+        "sorting": ("## Plots instant by instant", SORTING, ("sky", "method"), 3),
+        "search": ("## The search, by ants and cycles", SEARCH, ("sky", "method", "cycles"), 4),
+        "tracking": ("## Whole trackers", TRACKING, ("tracker",), 2),
+        "courses": ("## Off the course", COURSES, ("leg", "what"), 3),
+        "noise": ("## What the process noise does", NOISY, ("tracker", NOISE, "leg"), 4),
+    }
+    sections = [
+        f"{title}\n\n{words}\n\n{_summary(tables[name], by, tables[name].head[first:])}\n\n"
+        f"Numbers: {name}.csv"
+        for name, (title, words, by, first) in told.items()
+    ]
+    draws = ", ".join(f"{count} {name}" for name, count in _n_skies(quick).items())
+    text = f"{BEGIN}{claims_text(claims)}{FIGURES}Draws of skies: {draws}.\n\n"
+    return WriteUp(text + "\n\n".join(sections) + "\n", claims, _pictures(tables))
+
+
+STUDY = Study(
+    (
+        Part("figures", _figures), Part("sorting", _sorting), Part("search", _search),
+        Part("tracking", _tracking), Part("noise", _noise),
+    ),
+    write_up,
+)  # fmt: skip
+
+
+def _summary(table: Table, by: Sequence[str], names: Sequence[str]) -> str:
+    """Return means over draws with their intervals, a row for each combination of values."""
+    places = [table.head.index(name) for name in by]
+    rows = []
+    for key in dict.fromkeys(tuple(row[place] for place in places) for row in table.rows):
+        where = dict(zip(by, key, strict=True))
+        found = [mean_of(table.column(name, **where)) for name in names]
+        rows.append([*key, *(_short(each) for each in found)])
+    return text_table([*by, *names], rows)
+
+
+def _short(found: Interval) -> str:
+    """Return a figure with its interval, as far as there are any."""
+    if not found.count:
+        return "–"
+    ends = f" ({found.low:.4g} to {found.high:.4g})" if found.low < found.high else ""
+    return f"{found.value:.4g}{ends if np.isfinite(found.low) else ''}"
+
+
+def _pictures(tables: Mapping[str, Table]) -> dict[str, bytes]:
+    return {
+        "figure3.png": _selected(tables["figure3"]),
+        "figure4.png": _estimates(tables["figure4"]),
+        "figure5.png": _zoom(tables, "figure5", "Figure 5: constant velocity"),
+        "figure6.png": _zoom(tables, "figure6", "Figure 6: manoeuvre"),
+        "search.png": _curves(tables["search"]),
+        "noise.png": _by_noise(tables["noise"]),
+    }
+
+
+def _places(look: Look, name: str, place: FloatArray) -> Layer:
+    return Layer(name, look, place[:, 0] / 1e3, place[:, 1] / 1e3)
+
+
+def _selected(table: Table) -> bytes:
+    place = np.stack([table.column("x"), table.column("y")], axis=1)
+    is_object, told = (np.array([row[at] is not None for row in table.rows]) for at in (4, 5))
+    wrong = told != is_object
+    before = (
+        _places("false", "false alarms", place[~is_object]),
+        _places("plot", "plots of aircraft", place[is_object]),
     )
+    after = (
+        _places("plot", "selected", place[told]),
+        _places("wrong", "false alarms selected", place[wrong & told]),
+        _places("missed", "plots of aircraft left out", place[wrong & ~told]),
+    )
+    return picture_of_courses([
+        CoursePanel("All plots of three radars, 100 scans", EAST, NORTH, before),
+        CoursePanel("Figure 3: selected by the Ant System", EAST, NORTH, after),
+    ])  # fmt: skip
 
 
-def _numbers(tables: Mapping[str, Table]) -> dict[str, bytes]:
-    """Return the numbers of each draw; CPU times, which differ from run to run, by themselves."""
-    files: dict[str, bytes] = {}
-    times: list[tuple[object, ...]] = []
-    for name, table in tables.items():
-        plain = _without_cpu(table)
-        files |= csv_table(plain.head, plain.rows, f"{name}.csv")
-        if CPU not in table.head:
-            continue
-        keys = ("sky", "method") if "method" in table.head else ("tracker",)
-        for row in summary(table, keys, (CPU,)).rows:
-            times.append((name, " – ".join(map(str, row[:-1])), row[-1]))
-    return files | csv_table(("part", "what", CPU), times, "cpu.csv")
+def _lines(table: Table, what: str, within: tuple[float, float]) -> FloatArray:
+    """Return the points of some kind within a time, with a gap between names."""
+    place: list[tuple[float, ...]] = []
+    before = None
+    for kind, name, time, *where in table.rows:
+        if kind == what and within[0] <= time <= within[1]:  # type: ignore[operator]
+            place += [(np.nan, np.nan)] * (name != before and what != SELECTED)
+            place.append(tuple(where))  # type: ignore[arg-type]
+            before = name
+    return np.array(place, dtype=float).reshape(-1, 2)
 
 
-def _picture_of_noise(table: Table) -> bytes:
+def _estimates(table: Table) -> bytes:
+    always = (-np.inf, np.inf)
+    layers = (
+        _places("truth", "true trajectories", _lines(table, "truth", always)),
+        _places("estimate", "estimated trajectories", _lines(table, "estimate", always)),
+    )
+    return picture_of_courses([
+        CoursePanel("Figure 4: nearest-neighbour Kalman filter", EAST, NORTH, layers)
+    ])  # fmt: skip
+
+
+def _zoom(tables: Mapping[str, Table], figure: str, title: str) -> bytes:
+    """Return an aircraft's course from near, and how far off it is over time."""
+    (name, span), off = SHOWN[figure], tables[figure]
+    plots, points = tables["figure3"], tables["figure4"]
+    time = plots.column("time", target=name)
+    chosen = (time >= span[0]) & (time <= span[1])
+    own = np.stack([plots.column(axis, target=name)[chosen] for axis in ("x", "y")], axis=1)
+    low, high = own.min(axis=0) - 100.0, own.max(axis=0) + 100.0
+
+    def near(what: str) -> FloatArray:
+        place = _lines(points, what, span)
+        # No comparison holds for a gap.
+        found: FloatArray = place[~np.any((place < low) | (place > high), axis=1)]
+        return found
+
+    near_by = (
+        _places("truth", "true trajectory", near("truth")),
+        _places("plot", "plots", own), _places("fused", SELECTED, near(SELECTED)),
+        _places("estimate", "estimate", near("estimate")),
+    )  # fmt: skip
+    looks: tuple[tuple[str, Look], ...] = (
+        (PLOTS, "plot"), (SELECTED, "fused"), ("estimate", "estimate"), (IMM, "other estimate"),
+    )  # fmt: skip
+    over_time = [
+        Layer(what, look, off.column("time", what=what), off.column("to the right [m]", what=what))
+        for what, look in looks
+    ]
+    if figure == "figure6":
+        ends = np.array([-150.0, 150.0, np.nan] * 2)
+        over_time.append(Layer("the turn's ends", "mark", np.repeat(TURN, 3), ends))
+    return picture_of_courses([
+        # A straight course is a thin line in any plan: its scatter is drawn larger.
+        CoursePanel(f"{title}, {span[0]:g}–{span[1]:g} s", EAST, NORTH, near_by,
+                    is_plan=name == TURNING),
+        CoursePanel("To the right of the course", TIME, "[m]", tuple(over_time), is_plan=False),
+    ])  # fmt: skip
+
+
+def _spread(table: Table, x: str, y: str, by: str, **where: object) -> SpreadCurve:
+    """Return means over draws and their intervals, a point for each value of a column."""
+    points = []
+    for value in np.unique(table.column(by, **where)).tolist():
+        found = mean_of(table.column(y, **where, **{by: value}))
+        spread = found.high - found.value if np.isfinite(found.high) else 0.0
+        points.append((table.column(x, **where, **{by: value}).mean(), found.value, spread))
+    return SpreadCurve(*np.array(points).T)
+
+
+def _curves(table: Table) -> bytes:
     panels = []
-    for title, name, leg in (
-        ("Displacement in the turn", "to the right [m]", LEGS[1]),
-        ("Error in the turn", "RMSE [m]", LEGS[1]),
-        ("Error on straight courses", "RMSE [m]", LEGS[0]),
-    ):
-        curves = {}
-        for tracker in (PRESET, IMM):
-            noises = np.unique(table.column("noise [m²/s³]"))
-            found = [
-                table.column(name, tracker=tracker, leg=leg, **{"noise [m²/s³]": noise})
-                for noise in noises.tolist()
-            ]
-            curves[tracker] = SpreadCurve(
-                noises, np.array([each.mean() for each in found]),
-                np.array([each.std() for each in found]),
-            )  # fmt: skip
-        panels.append(Panel(title, "process noise [m²/s³]", name, curves, x_logarithmic=True))
+    for sky in (FIRST, FORMATIONS):
+        for y in (EXCESS, CLASSIFIED):
+            curves = {
+                name: _spread(table, "evaluations", y, "cycles", sky=sky, method=name)
+                for name in COLONIES
+            }
+            ends = np.array([min(c.x.min() for c in curves.values()),
+                             max(c.x.max() for c in curves.values())])  # fmt: skip
+            for name in (GREEDY, EXACT, DEFAULT)[: 3 if y == CLASSIFIED else 2]:
+                level = mean_of(table.column(y, sky=sky, method=name)).value
+                curves[name] = SpreadCurve(ends, np.full(2, level))
+            panels.append(Panel(sky, "tours", y, curves, x_logarithmic=True))
     return picture_of_panels(panels)
 
 
-def _report(
-    claims: tuple[Claim, ...], n_skies: Mapping[str, int], shown: Mapping[str, Table]
-) -> str:
-    counts = ", ".join(f"{count} {name}" for name, count in n_skies.items())
-    parts = {
-        "sorting": "## Plots instant by instant\n\nDraws: " + counts + ". *as chosen*: 4 false "
-        "alarms per radar and scan; *dense clutter*: 20; *formations*: three aircraft abreast on "
-        "each course, 283 m apart. *classified rightly*: plots of aircraft in a group, false "
-        "alarms in none. *grouped rightly*: with all plots of the aircraft and no other. *above "
-        "the least cost*: than the exact answer at the same cost. *default*: evidence, solved by "
-        "`auto`.",
-        "tracking": "## Whole trackers\n\nOne after the other on each sky as chosen, knowing "
-        "radars and densities; process noise 30 m²/s³, with `imm` 1 m²/s³. *one-to-one*: the "
-        "preset but for `[tracker] pairing`. *evidence, nearest neighbour*: `[plots] fuse`, one "
-        "to one.",
-        "courses": "## Off the course\n\nThe same runs. *plots*: of one radar each. *scatter*: "
-        "about the mean offset. *to the right*: outside of the turn, which is to the left. "
-        "Straight courses after their first 10 s. *history*: smoothed after the fact.",
-        "noise": "## What the process noise does\n\nOne number for both a straight course and a "
-        "turn is a choice between error and displacement.\n\n![](noise.png)",
-    }
-    sections = [
-        f"{text}\n\n{text_table(shown[name].head, shown[name].rows)}\n\nNumbers: {name}.csv"
-        for name, text in parts.items()
-    ]
-    return f"{_BEGIN}{claims_text(claims)}{_FIGURES}" + "\n\n".join(sections) + "\n"
+def _by_noise(table: Table) -> bytes:
+    wanted = (
+        ("Displacement in the turn", "to the right [m]", LEGS[1]),
+        ("Error in the turn", "RMSE [m]", LEGS[1]),
+        ("Error on straight courses", "RMSE [m]", LEGS[0]),
+    )
+    return picture_of_panels([
+        Panel(title, "process noise [m²/s³]", name, {
+            tracker: _spread(table, NOISE, name, NOISE, tracker=tracker, leg=leg)
+            for tracker in (PRESET, IMM)
+        }, x_logarithmic=True)
+        for title, name, leg in wanted
+    ])  # fmt: skip
 
 
-_BEGIN = """# wiranto-2018, repeated
+SORTING = (
+    "*as chosen*: 4 false alarms per radar and scan; *dense clutter*: 20; *formations*: three "
+    "aircraft abreast on each course, 283 m apart. *classified rightly*: plots of aircraft in a "
+    "group, false alarms in none. *grouped rightly*: with all plots of the aircraft and no other. "
+    "*above the least cost*: than the exact answer at the same cost. *default*: evidence, `auto`."
+)
+SEARCH = (
+    "Eq. 1's cost, ten instants of each sky; N = 1 + Σ n_i, α = ½ and β = 3 but for one. The "
+    "tours at most are *cycles* times the ants that all plots of a scan ask for, in at most 100 "
+    "cycles of those that some tuple joins. The exact answer is the line at 0; our default has "
+    "another cost, and no excess by this one.\n\n![](search.png)"
+)
+TRACKING = (
+    "On skies as chosen, radars and densities known; process noise 30 m²/s³, with `imm` 1 m²/s³. "
+    "*one-to-one*: the preset but for `[tracker] pairing`. *wiranto*: the usable preset."
+)
+COURSES = (
+    "The same runs. *plots*: of one radar each. *scatter*: about the mean offset. *to the right*: "
+    "outside of the turn, which is to the left. Straight courses after their first 10 s. "
+    "*history*: smoothed after the fact."
+)
+NOISY = (
+    "One number for both a straight course and a turn is a choice between error and displacement."
+    "\n\n![](noise.png)"
+)
+BEGIN = """# wiranto-2018, repeated
 
 I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter for multi \
 target tracking in multi sensor radar system*, ARPN, 2018.
@@ -151,21 +277,23 @@ target tracking in multi sensor radar system*, ARPN, 2018.
 there are three identical radars, three courses, one of them with a manoeuvre, and 100 scans. \
 The rest is ours: 20 km × 20 km, σ 50 m along each axis, detection probability 0.9, 4 false \
 alarms per radar and scan, a scan each second; two aircraft at 155 and 163 m/s that pass each \
-other at 59 m, and one at 150 m/s that turns left by 90° in 30 s. Numbers are mean ± standard \
-deviation (least to greatest) over draws. CPU times are in cpu.csv, which alone differs from run \
-to run.
+other at 59 m, and one at 150 m/s that turns left by 90° in 30 s. Numbers are means over draws \
+with their 95 % intervals in brackets.
 
 ## Claims
 
 """
-_FIGURES = """
+FIGURES = """
 
 ## The document's figures
 
-![](figure3.png) ![](figure4.png)
+![](figure3.png)
+
+![](figure4.png)
 
 ![](figure5.png)
 
-![](figure6.png) Numbers: figure3.csv to figure6.csv
+![](figure6.png) Numbers: figure3.csv to figure6.csv. The straight course and the turn are in \
+figure4.csv from near.
 
 """

@@ -1,81 +1,73 @@
 """Which plots of an instant are of an aircraft, told by several methods, and how rightly."""
 
-import time as clock
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.plots_rule import PlotsRule, ScoredTuples
-from trackweave.association.problem import AssignmentProblem, Status
+from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.association.scan_plots import plots_of
-from trackweave.domain.scans import Scan
 from trackweave.presets.wiranto_2018 import CONFIGURATION
 from trackweave.solvers import AntSystem, Auto, Exact, Greedy
+from trackweave.solvers.ants.points import most_visited
 from trackweave.solvers.protocol import Solver
-from trackweave.studies.wiranto_scenes import SIDE, RadarSky
+from trackweave.studies import Tick
+from trackweave.studies.wiranto_scenes import SIDE, SKIES, RadarSky, draw_sky
+from trackweave.studies.writing import Table
 from trackweave.trackers.plot_choice import objects_in, worth_choosing
 
 __all__ = [
-    "DEFAULT",
-    "DOCUMENT",
-    "METHODS",
-    "Instant",
-    "Sorted",
-    "document_ants",
-    "instants_of_sky",
-    "judged",
-    "seen_alone",
-    "sort_plots",
-]
+    "COLONIES", "CYCLES", "DEFAULT", "DOCUMENT", "EXACT", "GREEDY", "METHODS", "Posed", "Sorted",
+    "judged", "posed", "search", "sort_plots", "sorting",
+]  # fmt: skip
 
 Cost = Literal["equation-1", "evidence"]
 MOST_TUPLES = 2_000_000
 """The studies leave no tuple out."""
 CLOSE = 1e-6
 """Costs that differ by no more are equal [nats]."""
-DOCUMENT, DEFAULT = "Ant System, eq. 1", "default"
+EXACT, DOCUMENT, GREEDY = "exact, eq. 1", "Ant System, eq. 1", "greedy, eq. 1"
+DEFAULT = "default"
 
 
-def document_ants() -> AntSystem:
-    """Return the preset's Ant System."""
-    search = CONFIGURATION["search"]
-    return AntSystem(**{key: value for key, value in search.items() if key != "method"})
+def _ants(**changes: Any) -> AntSystem:
+    """Return the preset's Ant System with some options changed."""
+    options = {key: value for key, value in CONFIGURATION["search"].items() if key != "method"}
+    return AntSystem(**{**options, **changes})
 
 
 # Those that are exact come first: others are measured by what their answers cost.
-METHODS: dict[str, tuple[Cost, Callable[[], Solver]]] = {
-    "exact, eq. 1": ("equation-1", Exact),
-    "exact, evidence": ("evidence", Exact),
-    DOCUMENT: ("equation-1", document_ants),
-    "greedy, eq. 1": ("equation-1", Greedy),
-    DEFAULT: ("evidence", Auto),
-    "greedy, evidence": ("evidence", Greedy),
-    "Ant System, evidence": ("evidence", document_ants),
+METHODS: dict[str, tuple[Cost, Solver]] = {
+    EXACT: ("equation-1", Exact()),
+    "exact, evidence": ("evidence", Exact()),
+    DOCUMENT: ("equation-1", _ants()),
+    GREEDY: ("equation-1", Greedy()),
+    DEFAULT: ("evidence", Auto()),
 }
+CYCLES = (1, 3, 10, 30, 100)
+# Not stopped by their own number of cycles: the curves have the same for all.
+COLONIES: dict[str, AntSystem] = {
+    **{f"{n} ants": _ants(ants=n, cycles=CYCLES[-1]) for n in (10, 100)},
+    "3 N ants, the preset": _ants(cycles=CYCLES[-1]),
+    "3 N ants, α = 1, β = 5": _ants(
+        cycles=CYCLES[-1], pheromone_weight=1.0, visibility_weight=5.0
+    ),
+}  # fmt: skip
+SEARCHED_SCANS = 10
+"""How many instants of each sky the curves rest on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instant:
-    """The plots of an instant, and what their tuples cost.
+class Posed:
+    """A sky's instants as problems: tuples worth choosing, and the problem of choosing them."""
 
-    Parameters
-    ----------
-    scans
-        The radars' scans.
-    rule
-        What tuples cost.
-    tuples, problem
-        The tuples that are worth choosing, and the problem of choosing.
-    """
-
-    scans: tuple[Scan, ...]
     rule: PlotsRule
-    tuples: ScoredTuples
-    problem: AssignmentProblem
+    tuples: tuple[ScoredTuples, ...]
+    problems: tuple[AssignmentProblem, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,40 +82,16 @@ class Sorted:
         When [s] and where [m] each group is, shapes (groups,) and (groups, 2).
     counts
         How many groups there are at each instant, shape (instants,).
-    costs
-        What the answer to each instant costs [nats], shape (instants,).
-    proven
-        Whether each answer is proven best, shape (instants,).
-    stopped
-        Why each search ended, in words.
-    cpu
-        CPU time of the search [s].
     """
 
-    group: NDArray[np.int64]
+    group: IntArray
     time: FloatArray
     place: FloatArray
-    counts: NDArray[np.int64]
-    costs: FloatArray
-    proven: NDArray[np.bool_]
-    stopped: tuple[str, ...]
-    cpu: float
+    counts: IntArray
 
 
-def instants_of_sky(sky: RadarSky, cost: Cost) -> tuple[Instant, ...]:
-    """Return a sky's instants, as the fusion of plots poses them to a solver.
-
-    Parameters
-    ----------
-    sky
-        The sky.
-    cost
-        ``"equation-1"`` as in the preset, or ``"evidence"`` with the true densities.
-
-    Returns
-    -------
-    The instants in order.
-    """
+def posed(sky: RadarSky, cost: Cost) -> Posed:
+    """Return a sky's instants, as the fusion of plots poses them to a solver."""
     if cost == "equation-1":
         gate = CONFIGURATION["plots"]["gate"]
         rule = PlotsRule(cost="equation-1", gate=gate, lone_plots=True, max_tuples=MOST_TUPLES)
@@ -133,85 +101,142 @@ def instants_of_sky(sky: RadarSky, cost: Cost) -> tuple[Instant, ...]:
     made = []
     for scans in sky.instants:
         plots = [plots_of(s, sensor, 2) for s, sensor in zip(scans, sky.sensors, strict=True)]
-        tuples = worth_choosing(rule(plots), plots, rule)
-        made.append(Instant(scans, rule, tuples, tuples.problem()))
-    return tuple(made)
+        made.append(worth_choosing(rule(plots), plots, rule))
+    return Posed(rule, tuple(made), tuple(tuples.problem() for tuples in made))
 
 
-def sort_plots(
-    sky: RadarSky, instants: Sequence[Instant], solver: Solver, rng: np.random.Generator
-) -> Sorted:
-    """Return which plots a solver takes for plots of one aircraft.
-
-    Parameters
-    ----------
-    sky
-        The sky.
-    instants
-        Its instants.
-    solver
-        What chooses.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The plots by groups.
-    """
+def sort_plots(sky: RadarSky, instants: Posed, answers: Sequence[Answer]) -> Sorted:
+    """Return which plots answers to the instants take for plots of one aircraft."""
     group = np.full(sky.target.size, -1, dtype=np.int64)
-    times, places, counts, answers = [], [np.empty((0, 2))], [], []
-    n_groups, cpu = 0, 0.0
-    for instant in instants:
-        begun = clock.process_time()
-        answer = solver(instant.problem, rng=rng)
-        cpu += clock.process_time() - begun
-        chosen = objects_in(instant.tuples, instant.problem, answer, instant.rule)
-        for scan, plot in zip(instant.scans, instant.tuples.tuples[chosen].T, strict=True):
+    times: list[float] = []
+    places, counts = [np.empty((0, 2))], list[int]()
+    for scans, tuples, problem, answer in zip(
+        sky.instants, instants.tuples, instants.problems, answers, strict=True
+    ):
+        chosen = objects_in(tuples, problem, answer, instants.rule)
+        for scan, plot in zip(scans, tuples.tuples[chosen].T, strict=True):
             held = np.flatnonzero(plot)
-            group[scan.report[plot[held] - 1]] = n_groups + held
-        n_groups += chosen.size
-        times += [instant.scans[0].time] * chosen.size
-        places.append(instant.tuples.positions[chosen])
+            group[scan.report[plot[held] - 1]] = sum(counts) + held
+        times += [scans[0].time] * chosen.size
+        places.append(tuples.positions[chosen])
         counts.append(chosen.size)
-        answers.append(answer)
-    return Sorted(
-        group, np.array(times), np.concatenate(places), np.array(counts),
-        costs=np.array([answer.cost for answer in answers]),
-        proven=np.array([answer.status == Status.OPTIMAL for answer in answers]),
-        stopped=tuple(answer.stop_reason for answer in answers),
-        cpu=cpu,
+    return Sorted(group, np.array(times), np.concatenate(places), np.array(counts))
+
+
+def sorting(
+    rng: np.random.Generator, n_skies: dict[str, int], n_scans: int, tick: Tick
+) -> dict[str, Table]:
+    """Return how rightly each method sorts the plots of some skies of each kind."""
+    rows: list[dict[str, object]] = []
+    for kind, count in n_skies.items():
+        for number, own in enumerate(rng.spawn(count)):
+            sky = draw_sky(replace(SKIES[kind], n_scans=n_scans), own)
+            instants: dict[Cost, Posed] = {}
+            least: dict[Cost, FloatArray] = {}
+            for name, (cost, solver) in METHODS.items():
+                if cost not in instants:
+                    instants[cost] = posed(sky, cost)
+                answers = [solver(problem, rng=own) for problem in instants[cost].problems]
+                costs = np.array([answer.cost for answer in answers])
+                found = judged(sky, sort_plots(sky, instants[cost], answers))
+                excess = np.maximum(0.0, costs - least.setdefault(cost, costs))
+                rows.append({
+                    "sky": kind, "method": name, "draw": number, **found,
+                    "above the least cost [nats]": float(excess.mean()),
+                    "scans at the least cost [%]": _percent(excess <= CLOSE),
+                    **_ends(instants[cost], answers),
+                })  # fmt: skip
+            tick(len(rows), sum(n_skies.values()) * len(METHODS))
+    return {"sorting": Table(tuple(rows[0]), tuple(tuple(row.values()) for row in rows))}
+
+
+def _ends(instants: Posed, answers: Sequence[Answer]) -> dict[str, float]:
+    """Return how searches ended, and how many points the best tours visit of the document's N."""
+    visited = []
+    for tuples, problem, answer in zip(instants.tuples, instants.problems, answers, strict=True):
+        assert problem.row is not None  # made of tuples
+        sizes = np.count_nonzero(tuples.tuples[problem.row[answer.nodes]], axis=1)
+        points = problem.n_items - int(np.sum(sizes - 1))
+        visited.append(points / most_visited(problem.n_items))
+    return {
+        "scans": float(len(answers)),
+        "scans proven best": float(sum(a.status == Status.OPTIMAL for a in answers)),
+        "scans with one route": float(sum(a.stop_reason == "converged" for a in answers)),
+        "points visited of N [%]": 100.0 * float(np.mean(visited)),
+        "most points visited of N [%]": 100.0 * float(np.max(visited)),
+        "evaluations per scan": float(np.mean([answer.evaluations for answer in answers])),
+    }
+
+
+def search(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Table]:
+    """Return how good answers are after so many cycles, by the number of ants."""
+    rows: list[tuple[object, ...]] = []
+    kinds = [kind for kind in SKIES if kind != "dense clutter"]
+    for kind in kinds:
+        for number, own in enumerate(rng.spawn(n_skies)):
+            sky = draw_sky(replace(SKIES[kind], n_scans=SEARCHED_SCANS), own)
+            by_cost: dict[Cost, Posed] = {
+                "equation-1": posed(sky, "equation-1"), "evidence": posed(sky, "evidence"),
+            }  # fmt: skip
+            instants = by_cost["equation-1"]
+            least = [Exact()(problem, rng=own).cost for problem in instants.problems]
+            for name in (EXACT, GREEDY, DEFAULT):
+                cost, solver = METHODS[name]
+                answers = [solver(problem, rng=own) for problem in by_cost[cost].problems]
+                # By another cost there is nothing to compare.
+                found = _quality(sky, by_cost[cost], answers, least)
+                excess = found[1] if cost == "equation-1" else None
+                rows.append((kind, number, name, 0, found[0], excess, *found[2:]))
+            for name, colony in COLONIES.items():
+                states = [colony.start(problem, rng=own) for problem in instants.problems]
+                ants = [colony.colony(problem.n_items) for problem in instants.problems]
+                for before, cycles in zip((0, *CYCLES), CYCLES, strict=False):
+                    states = [
+                        colony.advance(state, evaluations=(cycles - before) * many)
+                        for state, many in zip(states, ants, strict=True)
+                    ]
+                    answers = [colony.answer(state) for state in states]
+                    found = _quality(sky, instants, answers, least)
+                    rows.append((kind, number, name, cycles, *found))
+            tick(kinds.index(kind) * n_skies + number + 1, len(kinds) * n_skies)
+    head = (
+        "sky", "draw", "method", "cycles", "evaluations", "above the least cost [nats]",
+        "classified rightly [%]", "one route [%]",
+    )  # fmt: skip
+    return {"search": Table(head, tuple(rows))}
+
+
+def _quality(
+    sky: RadarSky, instants: Posed, answers: Sequence[Answer], least: Sequence[float]
+) -> tuple[float, float, float, float]:
+    """Return evaluations, excess over the least costs, and how many are right and of one route."""
+    told = sort_plots(sky, instants, answers).group >= 0
+    excess = np.mean([answer.cost - cost for answer, cost in zip(answers, least, strict=True)])
+    return (
+        float(np.mean([answer.evaluations for answer in answers])), max(0.0, float(excess)),
+        _percent(told == (sky.target >= 0)),
+        _percent(np.array([answer.stop_reason == "converged" for answer in answers])),
     )  # fmt: skip
 
 
-def judged(sky: RadarSky, found: Sorted, least: FloatArray) -> dict[str, float]:
-    """Return how rightly a sky's plots were sorted.
-
-    Parameters
-    ----------
-    sky
-        The sky.
-    found
-        The plots by groups.
-    least
-        What the exact answer to each instant costs [nats].
-
-    Returns
-    -------
-    Measures by their names.
-    """
-    excess = np.maximum(0.0, found.costs - least)
-    is_object, is_told, alone = sky.target >= 0, found.group >= 0, seen_alone(sky)
+def judged(sky: RadarSky, found: Sorted) -> dict[str, float]:
+    """Return how rightly a sky's plots were sorted, by the measures' names."""
+    objects = sky.instant * (sky.shape.n_objects + 1) + sky.target + 1
+    size, is_object, is_told = _sizes(objects), sky.target >= 0, found.group >= 0
+    alone = is_object & (size == 1)
+    _, first = np.unique(objects, return_index=True)
+    first = first[is_object[first] & (size[first] > 1)]
+    twice = np.bincount(sky.instant[first], minlength=len(sky.instants)) == sky.shape.n_objects
+    # A group is whole where its plots are all that the aircraft has, and no others.
+    common = _sizes(objects * (int(found.group.max(initial=0)) + 2) + found.group + 1)
+    whole = is_told & (common == size) & (common == _sizes(found.group))
     return {
         "classified rightly [%]": _percent(is_told == is_object),
-        "grouped rightly [%]": _percent(_grouped_rightly(sky, found.group)),
+        "grouped rightly [%]": _percent(np.where(is_object, whole, ~is_told)),
         "objects per scan": float(found.counts.mean()),
         "scans with the true number [%]": _percent(found.counts == sky.shape.n_objects),
-        "scans with all seen twice [%]": _percent(_all_seen_twice(sky)),
-        "above the least cost [nats]": float(excess.mean()),
-        "scans at the least cost [%]": _percent(excess <= CLOSE),
-        "scans proven best [%]": _percent(found.proven),
-        "scans at the limit of cycles [%]": _percent(np.array(found.stopped) == "cycles"),
-        "CPU [ms/scan]": 1000.0 * found.cpu / found.counts.size,
+        "scans with all seen twice [%]": _percent(twice),
+        # At one instant nothing tells these from false alarms.
         "aircraft seen by one radar [%]": _percent(alone),
         "aircraft left out though seen by more [%]": _percent(is_object & ~is_told & ~alone),
         "false alarms taken for aircraft [%]": _percent(is_told & ~is_object),
@@ -222,56 +247,8 @@ def _percent(chosen: NDArray[np.bool_]) -> float:
     return 100.0 * float(np.mean(chosen))
 
 
-def seen_alone(sky: RadarSky) -> NDArray[np.bool_]:
-    """Return which plots are of an aircraft that no other radar reports then.
-
-    At one instant nothing tells them from false alarms.
-
-    Parameters
-    ----------
-    sky
-        The sky.
-
-    Returns
-    -------
-    One truth value per plot.
-    """
-    alone: NDArray[np.bool_] = (sky.target >= 0) & (_sizes(_objects(sky)) == 1)
-    return alone
-
-
-def _all_seen_twice(sky: RadarSky) -> NDArray[np.bool_]:
-    """Return whether two radars or more report each aircraft, by instant."""
-    objects, first, count = np.unique(_objects(sky), return_index=True, return_counts=True)
-    twice = (sky.target[first] >= 0) & (count > 1)
-    instant = objects[twice] // (sky.shape.n_objects + 1)
-    found: NDArray[np.bool_] = (
-        np.bincount(instant, minlength=len(sky.instants)) == sky.shape.n_objects
-    )
-    return found
-
-
-def _objects(sky: RadarSky) -> NDArray[np.int64]:
-    """Return one number per plot, the same for an aircraft's plots of one instant."""
-    instant = np.empty(sky.target.size, dtype=np.int64)
-    for number, scans in enumerate(sky.instants):
-        for scan in scans:
-            instant[scan.report] = number
-    keys: NDArray[np.int64] = instant * (sky.shape.n_objects + 1) + sky.target + 1
-    return keys
-
-
-def _sizes(label: NDArray[np.int64]) -> NDArray[np.int64]:
+def _sizes(label: IntArray) -> IntArray:
     """Return how many plots have the label of each."""
     _, place, count = np.unique(label, return_inverse=True, return_counts=True)
-    sizes: NDArray[np.int64] = count[place]
+    sizes: IntArray = count[place]
     return sizes
-
-
-def _grouped_rightly(sky: RadarSky, group: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which plots are in the group of all their aircraft's plots and no other, or none."""
-    objects = _objects(sky)
-    common = _sizes(objects * (int(group.max(initial=0)) + 2) + group + 1)
-    whole = (group >= 0) & (common == _sizes(objects)) & (common == _sizes(group))
-    right: NDArray[np.bool_] = np.where(sky.target >= 0, whole, group < 0)
-    return right

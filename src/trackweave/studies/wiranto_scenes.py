@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.truth import TruthTable
@@ -16,25 +15,24 @@ from trackweave.run.scans import complete_scans
 from trackweave.simulation import Area, Manoeuvre, Scenario, SimulatedSensor, Target, simulate
 
 __all__ = [
-    "FORMATION",
     "PERIOD",
-    "RADARS",
     "SEEN",
     "SIDE",
     "SIGMA",
+    "SKIES",
     "STRAIGHT",
+    "TURN",
     "TURNING",
-    "TURN_BEGINS",
-    "TURN_ENDS",
     "RadarSky",
     "SkyShape",
     "draw_sky",
-]
+]  # fmt: skip
 
 RADARS = ("A", "B", "C")
 SIDE, SIGMA, PERIOD, SEEN = 20_000.0, 50.0, 1.0, 0.9
-STRAIGHT, TURNING = ("1", "2"), "3"
-TURN_BEGINS, TURN_ENDS, TURN_RATE = 35.0, 65.0, 3.0
+STRAIGHT, TURNING = ("alpha", "bravo"), "charlie"
+TURN = (35.0, 65.0)
+"""Begin and end of the turn, by 3° a second [s]."""
 FORMATION = 283.0
 """How far apart the aircraft of a formation fly [m]."""
 # The two straight courses pass each other at 59 m, hardly more than σ, after 60 s.
@@ -43,24 +41,14 @@ COURSES = (
     Target((3800.0, 15_300.0), (120.0, -110.0), name=STRAIGHT[1]),
     Target(
         (17_500.0, 18_000.0), (-150.0, 0.0), name=TURNING,
-        manoeuvres=(Manoeuvre(TURN_BEGINS, TURN_ENDS - TURN_BEGINS, TURN_RATE),),
+        manoeuvres=(Manoeuvre(TURN[0], TURN[1] - TURN[0], 3.0),),
     ),
 )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class SkyShape:
-    """What a sky is like.
-
-    Parameters
-    ----------
-    false_alarms
-        Expected false alarms of each radar and scan; above 0.
-    abreast
-        How many aircraft fly each of the three courses, in formation; at least 1.
-    n_scans
-        How many times the radars look, once a second.
-    """
+    """Expected false alarms of each radar and scan, aircraft abreast on each course, scans."""
 
     false_alarms: float = 4.0
     abreast: int = 1
@@ -72,6 +60,13 @@ class SkyShape:
         return len(COURSES) * self.abreast
 
 
+SKIES = {
+    "as chosen": SkyShape(),
+    "dense clutter": SkyShape(false_alarms=20.0),
+    "dense clutter, formations": SkyShape(false_alarms=20.0, abreast=3),
+}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RadarSky:
     """What three identical radars report of a sky, and what was there.
@@ -80,24 +75,22 @@ class RadarSky:
     ----------
     shape
         What it is like.
-    reports
-        All plots.
+    reports, truth, sensors
+        All plots, where the aircraft are, and the radars as they are.
     instants
         The radars' scans, by the times at which they look together.
-    target
-        The aircraft behind each plot, -1 for a false alarm, by the report's number.
-    truth
-        Where the aircraft are.
-    sensors
-        The radars, as they are.
+    instant, target
+        Of each plot, by the report's number: number of its instant, and of its aircraft, -1 for a
+        false alarm.
     """
 
     shape: SkyShape
     reports: ReportTable
-    instants: tuple[tuple[Scan, ...], ...]
-    target: NDArray[np.int64]
     truth: TruthTable
     sensors: tuple[Sensor, ...]
+    instants: tuple[tuple[Scan, ...], ...]
+    instant: IntArray
+    target: IntArray
 
     def course(self, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return times [s], positions [m] and velocities [m/s] of an aircraft."""
@@ -107,40 +100,13 @@ class RadarSky:
 
 
 def draw_sky(shape: SkyShape, rng: np.random.Generator) -> RadarSky:
-    """Return a sky and what the radars report of it.
-
-    Parameters
-    ----------
-    shape
-        What it is like.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The sky.
-    """
+    """Return a sky and what the radars report of it."""
     radars = tuple(
         SimulatedSensor(name, SIGMA, PERIOD, SEEN, shape.false_alarms) for name in RADARS
     )
-    area = Area((0.0, 0.0), (SIDE, SIDE))
-    duration = (shape.n_scans - 1) * PERIOD
-    made = simulate(Scenario(area, duration, radars, _aircraft(shape)), rng)
-    periods: dict[str, float | None] = dict.fromkeys(RADARS, PERIOD)
-    scans = complete_scans(made.reports, periods)
-    names = [str(name) for name in dict.fromkeys(made.truth.target)]
-    number = {name: place for place, name in enumerate(names)}
-    target = [number.get(str(name), -1) for name in made.reports.carried["target"]]
-    return RadarSky(
-        shape, made.reports, tuple(instants_of(scans, 0.1 * PERIOD)),
-        np.array(target, dtype=np.int64), made.truth, _sensors(shape),
-    )  # fmt: skip
-
-
-def _aircraft(shape: SkyShape) -> tuple[Target, ...]:
-    """Return the aircraft: of each course the first has the course's name."""
-    aside = FORMATION / np.sqrt(2.0)
-    return tuple(
+    area, aside = Area((0.0, 0.0), (SIDE, SIDE)), FORMATION / np.sqrt(2.0)
+    # Of each course the first aircraft has the course's name.
+    aircraft = tuple(
         Target(
             (course.position[0] + aside * place, course.position[1] + aside * place),
             course.velocity, manoeuvres=course.manoeuvres,
@@ -149,14 +115,20 @@ def _aircraft(shape: SkyShape) -> tuple[Target, ...]:
         for course in COURSES
         for place in range(shape.abreast)
     )  # fmt: skip
-
-
-def _sensors(shape: SkyShape) -> tuple[Sensor, ...]:
-    corners = ((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE))
-    return tuple(
-        Sensor(
-            name, SIGMA, SEEN, shape.false_alarms / SIDE**2, PERIOD,
-            field_of_view=FieldOfView(polygon=corners),
-        )
+    made = simulate(Scenario(area, (shape.n_scans - 1) * PERIOD, radars, aircraft), rng)
+    scans = complete_scans(made.reports, dict.fromkeys(RADARS, PERIOD))
+    instants = tuple(instants_of(scans, 0.1 * PERIOD))
+    instant = np.empty(len(made.reports), dtype=np.int64)
+    for number, together in enumerate(instants):
+        for scan in together:
+            instant[scan.report] = number
+    names = [str(name) for name in dict.fromkeys(made.truth.target)]
+    target = [names.index(name) if name else -1 for name in made.reports.carried["target"]]
+    view = FieldOfView(polygon=((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)))
+    sensors = tuple(
+        Sensor(name, SIGMA, SEEN, shape.false_alarms / SIDE**2, PERIOD, field_of_view=view)
         for name in RADARS
+    )
+    return RadarSky(
+        shape, made.reports, made.truth, sensors, instants, instant, np.array(target)
     )  # fmt: skip

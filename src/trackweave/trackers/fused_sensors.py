@@ -57,6 +57,8 @@ def chances_of(
     rule: PlotsRule,
     places: FloatArray,
     volumes: Sequence[float | None],
+    *,
+    keep_lone: bool = False,
 ) -> tuple[float, float]:
     """Return how an object fares that several sensors watch at one instant, and what chance makes.
 
@@ -71,6 +73,8 @@ def chances_of(
     volumes
         Each one's field of view in units of its measurement, which equation 1 takes; None where
         not known.
+    keep_lone
+        Whether positions where only one sensor looks are reports as they are.
 
     Returns
     -------
@@ -95,6 +99,11 @@ def chances_of(
                 seen = each.detection * each.watches
                 odds *= seen if index in chosen else 1.0 - seen
             stands, by_chance = _of_set(watching, chosen, rule, dim)
+            if keep_lone and count == 1 and watching[chosen[0]].size >= dim:
+                only = np.sum([each.watches for each in watching], axis=0) == 1.0
+                only &= watching[chosen[0]].watches > 0.0
+                stands = np.where(only, 1.0, stands)
+                by_chance = np.where(only, _lone_density(watching[chosen[0]]), by_chance)
             chance += odds * stands
             density += by_chance
     chance += _more_than(MOST_TOGETHER, watching)
@@ -220,6 +229,12 @@ def _of_set(
     log_density += 0.5 * spare * np.log(math.pi * reach) - math.lgamma(0.5 * spare + 1.0)
     stands = np.ones_like(reach) if spare == 0 else gammainc(0.5 * spare, 0.5 * reach)
     return np.where(may, stands, 0.0), np.exp(np.minimum(log_density, 300.0))
+
+
+def _lone_density(reports: _Reports) -> FloatArray:
+    """Return the density of a sensor's false alarms at each place [per m² or m³]."""
+    log_information = np.linalg.slogdet(reports.information)[1]
+    return np.asarray(np.exp(reports.log_clutter + 0.5 * (reports.log_noise + log_information)))
 
 
 def _cost(watching: Sequence[_Reports], chosen: Sequence[int]) -> FloatArray:

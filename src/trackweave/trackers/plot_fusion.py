@@ -32,6 +32,7 @@ from trackweave.trackers._arguments import (
 )
 from trackweave.trackers.common_time import carried_along
 from trackweave.trackers.fused_sensors import chances_of, likely_places
+from trackweave.trackers.lone_plots import Standing, with_lone
 from trackweave.trackers.plot_choice import identities_of, objects_in, worth_choosing
 
 __all__ = ["FusedPlots", "PlotFuser", "fused_name"]
@@ -114,6 +115,9 @@ class PlotFuser:
         and in two dimensions elevations [rad]; needed where it measures such.
     dim
         Number of dimensions of the tracking space; None for what sensors or reports tell.
+    keep_lone
+        Whether a position where no other sensor looks at that instant becomes a report by itself,
+        at its own moment, for the tracker to tell from a false alarm. By evidence only.
 
     Raises
     ------
@@ -147,9 +151,12 @@ class PlotFuser:
     volumes: Mapping[str, float] = field(default_factory=dict)
     ignored_widths: Mapping[str, float] = field(default_factory=dict)
     dim: int | None = None
+    keep_lone: bool = False
 
     def __post_init__(self) -> None:
         settle(self)
+        if self.keep_lone and self.rule.cost != "evidence":
+            raise InvalidInputError("keep_lone: True; expected False with a cost by equation 1")
         require_solver(self.search, "search")
         known = checked_sensors(self.sensors)
         object.__setattr__(self, "sensors", tuple(known.values()))
@@ -209,9 +216,14 @@ class PlotFuser:
         problem = tuples.problem()
         answer = self.search(problem, rng=rng, stop=stop)
         chosen = objects_in(tuples, problem, answer, self.rule)
+        made = Standing(tuples.tuples[chosen], tuples.positions[chosen],
+                        tuples.covariances[chosen], np.full(chosen.shape[0], time))  # fmt: skip
+        if self.keep_lone and known:
+            measured = [self._measured(scan, dim, scan.time, 0.0) for scan in looked]
+            made = with_lone(made, looked, plots, measured)
         held = [
             np.array([s.report[p - 1] for s, p in zip(looked, row, strict=True) if p > 0])
-            for row in tuples.tuples[chosen]
+            for row in made.taken
         ]
         every = np.concatenate([scan.report for scan in looked])
         return FusedPlots(
@@ -219,10 +231,11 @@ class PlotFuser:
                 time=time,
                 sensor=fused_name(looked),
                 # An empty scan that fits every tracker, where nothing tells the dimensions.
-                measurement=tuples.positions[chosen] if known else np.empty((0, 0)),
-                covariance=tuples.covariances[chosen] if known else None,
-                report=first + np.arange(chosen.shape[0]),
-                identity=identities_of(looked, tuples.tuples[chosen]),
+                measurement=made.position if known else np.empty((0, 0)),
+                covariance=made.covariance if known else None,
+                report=first + np.arange(len(held)),
+                moments=made.moments if self.keep_lone else None,
+                identity=identities_of(looked, made.taken),
             ),
             members=tuple(held),
             alone=every[~np.isin(every, np.concatenate([every[:0], *held]))],
@@ -313,7 +326,7 @@ class PlotFuser:
             own = [sensor for sensor in self.sensors if sensor.name in names]
             name = "+".join(sensor.name for sensor in own)
             volumes = [self._volume(sensor, dim) for sensor in own]
-            chance, density = chances_of(own, self.rule, places, volumes)
+            chance, density = chances_of(own, self.rule, places, volumes, keep_lone=self.keep_lone)
             if name in fused:
                 raise InvalidInputError(
                     f"sensors: {name!r:.80} reads like several; expected names without '+'"
@@ -346,13 +359,19 @@ class PlotFuser:
 
     def _plots(self, scan: Scan, dim: int, time: float, tracks: TrackTable | None) -> SensorPlots:
         """Return a scan's plots at the common time."""
-        sensor = next(sensor for sensor in self.sensors if sensor.name == scan.sensor)
-        speed = 0.0
-        if self.motion is not None:
-            speed = math.sqrt(self.motion.velocity_variance(dim))
+        speed = 0.0 if self.motion is None else math.sqrt(self.motion.velocity_variance(dim))
         if abs(time - scan.time) <= CLOCK_NOISE:
             time = scan.time
-        plots = plots_of(
+        plots = self._measured(scan, dim, time, speed)
+        if self.motion is None or tracks is None:
+            return plots
+        moments = np.full(len(scan), scan.time) if scan.moments is None else scan.moments
+        return carried_along(plots, time - moments, time, tracks, self.rule.gate)
+
+    def _measured(self, scan: Scan, dim: int, time: float, speed: float) -> SensorPlots:
+        """Return a scan's plots as they were measured."""
+        sensor = next(sensor for sensor in self.sensors if sensor.name == scan.sensor)
+        return plots_of(
             with_dimensions(scan, sensor, dim),
             sensor,
             dim,
@@ -361,10 +380,6 @@ class PlotFuser:
             volume=self.volumes.get(scan.sensor),
             ignored_width=self.ignored_widths.get(scan.sensor),
         )
-        if self.motion is None or tracks is None:
-            return plots
-        moments = np.full(len(scan), scan.time) if scan.moments is None else scan.moments
-        return carried_along(plots, time - moments, time, tracks, self.rule.gate)
 
 
 def fused_name(scans: Sequence[Scan]) -> str:
@@ -389,12 +404,10 @@ def _every_set(names: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the sets of sensors that may look together, the largest first."""
     if len(names) > MOST_COMBINED:
         return [tuple(names)]
-    sizes = range(len(names), 0, -1)
-    return [chosen for size in sizes for chosen in itertools.combinations(names, size)]
+    return [s for n in range(len(names), 0, -1) for s in itertools.combinations(names, n)]
 
 
 def _certificate(answer: Answer, *, is_complete: bool) -> Certificate:
     """Return the answer's certificate, as far as its bound holds over all tuples in the gate."""
-    if is_complete:
-        return answer.certificate
-    return Certificate(answer.cost, -np.inf, Status.FEASIBLE)
+    unbounded = Certificate(answer.cost, -np.inf, Status.FEASIBLE)
+    return answer.certificate if is_complete else unbounded

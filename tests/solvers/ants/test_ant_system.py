@@ -25,7 +25,7 @@ from trackweave.solvers.ants._tours import (
     selection_of,
 )
 from trackweave.solvers.ants.ant_system import AntSearch
-from trackweave.solvers.ants.points import make_points
+from trackweave.solvers.ants.points import make_points, most_visited
 from trackweave.solvers.components import Components
 from trackweave.solvers.resumable import Start, View
 
@@ -206,7 +206,7 @@ class TestTours:
         assert chisquare(list(counts[0].values())).pvalue > 0.001
 
 
-def search_of(ants: int = 6) -> tuple[AntSystem, View, AntSearch]:
+def search_of(ants: int | None = 6) -> tuple[AntSystem, View, AntSearch]:
     view, colony = view_of(TINY), AntSystem(ants=ants)
     nothing = np.full(view.component.must.shape[0], -1)
     return colony, view, colony._begin(view, Start([], nothing, np.inf, rng()))
@@ -221,6 +221,25 @@ class TestSearch:
         starts = search_of(ants=8)[2].starts
         assert sorted(starts.tolist()) == list(range(8))
         assert Counter(search_of(ants=20)[2].starts.tolist()).most_common(1)[0][1] == 3
+
+    def test_a_tour_visits_at_most_the_documents_n_points_and_ants_grow_with_it(self) -> None:
+        _, view, search = search_of(ants=None)
+        n = 1 + view.component.n_items
+        assert most_visited(view.component.n_items) == n
+        assert search.starts.shape == (3 * n,)
+        # Every plot left alone, the longest tour that there is; the point of dummies is one more.
+        alone = np.flatnonzero(search.points.node < 0)
+        tour = np.empty(n - 1, dtype=np.int64)
+        order = np.concatenate([alone, np.flatnonzero(search.points.node >= 0)])
+        nearest_tour(view.component, search.points, order, int(alone[0]), tour)
+        assert 1 + len(list(steps(tour))) == n
+        assert (AntSystem().colony(9), AntSystem(ants=7).colony(9)) == (30, 7)
+
+    def test_ends_after_n_cycles_where_none_are_given(self) -> None:
+        problem = hard(n_rows=60)
+        answer = AntSystem(pheromone_weight=0.0, decompose=False)(problem, rng=rng())
+        n = most_visited(problem.n_items)
+        assert (answer.stop_reason, answer.evaluations) == ("cycles", 3 * n * n)
 
     def test_the_second_cycle_moves_by_pheromone_and_visibility(self) -> None:
         colony, view, search = search_of()

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray, IntArray, is_whole
 from trackweave.fields import settle
 from trackweave.solvers.ants._tours import (
     Points,
@@ -16,12 +16,14 @@ from trackweave.solvers.ants._tours import (
     lay_trails,
     make_tours,
 )
-from trackweave.solvers.ants.points import make_points, tour_of
+from trackweave.solvers.ants.points import make_points, most_visited, tour_of
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["AntSearch", "AntSystem"]
+
+ANTS_PER_POINT = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,15 +117,19 @@ class AntSystem(Metaheuristic):
     Parameters
     ----------
     ants
-        Number of ants, at least 1.
+        Number of ants, at least 1; None for 3 N, N = 1 + Σ n_i being the document's number of
+        points that a tour visits, so that they grow with the problem: of fewer, all soon follow
+        the best of the first. Here N counts the items of the component: those that no sequence
+        joins stay alone in every tour, and are in none.
     pheromone_weight, visibility_weight
-        α and β, at least 0.
+        α and β, at least 0. With α = 1 trails fix a route that is seldom the best; with less,
+        ants seldom come to agree.
     persistence
         ρ: the share of pheromone that does not evaporate in a cycle, from 0 to 1.
     cycles
-        The greatest number of cycles per component, at least 1.
+        The greatest number of cycles per component, at least 1; None for N.
     evaluations
-        How many tours are made per component, to whole cycles.
+        How many tours are made per component, to whole cycles; None for no limit but cycles.
     seeded
         Beyond the document: whether bounds and answers of the dual come before, and visibility
         is that of reduced costs.
@@ -153,33 +159,39 @@ class AntSystem(Metaheuristic):
            [2, 2]])
     """
 
-    ants: int = 30
+    ants: int | None = None
     pheromone_weight: float = 1.0
     visibility_weight: float = 5.0
     persistence: float = 0.8
-    cycles: int = 200
-    evaluations: int = 6_000
+    cycles: int | None = None
+    evaluations: int | None = None
     seeded: bool = False
     decompose: bool = True
 
     def __post_init__(self) -> None:
         settle(self)
         wrong = [
-            (not self.ants >= 1, "ants", "a whole number ≥ 1"),
+            (not _is_count(self.ants), "ants", "a whole number ≥ 1, or None"),
             (not 0 <= self.pheromone_weight < np.inf, "pheromone_weight", "a number ≥ 0"),
             (not 0 <= self.visibility_weight < np.inf, "visibility_weight", "a number ≥ 0"),
             (not 0 <= self.persistence <= 1, "persistence", "a number from 0 to 1"),
-            (not self.cycles >= 1, "cycles", "a whole number ≥ 1"),
-            (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+            (not _is_count(self.cycles), "cycles", "a whole number ≥ 1, or None"),
+            (not _is_count(self.evaluations), "evaluations", "a whole number ≥ 1, or None"),
         ]
         refuse_parameters(self, wrong)
 
     def _begin(self, view: View, start: Start) -> AntSearch:
         points = make_points(view, priced=self.seeded)
-        return AntSearch.begin(points, view.component.n_items, self.ants, start)
+        ants = self.colony(view.component.n_items)
+        return AntSearch.begin(points, view.component.n_items, ants, start)
+
+    def colony(self, n_items: int) -> int:
+        """Return how many ants search a component of so many items."""
+        return self.ants or ANTS_PER_POINT * most_visited(n_items)
 
     def _go_on(self, view: View, search: AntSearch, evaluations: int) -> AntSearch:
-        last = min(search.position + evaluations, self.ants)
+        n_ants = search.starts.shape[0]
+        last = min(search.position + evaluations, n_ants)
         selection, rng = search.selection.copy(), copy.deepcopy(search.rng)
         tours, lengths = search.tours.copy(), search.lengths.copy()
         best = make_tours(
@@ -191,7 +203,7 @@ class AntSystem(Metaheuristic):
             search, tours=tours, lengths=lengths, position=last, selection=selection, best=best,
             rng=rng,
         )  # fmt: skip
-        return self._next_cycle(moved) if last == self.ants else moved
+        return self._next_cycle(moved) if last == n_ants else moved
 
     def admit(self, view: View, search: AntSearch, selection: IntArray, cost: float) -> AntSearch:
         """Return the search with another's answer taken in; see ``Metaheuristic``."""
@@ -226,11 +238,17 @@ class AntSystem(Metaheuristic):
         return replace(search, pheromone=pheromone, attraction=attraction, cumulative=cumulative)
 
     def _chunk(self, view: View) -> int:
-        return chunk_of(view, self.ants)
+        return chunk_of(view, self.colony(view.component.n_items))
 
     def _why_over(self, search: AntSearch) -> str:
         if search.is_one_route:
             return "converged"
-        if search.cycle >= self.cycles:
+        cycles = self.cycles or most_visited(search.tours.shape[1])
+        if search.cycle >= cycles:
             return "cycles"
-        return "evaluations" if search.evaluations >= self.evaluations else ""
+        limit = np.inf if self.evaluations is None else self.evaluations
+        return "evaluations" if search.evaluations >= limit else ""
+
+
+def _is_count(value: int | None) -> bool:
+    return value is None or (is_whole(value) and value >= 1)

@@ -9,7 +9,7 @@ from trackweave.solvers.ants._tours import Points
 from trackweave.solvers.polishing import owner_of
 from trackweave.solvers.resumable import View
 
-__all__ = ["make_points", "tour_of"]
+__all__ = ["make_points", "most_visited", "tour_of"]
 
 MARGIN = 0.01
 """Least shifted cost per item, as a share of the spread of costs per item."""
@@ -63,6 +63,25 @@ def make_points(view: View, *, priced: bool) -> Points:
         item=np.concatenate([component.item[node], alone]),
         cost=np.concatenate([reduced[node] + shift * depth[node], price[alone] + shift]),
     )
+
+
+def most_visited(n_items: int) -> int:
+    """Return N = 1 + Σ n_i, the document's number of points that an ant visits in a cycle.
+
+    A tour covers every plot once, so that it visits Σ n_i points where all plots stay alone, and
+    fewer where points are tuples of several. One more is the tuple of dummies alone, which covers
+    no plot and costs every tour the same: it is counted here, and left out of the points.
+
+    Parameters
+    ----------
+    n_items
+        Number of plots of all sensors, Σ n_i.
+
+    Returns
+    -------
+    N.
+    """
+    return 1 + n_items
 
 
 def tour_of(component: Component, points: Points, selection: IntArray) -> IntArray:
