@@ -16,6 +16,7 @@ from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table
+from trackweave.io.times import with_common_times
 
 __all__ = ["ONLY_SENSOR", "read_reports"]
 
@@ -99,11 +100,12 @@ def read_reports(
 
     good = np.flatnonzero(checks.good)
     sensors, code = _numbered(sensor_names.gather(good))
-    order = np.lexsort((code, time[good]))
+    moment, moved = with_common_times(time[good])
+    order = np.lexsort((code, moment))
     rows = good[order]
     identity, identities = _identities(checks, rows)
     return ReportTable(
-        time=time[rows],
+        time=moment[order],
         sensor=code[order],
         sensors=sensors,
         measurement=measured.values[rows],
@@ -122,7 +124,7 @@ def read_reports(
         identities=identities,
         strength=None if strength is None else strength[rows],
         height=None if height is None else height[rows],
-        notes=measured.notes,
+        notes=(*measured.notes, *moved),
     )
 
 
