@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings
 from trackweave.config.plots import PlotSettings
 from trackweave.domain.reports import ReportTable
@@ -45,6 +46,14 @@ class Course:
     steps: Sequence[tuple[Scan, ...]]
     notes: tuple[str, ...] = ()
     is_fused: bool = False
+
+    def looks(self) -> dict[str, FloatArray]:
+        """Return when each sensor scanned [s], ascending, by its name."""
+        times: dict[str, list[float]] = {}
+        for scans in self.steps:
+            for scan in scans:
+                times.setdefault(scan.sensor, []).append(scan.time)
+        return {name: np.unique(each) for name, each in times.items()}
 
     def take(
         self,

@@ -22,13 +22,12 @@ from trackweave.io.reports import read_reports
 from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.course import Course, course_of
-from trackweave.run.doubts import doubts_on
+from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file
-from trackweave.run.scan_doubts import doubts_on_scans
 from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
 
@@ -135,18 +134,11 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     table = _report_table(reports, configuration)
     begun = _prior_table(priors, table)
     settings = settings_for(table, configuration, preset=preset)
-    guessed = {
-        sensor.name
-        for sensor in settings.sensors
-        if settings.sources[f"sensors.{sensor.name}.scan_period"] in {"estimated", "default"}
-    }
     rotations = rotations_in(settings)
     table, assumed = laid(table, settings.sensors)
     notes = [
         *table.notes,
         *assumed,
-        *doubts_on(table, settings.sensors),
-        *doubts_on_scans(table, settings.sensors, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
@@ -164,9 +156,12 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
+    found = diagnose(Case(table, settings, assigned.track, history, course.looks()))
+    settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     values = RunValues(table, tracks, history, assignment, settings)
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
+    record["diagnostics"] = [each.as_record() for each in found]
     if isinstance(reports, str | Path):
         record = with_file(record, reports)
     return TrackingResult(
