@@ -33,6 +33,7 @@ SCRIPTS = {
     "simulated": ["simulated.py"],
     "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
+    "contradictions": ["contradictions.py", "--seeds", "101", "111"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],
     # Whoever finds a better answer enters it in best_known.json, for those after it.
@@ -81,7 +82,10 @@ GROUPS = {
     "performance": "performance.md",
     "plots": "explanation/plots.md",
 }
-OWN_PAGES = {"recordings": "explanation/recordings.md"}
+OWN_PAGES = {
+    "recordings": "explanation/recordings.md",
+    "contradictions": "explanation/diagnostics.md",
+}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",

@@ -1,6 +1,7 @@
 """Whether a wrong input is called by its name: many in turn, over seeds; and false alarms."""
 
 import argparse
+import sys
 import time
 from collections import Counter
 from typing import Any
@@ -17,15 +18,20 @@ def main() -> None:
     parser.add_argument(
         "--seeds", type=int, nargs=2, default=[101, 112], help="first, and last + 1"
     )
-    parser.add_argument("--only", nargs="+", default=list(CONTRADICTIONS))
+    parser.add_argument("--only", nargs="*", default=list(CONTRADICTIONS))
     parser.add_argument("--show", action="store_true", help="print each first sentence")
+    parser.add_argument("--no-clean", action="store_true", help="leave out what is right")
     arguments = parser.parse_args()
     seeds = range(*arguments.seeds)
     print(heading(command("contradictions.py")), end="\n\n")
-    rows = [_row(name, seeds, show=arguments.show) for name in arguments.only]
+    rows = []
+    for name in arguments.only:
+        rows.append(_row(name, seeds, show=arguments.show))
+        print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     head = ["what is wrong", "runs", "named first", "named", "missed", "others named first"]
     print(table(head, rows), end="\n\n")
-    print(table(["nothing is wrong", "runs", "false alarms", "which"], _clean(seeds)))
+    if not arguments.no_clean:
+        print(table(["nothing is wrong", "runs", "false alarms", "which"], _clean(seeds)))
 
 
 def _row(name: str, seeds: range, *, show: bool) -> list[Any]:
@@ -58,6 +64,7 @@ def _clean(seeds: range) -> list[list[Any]]:
                 what = f"{n_sensors} radars, {kind}, {'all' if is_told else 'nothing'} told"
                 listed = ", ".join(f"{cause} {count}" for cause, count in false.items())
                 rows.append([what, len(seeds), sum(false.values()), listed or "–"])
+                print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     return rows
 
 

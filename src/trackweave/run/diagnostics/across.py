@@ -39,7 +39,8 @@ class _Cause:
 
 def other_senses(case: Case) -> Iterator[Finding]:
     """Yield which sensors' bearings fit the others' positions better in another sense."""
-    for index, name in enumerate(case.reports.sensors):
+    for index in case.examined:
+        name = case.reports.sensors[index]
         if case.reports.kind_of(index) is not MeasurementKind.BEARING:
             continue
         found = sense_of(case, index)
@@ -64,7 +65,7 @@ def _counted(sense: str) -> str:
 
 def disagreeing_sensors(case: Case) -> Iterator[Finding]:
     """Yield sensors whose reports fit the others' tracks under a simple transformation only."""
-    telling = [i for i in range(len(case.reports.sensors)) if case.tells_place(i)]
+    telling = [index for index in case.examined if case.tells_place(index)]
     if len(telling) < 2 or case.settings.period is not None:
         return
     samples = [sample for i in telling if (sample := sample_of(case, i)) is not None]

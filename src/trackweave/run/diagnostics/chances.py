@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.models._kernels import is_covered
+from trackweave.models.coverage import Coverage
 from trackweave.run.diagnostics.case import Case, Path
 
-__all__ = ["Chances", "chances_of"]
+__all__ = ["Chances", "chances_of", "covered"]
 
 MOST_PATHS, MOST_LOOKS = 120, 200
 
@@ -44,7 +45,7 @@ def chances_of(case: Case, index: int) -> Chances:
     -------
     The chances; none for a sensor of which nobody knows when it looks.
     """
-    places, hits = [np.empty((0, 2))], [np.empty(0, dtype=bool)]
+    places, hits, times = [np.empty((0, 2))], [np.empty(0, dtype=bool)], [np.empty(0)]
     for path in case.paths[:MOST_PATHS]:
         looks, near = _looks(case, index, path)
         if looks.size == 0:
@@ -55,14 +56,40 @@ def chances_of(case: Case, index: int) -> Chances:
         hits.append((at < time.size) & (time[np.minimum(at, time.size - 1)] <= looks + near)
                     if time.size else np.zeros(looks.size, dtype=bool))  # fmt: skip
         places.append(path.at(looks))
+        times.append(looks)
     place, is_hit = np.concatenate(places), np.concatenate(hits)
     known = ~np.isnan(place[:, 0])
     view = case.sensors[index].field_of_view
-    if view is not None and case.reports.platform is None:
-        coverage = view.coverage()
-        covered = [is_covered(east, north, coverage) for east, north in place]
-        known &= np.array(covered, dtype=bool)
+    if view is not None:
+        known &= covered(place, _platform(case, index, np.concatenate(times)), view.coverage())
     return Chances(place[known], is_hit[known])
+
+
+def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
+    """Tell which places a field of view holds that goes with its sensor.
+
+    Parameters
+    ----------
+    place
+        Points of the plane [m], shape (places, 2).
+    platform
+        Where the sensor was then [m], shape (places, 2).
+    view
+        Its field of view about where it stands usually.
+
+    Returns
+    -------
+    One truth value per place.
+    """
+    about = place - platform + view.position
+    return np.array([is_covered(east, north, view) for east, north in about], dtype=bool)
+
+
+def _platform(case: Case, index: int, time: FloatArray) -> FloatArray:
+    """Return where a sensor was at some times [m]."""
+    rows = case.rows[index]
+    where = [np.interp(time, case.reports.time[rows], axis) for axis in case.platform[rows].T]
+    return np.stack(where, axis=1)
 
 
 def _looks(case: Case, index: int, path: Path) -> tuple[FloatArray, float]:

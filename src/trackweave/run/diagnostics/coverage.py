@@ -3,12 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.models._kernels import is_covered
-from trackweave.models.coverage import Coverage
 from trackweave.run.diagnostics.case import Case, Finding
+from trackweave.run.diagnostics.chances import covered
 
 __all__ = ["out_of_view", "unseen_range"]
 
@@ -20,14 +18,14 @@ WEIGHT = 80.0
 
 def out_of_view(case: Case) -> Iterator[Finding]:
     """Yield sensors whose reports come from outside their own field of view."""
-    for index, sensor in enumerate(case.sensors):
-        rows = case.rows[index]
+    for index in case.examined:
+        sensor, rows = case.sensors[index], case.rows[index]
         rows = rows[~np.isnan(case.position[rows, 0])]
         view = sensor.field_of_view
         if view is None or rows.size == 0:
             continue
         some = rows[:: -(-rows.size // MOST_LOOKED_AT)]
-        outside = ~_covered(case.position[some], case.platform[some], view.coverage())
+        outside = ~covered(case.position[some], case.platform[some], view.coverage())
         count = int(outside.sum())
         if count < max(FEWEST_OUTSIDE, OUTSIDE_SHARE * some.size):
             continue
@@ -45,16 +43,11 @@ def out_of_view(case: Case) -> Iterator[Finding]:
         )
 
 
-def _covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
-    about = place - platform + view.position
-    return np.array([bool(is_covered(east, north, view)) for east, north in about])
-
-
 def unseen_range(case: Case) -> Iterator[Finding]:
     """Yield sensors without a field of view that see less far than the others' reports lie."""
     known = ~np.isnan(case.position[:, 0])
-    for index, sensor in enumerate(case.sensors):
-        rows = case.rows[index]
+    for index in case.examined:
+        sensor, rows = case.sensors[index], case.rows[index]
         if sensor.field_of_view is not None or not case.tells_place(index):
             continue
         time = case.reports.time

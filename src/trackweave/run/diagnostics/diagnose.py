@@ -52,12 +52,14 @@ def diagnose(case: Case) -> list[Finding]:
     Nothing where all agrees. Nothing is changed.
     """
     found = [finding for check in CHECKS for finding in check(case)]
+    is_explained = any(finding.weight >= A_CAUSE for finding in found)
+    causes = {finding.cause for finding in found}
+    if not is_explained and (WORTH_A_SECOND_LOOK & causes or lies_together(case)):
+        found += what_reports_tell(case)
     if any(finding.weight >= A_CAUSE for finding in found):
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
-    elif any(finding.cause in {"coverage", "field of view"} for finding in found):
+    elif causes & {"coverage", "field of view"}:
         found = [finding for finding in found if finding.cause != "detection_probability"]
-    elif WORTH_A_SECOND_LOOK & {finding.cause for finding in found} or lies_together(case):
-        found += what_reports_tell(case)
     return _together(sorted(found, key=lambda finding: -finding.weight))
 
 

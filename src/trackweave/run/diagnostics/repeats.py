@@ -52,9 +52,9 @@ def single_times(case: Case) -> Iterator[Finding]:
 
 def copied_sensors(case: Case) -> Iterator[Finding]:
     """Yield which sensors' reports are those of another, number for number."""
-    reports, said = case.reports, set()
-    keys = [_numbers(case, index) for index in range(len(reports.sensors))]
-    for one, other in permutations(range(len(keys)), 2):
+    reports, said = case.reports, set[str]()
+    keys = {index: _numbers(case, index) for index in case.examined}
+    for one, other in permutations(keys, 2):
         copy, original = reports.sensors[one], reports.sensors[other]
         if copy in said or original in said or reports.kind_of(one) != reports.kind_of(other):
             continue

@@ -7,11 +7,14 @@ import numpy as np
 
 from trackweave.config import load_configuration
 from trackweave.run.diagnostics.case import Case, Finding
+from trackweave.run.diagnostics.told import expected_false, scans_of
 from trackweave.run.observing import settle
 
 __all__ = ["few_assigned", "lies_together", "what_reports_tell"]
 
 FEW, SOME, FEWEST = 0.2, 0.4, 30
+# Where false alarms are expected, so many of the other reports are enough.
+OF_OBJECTS = 0.5
 # A value so many times off what reports seem to tell is worth a sentence; both a noise and a
 # speed a thousand times off are a unit.
 OFF, OFF_PROCESS = 4.0, 20.0
@@ -24,7 +27,9 @@ WEIGHT, LOUD = 70.0, 65.0
 def few_assigned(case: Case) -> Iterator[Finding]:
     """Yield that hardly any report is in a track, and what to look at."""
     total, assigned = len(case.reports), int(np.count_nonzero(case.track >= 0))
-    if total >= FEWEST and assigned < FEW * total:
+    false = sum(expected_false(case, i) * scans_of(case, i) for i in case.examined)
+    is_clutter = assigned > 0 and assigned >= OF_OBJECTS * max(total - false, 0.0)
+    if total >= FEWEST and assigned < FEW * total and not is_clutter:
         yield Finding(
             "few assigned",
             None,

@@ -10,8 +10,9 @@ from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding
 from trackweave.run.diagnostics.chances import chances_of
 from trackweave.run.diagnostics.scatter import Scatter, scatter_of
+from trackweave.run.observing import filled
 
-__all__ = ["clutter", "detection", "motion", "noise"]
+__all__ = ["clutter", "detection", "expected_false", "motion", "noise", "scans_of"]
 
 FEWEST_TRIPLES, FEWEST_CHANCES, FEWEST_ROWS = 30, 50, 30
 # Steps over which noise is told from motion.
@@ -30,7 +31,8 @@ WEIGHT = 50.0
 
 def noise(case: Case) -> Iterator[Finding]:
     """Yield sensors whose reports scatter otherwise than their sigma says."""
-    for index, name in enumerate(case.reports.sensors):
+    for index in case.examined:
+        name = case.reports.sensors[index]
         if not case.tells_place(index):
             continue
         short, long = (scatter_of(case, index, stride) for stride in (SHORT, LONG))
@@ -110,9 +112,7 @@ def _speed(case: Case) -> Iterator[Finding]:
         change = "correct it, or the unit of positions or times"
     elif most > 0 and told > SPEED_UNDER * most:
         what, seen = f"hardly any track is faster than {most:.3g} m/s", most
-        change = (
-            "lower it if nothing faster can come: so wide a bound joins what is not one object"
-        )
+        change = "lower it if nothing faster can come"
     else:
         return
     yield Finding(
@@ -130,7 +130,7 @@ def _process(case: Case) -> Iterator[Finding]:
     if not isinstance(model, ConstantVelocity) or not case.is_told("motion.process_noise"):
         return
     told, found = model.process_noise, []
-    for index in range(len(case.sensors)):
+    for index in case.examined:
         if case.tells_place(index) and not case.reports.kind_of(index).has_range:
             value = _process_seen(case, index, told)
             if value is not None:
@@ -172,7 +172,8 @@ def _process_seen(case: Case, index: int, told: float) -> float | None:
 
 def detection(case: Case) -> Iterator[Finding]:
     """Yield sensors that see tracks more or less often than told."""
-    for index, sensor in enumerate(case.sensors):
+    for index in case.examined:
+        sensor = case.sensors[index]
         if not case.is_told(f"sensors.{sensor.name}.detection_probability"):
             continue
         chances = chances_of(case, index)
@@ -199,13 +200,14 @@ def detection(case: Case) -> Iterator[Finding]:
 
 def clutter(case: Case) -> Iterator[Finding]:
     """Yield sensors of which more or fewer reports are in no track than told."""
-    for index, sensor in enumerate(case.sensors):
+    for index in case.examined:
+        sensor = case.sensors[index]
         key = f"sensors.{sensor.name}.clutter_"
         is_told = [case.is_told(key + word) for word in ("density", "per_scan")]
-        rows, looks = case.rows[index], _looks(case, index)
+        rows, looks = case.rows[index], scans_of(case, index)
         if not any(is_told) or looks < 1 or rows.size < FEWEST_ROWS:
             continue
-        told = _expected(case, index)
+        told = expected_false(case, index)
         alone = float(np.count_nonzero(case.track[rows] < 0)) + 0.5
         seen = alone / looks
         if 1 / CLUTTER_TIMES < seen / told < CLUTTER_TIMES:
@@ -225,18 +227,40 @@ def clutter(case: Case) -> Iterator[Finding]:
         )
 
 
-def _looks(case: Case, index: int) -> float:
-    """Return how many scans a sensor made."""
+def scans_of(case: Case, index: int) -> float:
+    """Return how many scans a sensor made.
+
+    Parameters
+    ----------
+    case
+        The run.
+    index
+        The sensor.
+
+    Returns
+    -------
+    Their number; 0 where nobody knows.
+    """
     sensor, time = case.sensors[index], case.reports.time[case.rows[index]]
     if sensor.rotation is not None and sensor.scan_period and time.size:
         return float(np.ptp(time)) / sensor.scan_period
     return float(case.looks.get(sensor.name, np.empty(0)).size)
 
 
-def _expected(case: Case, index: int) -> float:
-    """Return how many false alarms a scan of a sensor is told to hold."""
-    from trackweave.run.observing import filled
+def expected_false(case: Case, index: int) -> float:
+    """Return how many false alarms a scan of a sensor is taken to hold.
 
+    Parameters
+    ----------
+    case
+        The run.
+    index
+        The sensor.
+
+    Returns
+    -------
+    Their mean number, as told or estimated.
+    """
     sensor, rows = case.sensors[index], case.rows[index]
     own = case.settings.values["sensors"][sensor.name]
     if own.get("clutter_per_scan") is not None:
