@@ -34,6 +34,7 @@ SCRIPTS = {
     "simulated": ["simulated.py"],
     "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
+    "contradictions": ["contradictions.py", "--seeds", "101", "111"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],
     # Whoever finds a better answer enters it in best_known.json, for those after it.
@@ -87,6 +88,7 @@ GROUPS = {
     "presets": PAGE,
 }
 OWN_PAGES = {
+    "contradictions": "explanation/diagnostics.md",
     "recordings": "explanation/recordings.md",
     "presets-hillis": "explanation/hillis-1997.md",
     "presets-huo": "explanation/huo-2008.md",

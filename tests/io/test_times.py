@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackweave.io.times import datetime_column, iso_text, read_times
+from trackweave.io.times import datetime_column, iso_text, read_times, with_common_times
 
 NOON = 1714564800.0  # 2024-05-01T12:00:00Z
 
@@ -84,3 +84,31 @@ def test_times_come_back_to_the_microsecond(seconds):
 )
 def test_writes_as_many_decimals_as_the_finest_time_needs(seconds, text):
     assert iso_text(datetime_column("time", np.array(seconds)))[0] == text
+
+
+def test_times_that_differ_by_rounding_are_one():
+    scans = np.repeat(np.arange(20) * 6.0, 17)
+    jitter = np.random.default_rng(1).uniform(0, 1e-12, scans.size)
+    common, notes = with_common_times(scans + jitter)
+    assert np.unique(common).size == 20
+    assert np.all(np.abs(common - scans) <= 1.1e-12)
+    assert len(notes) == 1
+    assert notes[0].endswith("count as one; the next are 6 s away")
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        [0.0, 1.0, 2.0],
+        [5.0],
+        [],
+        # Reports one by one, moved by a tenth of a millisecond each.
+        (np.repeat(np.arange(30.0), 5) + np.tile(np.arange(5) * 1e-4, 30)).tolist(),
+        # A camera of a million pictures a second, twice.
+        np.concatenate([np.arange(100) * 1e-6, 100.0 + np.arange(100) * 1e-6]).tolist(),
+    ],
+)
+def test_times_that_differ_by_more_stay(time):
+    common, notes = with_common_times(np.array(time))
+    assert common.tolist() == time
+    assert notes == []

@@ -212,8 +212,8 @@ def fill(
     plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
-    notes += _doubts(ledger, estimates) + doubts + _overruled(ledger, preset)
-    notes += preset_notes(preset)
+    notes += [*(estimates.notes if estimates else ()), *_doubts(ledger, estimates)]
+    notes += doubts + _overruled(ledger, preset) + preset_notes(preset)
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")

@@ -1,7 +1,9 @@
 """Learns from reports what nobody has said: noise, clutter, detection, speed, turns."""
 
 from trackweave.estimation.directions import bearing_sensor, with_components
+from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import Estimates, SensorEstimate, digits, estimate
+from trackweave.estimation.plausibility import believable
 from trackweave.estimation.refine import (
     Followed,
     refined,
@@ -15,6 +17,7 @@ __all__ = [
     "Followed",
     "SensorEstimate",
     "bearing_sensor",
+    "believable",
     "digits",
     "estimate",
     "refined",
@@ -22,4 +25,5 @@ __all__ = [
     "sure_tracks",
     "with_components",
     "with_strengths",
+    "without_echoes",
 ]

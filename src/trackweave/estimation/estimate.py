@@ -23,6 +23,7 @@ DETECTION_RANGE = (0.5, 0.98)
 # Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
+FEWEST_IN_HULL = 10
 # With so many unrelated reports where a successor may be, false segments line up.
 CROWDED = 1.0
 
@@ -95,6 +96,8 @@ class Estimates:
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
         On what a value rests and how sure it is, by its key in a configuration file.
+    notes
+        Sentences on what was left out or not believed.
     """
 
     sensors: Mapping[str, SensorEstimate]
@@ -106,6 +109,7 @@ class Estimates:
     max_scans: int | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +121,7 @@ class _Findings:
     max_speed: float | None
     doubt: str | None
     n_scans: int
+    note: str | None
 
 
 def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> Estimates:
@@ -162,6 +167,7 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=bounded(max(present), 1e-30),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
+        notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
     )
 
 
@@ -261,6 +267,18 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         _max_speed(chains, stands_out),
         _doubt(blocks, stands_out, chains, density),
         n_scans,
+        _note_on_area(position, covered),
+    )
+
+
+def _note_on_area(position: FloatArray, covered: float) -> str | None:
+    """Return what is taken for the area of many reports that span none."""
+    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
+        return None
+    unit = "m²" if position.shape[1] == 2 else "m³"
+    return (
+        "its reports lie on a line or at one place, so that no area tells how dense they are; "
+        f"{covered:.3g} {unit} about them stand in"
     )
 
 
@@ -351,20 +369,24 @@ def covered_by(position: FloatArray, sigma: float) -> float:
     -------
     The area or volume [m², m³].
     """
-    from scipy.spatial import ConvexHull, QhullError
-
     dim = position.shape[1]
     # Reports in one place or on a line still come from a surrounding as wide as their noise.
     sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
     box = float(np.prod(sides))
-    try:
-        hull = (
-            float(ConvexHull(np.unique(position, axis=0)).volume)
-            if position.shape[0] > 10
-            else box
-        )
-    except (QhullError, ValueError):
-        hull = box
+    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
     # The outermost of n reports lie about 1/n of a side within the edges.
     margin = (1 + 2 / position.shape[0]) ** dim
-    return float(np.clip(max(hull, 0.1 * box) * margin, 1e-9, 1e24))
+    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
+
+
+def _hull(position: FloatArray) -> float | None:
+    """Return the area or volume of the reports' hull, None where they span none."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    places = np.unique(position, axis=0)
+    if places.shape[0] <= position.shape[1]:
+        return None
+    try:
+        return float(ConvexHull(places).volume)
+    except QhullError:
+        return None

@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 
-__all__ = ["Frames", "frames_of", "scan_period"]
+__all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period"]
 
 # Enough to estimate from in about a second; more reports change no estimate visibly.
 MAX_SCANS_PER_BLOCK = 60
@@ -18,6 +18,8 @@ N_BLOCKS = 3
 LONGEST_GAP = 3.5
 # Nearer in time than this [s], scans say nothing of speeds.
 SHORTEST_GAP = 1e-6
+# What looks so often [s] is seen to: not so few of its scans hold a report.
+BRIEF, LEAST_FILLED = 1e-3, 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +68,26 @@ def scan_period(time: FloatArray) -> float | None:
     multiple = gaps / period
     regular = np.abs(multiple - np.round(multiple)) < 0.2 * np.maximum(np.round(multiple), 1)
     regular &= multiple > 0.5
-    return period if np.mean(regular) > 0.75 else None
+    is_regular = np.mean(regular) > 0.75 and not is_absurd_period(time, period)
+    return period if is_regular else None
+
+
+def is_absurd_period(time: FloatArray, period: float) -> bool:
+    """Tell whether a scan period is the grain of a clock and not a sensor's.
+
+    Parameters
+    ----------
+    time
+        Times of the scans [s], ascending, no two equal.
+    period
+        What seems to be their period [s].
+
+    Returns
+    -------
+    True for periods below a millisecond of whose scans hardly any holds a report.
+    """
+    filled = time.size * period
+    return SHORTEST_GAP < period < BRIEF and filled < LEAST_FILLED * float(time[-1] - time[0])
 
 
 def frames_of(reports: ReportTable, sensor: int) -> tuple[list[Frames], float | None]:

@@ -9,6 +9,9 @@ from trackweave.estimation.trees import tree_of
 __all__ = ["reach", "segments"]
 
 N_SHELLS = 48
+# Where those that stand out are fewer than so many of all reports, a wider disc of pairs counts
+# that holds more of them, so many deviations and by so much of a share above chance.
+FEW, CLEARLY, DENSER = 0.25, 6.0, 0.5
 NEAREST = 5
 
 
@@ -43,14 +46,40 @@ def reach(blocks: list[Frames]) -> tuple[float, float] | None:
         for before, after, gap in zip(trees, trees[1:], np.diff(frames.time), strict=False):
             counts += before.count_neighbors(after, radii * (gap / interval))
     chance = _chance_counts(everything, radii)
-    step = _likeliest_step(counts, chance)
-    if step is None:
-        return None
-    # The step cuts into the slope of the disc; a little further out it is all there.
-    wide = min(step + 2, N_SHELLS - 1)
-    beyond = max(chance[-1] - chance[wide], 1e-300)
-    expected = (counts[-1] - counts[wide]) * chance[wide] / beyond
-    return float(radii[wide] / interval), float((counts[wide] - expected) / len(times))
+    n_reports = sum(p.shape[0] for frames in blocks for p in frames.position[1:])
+    found = _outermost(counts, chance, FEW * n_reports)
+    return None if found is None else (float(radii[found[0]] / interval), found[1] / len(times))
+
+
+def _outermost(counts: FloatArray, chance: FloatArray, few: float) -> tuple[int, float] | None:
+    """Return how far out pairs are denser than chance, and how many more they are.
+
+    A few reports that stay in one place make a disc of their own within that of the others: where
+    a wider one holds more, that one counts.
+
+    Returns
+    -------
+    Index of the radius, and the pairs above what chance brings; None where nothing stands out.
+    """
+    first, total = -1, 0.0
+    while True:
+        inner = (counts[first], chance[first]) if first >= 0 else (0.0, 0.0)
+        rest = counts[first + 1 :] - inner[0], chance[first + 1 :] - inner[1]
+        step = _likeliest_step(*rest) if rest[0].size > 1 else None
+        if step is None:
+            break
+        # The step cuts into the slope of the disc; a little further out it is all there.
+        wide = min(step + 2, rest[0].size - 1)
+        beyond = max(rest[1][-1] - rest[1][wide], 1e-300)
+        expected = (rest[0][-1] - rest[0][wide]) * rest[1][wide] / beyond
+        excess = float(rest[0][wide] - expected)
+        is_sure = excess > max(total, CLEARLY * np.sqrt(expected + 1.0), DENSER * expected)
+        if first >= 0 and not is_sure:
+            break
+        first, total = first + 1 + wide, total + excess
+        if total > few:
+            break
+    return None if first < 0 else (first, total)
 
 
 def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
@@ -84,9 +113,10 @@ def _scatter(size: int, axis: int) -> IntArray:
 def _likeliest_step(counts: FloatArray, chance: FloatArray) -> int | None:
     """Return the radius inside which pairs are denser than chance, None where none stands out."""
     inside, outside = counts[:-1], counts[-1] - counts[:-1]
-    chance_inside, chance_outside = chance[:-1], np.maximum(chance[-1] - chance[:-1], 1e-300)
+    chance_inside = np.maximum(chance[:-1], 1e-300)
+    chance_outside = np.maximum(chance[-1] - chance[:-1], 1e-300)
     dense, thin = inside / chance_inside, outside / chance_outside
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         gain = np.where(inside > 0, inside * np.log(dense), 0.0)
         gain += np.where(outside > 0, outside * np.log(thin), 0.0)
     gain[(inside == 0) | (dense <= thin)] = -np.inf

@@ -371,11 +371,15 @@ def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
     """Return a speed that hardly any object exceeds."""
     speeds = []
     for track in tracks:
-        time, place = reports.time[track.rows], reports.measurement[track.rows]
-        for start in range(0, track.rows.size - PIECE + 1, 2):
-            piece = slice(start, start + PIECE)
-            centred = time[piece] - time[piece].mean()
-            if np.ptp(centred) > 1e-6:
-                velocity = centred @ place[piece] / np.dot(centred, centred)
-                speeds.append(float(np.linalg.norm(velocity)))
+        # Each piece is of one sensor: between two that disagree, objects seem to jump.
+        order = np.argsort(reports.sensor[track.rows], kind="stable")
+        of = reports.sensor[track.rows[order]]
+        for rows in np.split(track.rows[order], np.flatnonzero(np.diff(of)) + 1):
+            time, place = reports.time[rows], reports.measurement[rows]
+            for start in range(0, rows.size - PIECE + 1, 2):
+                piece = slice(start, start + PIECE)
+                centred = time[piece] - time[piece].mean()
+                if np.ptp(centred) > 1e-6:
+                    velocity = centred @ place[piece] / np.dot(centred, centred)
+                    speeds.append(float(np.linalg.norm(velocity)))
     return 1.3 * float(np.quantile(speeds, 0.97)) if len(speeds) >= 10 else None

@@ -17,6 +17,7 @@ from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
+from trackweave.io.times import with_common_times
 
 __all__ = ["ONLY_SENSOR", "read_reports", "reports_in"]
 
@@ -135,11 +136,12 @@ def reports_in(
 
     good = np.flatnonzero(checks.good)
     sensors, code = numbered(sensor_names.gather(good))
-    order = np.lexsort((code, time[good]))
+    moment, moved = with_common_times(time[good])
+    order = np.lexsort((code, moment))
     rows = good[order]
     identity, identities = _identities(checks, rows)
     return ReportTable(
-        time=time[rows],
+        time=moment[order],
         sensor=code[order],
         sensors=sensors,
         measurement=measured.values[rows],
@@ -158,7 +160,7 @@ def reports_in(
         identities=identities,
         strength=None if strength is None else strength[rows],
         height=None if height is None else height[rows],
-        notes=(*table.notes, *measured.notes),
+        notes=(*table.notes, *measured.notes, *moved),
         row=table.row[rows],
         report_type=_type_of_identifiers(table),
     )

@@ -9,9 +9,41 @@ import polars as pl
 from trackweave.arrays import FloatArray
 from trackweave.io.columns import BoolArray, Numbers, read_numbers
 
-__all__ = ["Times", "datetime_column", "iso_text", "read_times"]
+__all__ = ["Times", "datetime_column", "iso_text", "read_times", "with_common_times"]
 
 _UNITS_PER_SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+# Times this near are one where no others are nearer than so many times that: what is between
+# them is rounding. Seconds since 1970 are told to a quarter of a microsecond.
+_ONE_MOMENT_S, _CLEARLY_APART = 2e-6, 1e5
+
+
+def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
+    """Return times in which those that differ by rounding alone are equal.
+
+    Parameters
+    ----------
+    time
+        Any finite times [s].
+
+    Returns
+    -------
+    Of each group the last, and a sentence on it; the same times where there is no such group.
+    """
+    moments = np.unique(time)
+    gaps = np.sort(np.diff(moments))
+    if gaps.size < 2 or gaps[0] > _ONE_MOMENT_S:
+        return time, []
+    largest = int(np.argmax(gaps[1:] / gaps[:-1]))
+    nearest, apart = gaps[largest], gaps[largest + 1]
+    begin = np.flatnonzero(np.r_[True, np.diff(moments) > nearest])
+    last = moments[np.r_[begin[1:], moments.size] - 1]
+    widest = float(np.max(last - moments[begin]))
+    if widest > _ONE_MOMENT_S or widest * _CLEARLY_APART > apart:
+        return time, []
+    group = np.searchsorted(moments[begin], time, side="right") - 1
+    return last[group], [
+        f"time: moments up to {widest:.2g} s apart count as one; the next are {apart:.3g} s away"
+    ]
 
 
 @dataclass(frozen=True, slots=True)

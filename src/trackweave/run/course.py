@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from trackweave.arrays import IntArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.config.plots import PlotSettings
 from trackweave.domain.reports import ReportTable
@@ -67,6 +67,14 @@ class Course:
             for scans in self.steps
         ]
         return replace(self, steps=steps)
+
+    def looks(self) -> dict[str, FloatArray]:
+        """Return when each sensor scanned [s], ascending, by its name."""
+        times: dict[str, list[float]] = {}
+        for scans in self.steps:
+            for scan in scans:
+                times.setdefault(scan.sensor, []).append(scan.time)
+        return {name: np.unique(each) for name, each in times.items()}
 
     def take(
         self,

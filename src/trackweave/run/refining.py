@@ -18,6 +18,7 @@ from trackweave.estimation import (
     Followed,
     SensorEstimate,
     bearing_sensor,
+    believable,
     digits,
     estimate,
     refined,
@@ -25,6 +26,7 @@ from trackweave.estimation import (
     sure_tracks,
     with_components,
     with_strengths,
+    without_echoes,
 )
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
@@ -94,11 +96,17 @@ def estimates_for(
         return None
     # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
     configuration = configuration.model_copy(update={"search": SearchSection()})
+    reports, notes = without_echoes(reports)
     estimates = estimate(reports, known_sigma(configuration, names))
+    in_metres = reports.frame is not None or directions is not None
+    estimates = believable(
+        replace(estimates, notes=(*notes, *estimates.notes)), reports, in_metres=in_metres
+    )
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
         followed = _follow(stretch, fill(configuration, estimates, names))
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
+        estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
         return estimates
     return _directed(estimates, stretch, followed, directions)

@@ -27,7 +27,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.course import Course, course_of
-from trackweave.run.doubts import doubts_on
+from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.lone_stamps import is_lone, note_on_lone
@@ -35,7 +35,6 @@ from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.result import RunValues, Table, TrackingResult
-from trackweave.run.scan_doubts import doubts_on_scans
 from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
 from trackweave.trackers.clock_guard import MAX_AHEAD
@@ -146,11 +145,6 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     begun = _prior_table(priors, table)
     lone = is_lone(table, configuration.live.max_ahead or MAX_AHEAD)
     settings = settings_for(_without(table, lone), configuration, preset=preset)
-    guessed = {
-        sensor.name
-        for sensor in settings.sensors
-        if settings.sources[f"sensors.{sensor.name}.scan_period"] in {"estimated", "default"}
-    }
     rotations = rotations_in(settings)
     table, assumed = laid(table, settings.sensors)
     notes = [
@@ -158,8 +152,6 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         *notes_on_names(table),
         *assumed,
         *note_on_lone(table, lone),
-        *doubts_on(table, settings.sensors),
-        *doubts_on_scans(table, settings.sensors, guessed, rotations),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
@@ -178,16 +170,26 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
+    found = diagnose(Case(table, settings, assigned.track, history, course.looks()))
+    settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
+    record["diagnostics"] = [each.as_record() for each in found]
     seed = seed_of(rng)
     record = with_seed(record, seed, None if seed == (configuration.seed or 0) else "argument")
-    given = (reports, config, priors)
-    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
     if isinstance(reports, str | os.PathLike):
         record = with_file(record, reports)
-    frames = values.frames()
+    given = (reports, config, priors)
+    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
+    return _handed_back(record, values, inputs, came)
+
+
+def _handed_back(
+    record: dict[str, Any], values: RunValues, inputs: tuple[Any, ...], came: Any
+) -> TrackingResult[Any]:
+    """Return a run's results in the kind of table that came in."""
+    table, frames = values.reports, values.frames()
     native = {name: to_native(frame, table.kind) for name, frame in frames.items()}
     native["assignments"] = with_index(native["assignments"], came, table)
     marks = None if came is None else marked(came, table, frames["assignments"])

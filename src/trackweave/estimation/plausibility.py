@@ -1,0 +1,112 @@
+"""Estimates that no sensor and no object can have, and what stands in for them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.frames import is_absurd_period
+from trackweave.estimation.trees import tree_of
+
+__all__ = ["believable"]
+
+# Nothing that is seen from the ground flies faster where numbers are metres for sure [m/s]; where
+# they may be anything, nothing that stays near the Earth moves faster.
+FASTEST_ON_EARTH, FASTEST = 1_500.0, 12_000.0
+USUAL_SPEED = 50.0
+# An object that crosses all that is covered between two scans is none that can be followed.
+CROSSED = 1.0
+# Of so many reports the nearest neighbours are looked at; those of one object lie within this
+# many times their distance, and its noise is no more than that.
+SAMPLED, FEWEST = 300, 30
+WITHIN, USUAL_NOISE = 30.0, 10.0
+
+
+def believable(estimates: Estimates, reports: ReportTable, *, in_metres: bool) -> Estimates:
+    """Return estimates in which what cannot be is replaced, and a sentence says so.
+
+    Parameters
+    ----------
+    estimates
+        What the reports seem to tell.
+    reports
+        The reports, all positions.
+    in_metres
+        Whether positions are in metres for sure, as of latitudes or ranges they are.
+
+    Returns
+    -------
+    The same estimates where all can be.
+    """
+    notes = list(estimates.notes)
+    sensors = dict(estimates.sensors)
+    for index, name in enumerate(reports.sensors):
+        rows = reports.sensor == index
+        if name in sensors and np.any(rows):
+            sensors[name], said = _sensor(sensors[name], reports, rows)
+            notes += [f"sensor {name}: {sentence}" for sentence in said]
+    speed = _speed(estimates.max_speed, sensors, reports.measurement, in_metres=in_metres)
+    if speed != estimates.max_speed:
+        notes.append(
+            f"motion.max_speed: {estimates.max_speed:.4g} m/s is what reports seem to tell, which "
+            f"no object can be followed at; {speed:.4g} m/s stands in: better give it, and look "
+            "at sensors' positions, clocks and units"
+        )
+    notes = list(dict.fromkeys(notes))
+    return replace(estimates, sensors=sensors, max_speed=speed, notes=tuple(notes))
+
+
+def _sensor(
+    sensor: SensorEstimate, reports: ReportTable, rows: np.ndarray
+) -> tuple[SensorEstimate, list[str]]:
+    """Return a sensor with a noise and a period that can be, and what was wrong with them."""
+    notes = []
+    moments = np.unique(reports.time[rows])
+    gap = float(np.median(np.diff(moments))) if moments.size > 1 else 0.0
+    if sensor.scan_period is None and is_absurd_period(moments, gap):
+        notes.append(
+            f"its times lie {gap:.2g} s apart, which is taken for no scan period: it counts as a "
+            "sensor that does not scan; better give scan_period"
+        )
+    near = _nearest(reports.measurement[rows])
+    if near is not None and sensor.plane_sigma > WITHIN * near:
+        sigma = bounded(USUAL_NOISE * near, 1e-6)
+        notes.append(
+            f"a sigma of {sensor.plane_sigma:.4g} m is what its reports seem to tell, although "
+            f"they lie {near:.2g} m from one another; {sigma:.4g} m stands in: better give sigma"
+        )
+        sensor = replace(sensor, sigma=sigma, disagreement=0.0)
+    return sensor, notes
+
+
+def _nearest(position: FloatArray) -> float | None:
+    """Return how near to one another reports of one object lie [m], None where none stand out."""
+    some = np.unique(position[:: max(1, position.shape[0] // SAMPLED)], axis=0)
+    if some.shape[0] < FEWEST:
+        return None
+    near = float(np.median(tree_of(some).query(some, k=2)[0][:, 1]))
+    sides = np.maximum(np.ptp(some, axis=0), 1e-9)
+    by_chance = 0.5 * float(np.prod(sides) / some.shape[0]) ** (1 / sides.size)
+    return near if 0.0 < near < by_chance / WITHIN else None
+
+
+def _speed(
+    speed: float,
+    sensors: Mapping[str, SensorEstimate],
+    position: FloatArray,
+    *,
+    in_metres: bool,
+) -> float:
+    """Return a greatest speed that can be [m/s]."""
+    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
+    periods = [s.scan_period for s in sensors.values() if s.scan_period is not None]
+    most = FASTEST_ON_EARTH if in_metres else FASTEST
+    if periods and extent > 0:
+        most = min(most, CROSSED * extent / min(periods))
+    if speed <= most:
+        return speed
+    usual = [10 * s.plane_sigma / s.scan_period for s in sensors.values() if s.scan_period]
+    return digits(min([most, USUAL_SPEED, *usual]))

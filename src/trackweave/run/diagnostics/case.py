@@ -1,0 +1,197 @@
+"""What the checks look at, and what they say."""
+
+from collections.abc import Callable, Container, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.models.sensors import Sensor
+from trackweave.run.placing import placed, platforms_of
+
+__all__ = ["Case", "Check", "Finding", "Path"]
+
+# A track of so many reports is beyond doubt, and so many tracks tell enough.
+SURE_HITS, MOST_PATHS, MOST_SENSORS = 6, 300, 16
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A sentence on something that contradicts something else.
+
+    Parameters
+    ----------
+    cause
+        One word for it, such as "clock" or "sigma".
+    sensor
+        Name of the sensor, None where it concerns none or all.
+    sentence
+        What is wrong, with the numbers told and seen, and what to change.
+    weight
+        How telling it is: the greater, the earlier it is said.
+    told, seen
+        The two numbers, None where there are none.
+    """
+
+    cause: str
+    sensor: str | None
+    sentence: str
+    weight: float
+    told: float | None = None
+    seen: float | None = None
+
+    def as_record(self) -> dict[str, Any]:
+        """Return it as an object for a run's record."""
+        names = ("cause", "sensor", "told", "seen", "sentence")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """A confirmed track after the fact.
+
+    Parameters
+    ----------
+    time
+        Times of its states [s], ascending.
+    place
+        Where it was on the plane [m], shape (times, 2).
+    speed
+        How fast [m/s], shape (times,).
+    rows
+        Rows of its reports, by time.
+    """
+
+    time: FloatArray
+    place: FloatArray
+    speed: FloatArray
+    rows: IntArray
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Return where it was at some times [m], NaN before its first and after its last."""
+        place = [np.interp(time, self.time, axis, np.nan, np.nan) for axis in self.place.T]
+        return np.stack(place, axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A run's reports, its configuration as used, and what came of it.
+
+    Parameters
+    ----------
+    reports
+        The reports as tracked, of any kind.
+    settings
+        The configuration as used.
+    track
+        Track of each report, -1 for none, shape (reports,).
+    history
+        The tracks, amended and smoothed, rows by time.
+    looks
+        When each sensor scanned [s], ascending, by its name; sectors of turning ones too.
+    """
+
+    reports: ReportTable
+    settings: Settings
+    track: IntArray
+    history: TrackTable
+    looks: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @cached_property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """The sensors in the order of the reports' table."""
+        by_name = {sensor.name: sensor for sensor in self.settings.sensors}
+        return tuple(by_name[name] for name in self.reports.sensors)
+
+    @cached_property
+    def rows(self) -> tuple[IntArray, ...]:
+        """The rows of each sensor's reports."""
+        of = self.reports.sensor
+        ends = np.searchsorted(np.sort(of), np.arange(1, len(self.reports.sensors)))
+        return tuple(np.split(np.argsort(of, kind="stable"), ends))
+
+    @cached_property
+    def examined(self) -> tuple[int, ...]:
+        """The sensors with the most reports, by index: of thousands, each costs time."""
+        sizes = np.array([rows.size for rows in self.rows])
+        return tuple(np.sort(np.argsort(-sizes, kind="stable")[:MOST_SENSORS]).tolist())
+
+    @cached_property
+    def guessed(self) -> Container[str]:
+        """Names of the sensors whose scan period nobody gave."""
+        return {s.name for s in self.sensors if not self.is_told(f"sensors.{s.name}.scan_period")}
+
+    @cached_property
+    def platform(self) -> FloatArray:
+        """Where each report's sensor was, x and y [m], shape (reports, 2)."""
+        places = {s.name: s.position for s in self.sensors if s.position is not None}
+        return platforms_of(self.reports, places)[:, :2]
+
+    @cached_property
+    def position(self) -> FloatArray:
+        """Where each report puts its object [m], shape (reports, 2), NaN where it does not."""
+        if not self.reports.kinds:
+            return self.reports.measurement[:, :2]
+        places = {s.name: s.position for s in self.sensors if s.position is not None}
+        telling = [kind.gives_position(self.reports.dim) for kind in self.reports.kinds]
+        found = np.full((len(self.reports), 2), np.nan)
+        rows = np.flatnonzero(np.array(telling)[self.reports.sensor])
+        found[rows] = placed(self.reports, places).measurement[:, :2]
+        return found
+
+    @cached_property
+    def paths(self) -> tuple[Path, ...]:
+        """The confirmed tracks with the most reports."""
+        return tuple(self._paths())
+
+    def _paths(self) -> Iterator[Path]:
+        history = self.history
+        if len(history) == 0 or not np.any(self.track >= 0):
+            return
+        order = np.argsort(history.track, kind="stable")
+        number, starts = np.unique(history.track[order], return_index=True)
+        shown = dict(zip(number.tolist(), np.split(order, starts[1:]), strict=True))
+        rows = np.flatnonzero(self.track >= 0)
+        rows = rows[np.argsort(self.track[rows], kind="stable")]
+        taken, starts = np.unique(self.track[rows], return_index=True)
+        groups = sorted(
+            zip(taken.tolist(), np.split(rows, starts[1:]), strict=True),
+            key=lambda group: -group[1].size,
+        )
+        dim = history.dim
+        for track, own in groups[:MOST_PATHS]:
+            states = shown.get(track)
+            if own.size < SURE_HITS or states is None or states.size < 2:
+                continue
+            if history.status[states].max() >= CONFIRMED:
+                mean = history.mean[states]
+                speed = np.linalg.norm(mean[:, dim : 2 * dim], axis=1)
+                yield Path(history.time[states], mean[:, :2], speed, own)
+
+    def is_told(self, key: str) -> bool:
+        """Tell whether somebody gave a value, by its dotted key."""
+        return self.settings.sources.get(key) in {"file", "preset"}
+
+    def plane_sigma(self, index: int) -> float:
+        """Return the usual standard deviation of a sensor's positions on the plane [m]."""
+        sensor, rows = self.sensors[index], self.rows[index]
+        sigma = sensor.sigmas(self.reports.dim)
+        if not sensor.measurement.has_range:
+            return float(np.max(sigma[:2]))
+        middle = float(np.median(self.reports.measurement[rows, 0]))
+        return float(max(sigma[0], middle * sigma[1]))
+
+    def tells_place(self, index: int) -> bool:
+        """Tell whether a sensor's reports say where their objects are."""
+        kind: MeasurementKind = self.reports.kind_of(index)
+        return kind.gives_position(self.reports.dim) and self.rows[index].size > 0
+
+
+Check = Callable[[Case], Iterator[Finding]]
+"""Looks at a case and yields what contradicts something; changes nothing."""

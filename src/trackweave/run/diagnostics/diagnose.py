@@ -1,0 +1,82 @@
+"""All checks, in one list."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
+from trackweave.run.diagnostics.case import Case, Check, Finding
+from trackweave.run.diagnostics.coverage import out_of_view, unseen_range
+from trackweave.run.diagnostics.repeats import copied_sensors, repeated_reports, single_times
+from trackweave.run.diagnostics.scans import lone_reports, sparse_scans
+from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
+from trackweave.run.diagnostics.told import clutter, detection, motion, noise
+from trackweave.run.diagnostics.units import azimuths_in_radians
+
+__all__ = ["CHECKS", "diagnose"]
+
+CHECKS: tuple[Check, ...] = (
+    repeated_reports,
+    single_times,
+    copied_sensors,
+    lone_reports,
+    sparse_scans,
+    azimuths_in_radians,
+    other_senses,
+    disagreeing_sensors,
+    out_of_view,
+    unseen_range,
+    noise,
+    motion,
+    detection,
+    clutter,
+    few_assigned,
+)
+# What weighs so much explains what tracks show beside it.
+A_CAUSE = 85.0
+CONSEQUENCES = {
+    "coverage", "sigma", "max_speed", "process_noise", "detection_probability", "clutter",
+}  # fmt: skip
+WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigma"}
+
+
+def diagnose(case: Case) -> list[Finding]:
+    """Return what contradicts something, most telling first.
+
+    Parameters
+    ----------
+    case
+        A run.
+
+    Returns
+    -------
+    Nothing where all agrees. Nothing is changed.
+    """
+    found = [finding for check in CHECKS for finding in check(case)]
+    is_explained = any(finding.weight >= A_CAUSE for finding in found)
+    causes = {finding.cause for finding in found}
+    if not is_explained and (WORTH_A_SECOND_LOOK & causes or lies_together(case)):
+        found += what_reports_tell(case)
+    if any(finding.weight >= A_CAUSE for finding in found):
+        found = [finding for finding in found if finding.cause not in CONSEQUENCES]
+    elif causes & {"coverage", "field of view"}:
+        found = [finding for finding in found if finding.cause != "detection_probability"]
+    return _together(sorted(found, key=lambda finding: -finding.weight))
+
+
+def _together(found: Iterable[Finding]) -> list[Finding]:
+    """Return findings with one for each cause; where other sensors share it, it names them."""
+    first: dict[str, Finding] = {}
+    others: dict[str, list[str]] = {}
+    for finding in found:
+        if finding.cause not in first:
+            first[finding.cause] = finding
+        elif finding.sensor is not None:
+            others.setdefault(finding.cause, []).append(finding.sensor)
+    told = []
+    for cause, finding in first.items():
+        names = [name for name in dict.fromkeys(others.get(cause, [])) if name != finding.sensor]
+        if names:
+            listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if names[3:] else "")
+            finding = replace(finding, sentence=f"{finding.sentence} (likewise {listed})")
+        told.append(finding)
+    return told

@@ -1,0 +1,80 @@
+"""How often sensors scan, against their scan periods."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.models.sensors import Sensor
+from trackweave.run.diagnostics.case import Case, Finding
+
+__all__ = ["lone_reports", "sparse_scans"]
+
+# From so many moments on it can be told how a sensor's reports come.
+FEWEST_MOMENTS = 10
+# Moments this many times nearer than the scan period are within a turn, and this many times
+# farther apart more than a miss.
+WITHIN_TURN = 1.5
+
+
+def lone_reports(case: Case) -> Iterator[Finding]:
+    """Yield sensors whose reports come one by one although nobody says that they turn."""
+    if case.reports.scan is not None:
+        return
+    for sensor, sizes, gaps in _paces(case):
+        if np.median(sizes) > 1:
+            continue
+        why = _is_told_otherwise(sensor, gaps, is_given=sensor.name not in case.guessed)
+        if why:
+            yield Finding(
+                "lone reports",
+                sensor.name,
+                f"sensor {sensor.name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one "
+                f"report {why}; for a rotating sensor give its rotation and scan_period, or a "
+                "`scan` column",
+                weight=40.0,
+            )
+
+
+def sparse_scans(case: Case) -> Iterator[Finding]:
+    """Yield sensors of which fewer scans hold a report than with a single object."""
+    for sensor, _, gaps in _paces(case):
+        period, usual = sensor.scan_period, float(np.median(gaps))
+        if sensor.name in case.guessed or period is None:
+            continue
+        if usual > WITHIN_TURN * period / sensor.detection_probability:
+            yield Finding(
+                "scan period",
+                sensor.name,
+                f"sensor {sensor.name}: its reports come every {usual:g} s, although its scan "
+                f"period is {period:g} s; the scans between count as misses of every track",
+                weight=45.0,
+                told=period,
+                seen=usual,
+            )
+
+
+def _paces(case: Case) -> Iterator[tuple[Sensor, IntArray, FloatArray]]:
+    """Yield sensors that do not turn, the sizes of their scans and the gaps between them."""
+    for sensor, own in zip(case.sensors, case.rows, strict=True):
+        moments, sizes = np.unique(case.reports.time[own], return_counts=True)
+        if sensor.rotation is None and moments.size >= FEWEST_MOMENTS:
+            yield sensor, sizes, np.diff(moments)
+
+
+def _is_told_otherwise(sensor: Sensor, gaps: FloatArray, *, is_given: bool) -> str:
+    """Return what speaks against scans of one report being scans, nothing where they may be."""
+    period = sensor.scan_period
+    if is_given:
+        if period is None or WITHIN_TURN * float(np.median(gaps)) >= period:
+            return ""
+        return f"although its scan period is {period:g} s"
+    if period is not None and _is_steady(gaps, period):
+        return ""
+    return "and no scan_period is given, so that each is taken for a scan of its own"
+
+
+def _is_steady(gaps: FloatArray, period: float) -> bool:
+    """Tell whether a sensor's clock is better than the azimuths of plots would let it seem."""
+    turns = gaps / period
+    return float(np.mean(np.abs(turns - np.round(turns)) < 0.05)) > 0.95

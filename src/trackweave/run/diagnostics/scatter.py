@@ -1,0 +1,92 @@
+"""How far reports lie beside a straight way between their track's reports before and after."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.run.diagnostics.case import Case
+
+__all__ = ["Scatter", "scatter_of"]
+
+MOST_PATHS, MOST_REPORTS = 120, 120
+# Two thirds of a normal distribution's median square to its variance; and its 95 % quantile.
+OF_MEDIAN, OF_TAIL = 0.45494, 3.8415
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scatter:
+    """Squares of what is beside the way, as the noise of one report, by component.
+
+    Parameters
+    ----------
+    square
+        Squares as if of single reports: metres for positions and ranges, radians for azimuths;
+        shape (triples, components).
+    drift
+        What a process noise of one adds to a square [s³], shape (triples,).
+    """
+
+    square: FloatArray
+    drift: FloatArray
+
+    def __len__(self) -> int:
+        return int(self.drift.size)
+
+    def usual(self) -> FloatArray:
+        """Return the variance that most squares speak of, one per component."""
+        return np.asarray(np.median(self.square, axis=0) / OF_MEDIAN)
+
+    def tail(self) -> FloatArray:
+        """Return the variance that the largest squares speak of, one per component."""
+        return np.asarray(np.quantile(self.square, 0.95, axis=0) / OF_TAIL)
+
+
+def scatter_of(case: Case, index: int, stride: int) -> Scatter:
+    """Return what a sensor's reports are beside the ways of their tracks.
+
+    Of three reports of one track and sensor, so many apart, the middle one is compared with the
+    straight way between the others. By white noise of acceleration alone its variance would be
+    q a² b² / 3 (a + b), with a and b the times between them.
+
+    Parameters
+    ----------
+    case
+        The run.
+    index
+        The sensor.
+    stride
+        How many reports lie between those that are compared.
+
+    Returns
+    -------
+    The squares; those of positions on the plane are of both axes.
+    """
+    squares, drifts = [np.empty((0, 2))], [np.empty(0)]
+    is_polar = case.reports.kind_of(index).has_range
+    for path in case.paths[:MOST_PATHS]:
+        rows = path.rows[case.reports.sensor[path.rows] == index][:MOST_REPORTS]
+        if rows.size <= 2 * stride:
+            continue
+        time, place = case.reports.time[rows], case.position[rows]
+        before = time[stride:-stride] - time[: -2 * stride]
+        after = time[2 * stride :] - time[stride:-stride]
+        both = np.maximum(before + after, 1e-12)
+        share = (after / both)[:, None]
+        way = share * place[: -2 * stride] + (1 - share) * place[2 * stride :]
+        off = place[stride:-stride] - way
+        if is_polar:
+            off = _polar(off, (place - case.platform[rows])[stride:-stride])
+        weight = 1 + (before**2 + after**2) / both**2
+        squares.append(off**2 / weight[:, None])
+        drifts.append(before**2 * after**2 / (3 * both) / weight)
+    return Scatter(np.concatenate(squares), np.concatenate(drifts))
+
+
+def _polar(off: FloatArray, relative: FloatArray) -> FloatArray:
+    """Return offsets along the range [m] and across it [rad]."""
+    distance = np.maximum(np.linalg.norm(relative, axis=1), 1e-9)
+    unit = relative / distance[:, None]
+    along = np.einsum("ij,ij->i", off, unit)
+    across = (off[:, 0] * unit[:, 1] - off[:, 1] * unit[:, 0]) / distance
+    return np.stack([along, across], axis=1)

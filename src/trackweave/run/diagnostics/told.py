@@ -1,0 +1,273 @@
+"""What a configuration tells, against what tracks show."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.models.motion import ConstantVelocity
+from trackweave.run.diagnostics.case import Case, Finding
+from trackweave.run.diagnostics.chances import chances_of
+from trackweave.run.diagnostics.scatter import Scatter, scatter_of
+from trackweave.run.observing import filled
+
+__all__ = ["clutter", "detection", "expected_false", "motion", "noise", "scans_of"]
+
+FEWEST_TRIPLES, FEWEST_CHANCES, FEWEST_ROWS = 30, 50, 30
+# Steps over which noise is told from motion.
+SHORT, LONG = 1, 3
+# Noise so many times larger or smaller than told is a contradiction; what wanders slowly scatters
+# less from scan to scan than it is off.
+NOISE_LARGER, NOISE_SMALLER = 3.0, 4.0
+MOSTLY_NOISE = 0.3
+# Process noise, and what it does to the scatter over long steps.
+PROCESS_TIMES, SCATTER_TIMES = 5.0, 3.0
+SPEED_OVER, SPEED_UNDER = 1.3, 8.0
+ODDS, SIGMAS, CORRELATED, LEAST_ERROR = 3.0, 4.0, 4.0, 0.005
+CLUTTER_TIMES, FEWEST_FALSE = 6.0, 20.0
+WEIGHT = 50.0
+
+
+def noise(case: Case) -> Iterator[Finding]:
+    """Yield sensors whose reports scatter otherwise than their sigma says."""
+    for index in case.examined:
+        name = case.reports.sensors[index]
+        if not case.tells_place(index):
+            continue
+        short, long = (scatter_of(case, index, stride) for stride in (SHORT, LONG))
+        if min(len(short), len(long)) < FEWEST_TRIPLES:
+            continue
+        for column, told, own, far, ratio in _components(case, index, short, long):
+            if 1 / NOISE_SMALLER < ratio < NOISE_LARGER:
+                continue
+            seen = np.sqrt(own if ratio > 1 else far)
+            turn = np.degrees(1.0) if column.endswith("_deg") else 1.0
+            unit = "degrees" if column.endswith("_deg") else "m"
+            key = f"sigma of {column}" if column else "sigma"
+            times = f"{max(ratio, 1 / ratio):.3g} times {'more' if ratio > 1 else 'less'}"
+            unless = "" if ratio > 1 else ", unless it covers an extent or errors that wander"
+            yield Finding(
+                "sigma",
+                name,
+                f"sensor {name}: {key} is told as {turn * told:.3g} {unit}, but along tracks its "
+                f"reports scatter by {turn * seen:.3g} {unit}: {times}; correct it, or its unit"
+                f"{unless}",
+                weight=WEIGHT + abs(float(np.log(ratio))),
+                told=float(turn * told),
+                seen=float(turn * seen),
+            )
+
+
+def _components(
+    case: Case, index: int, short: Scatter, long: Scatter
+) -> Iterator[tuple[str, float, float, float, float]]:
+    """Yield column, sigma told, variances over short and long steps, and how many times told."""
+    kind = case.reports.kind_of(index)
+    told = _told_sigma(case, index)
+    if told is None:
+        return
+    near, far = short.usual(), long.usual()
+    if kind is MeasurementKind.POSITION:
+        near, far, told = near.mean(keepdims=True), far.mean(keepdims=True), told[:1]
+    # What grows with the length of the steps is motion.
+    grown = (np.median(short.drift), np.median(long.drift))
+    process = np.maximum(far - near, 0.0) / max(grown[1] - grown[0], 1e-30)
+    own = near - process * grown[0]
+    columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
+    for k, sigma in enumerate(told[: near.size]):
+        ratio = 1.0
+        if own[k] > MOSTLY_NOISE * near[k] and own[k] > sigma**2:
+            ratio = float(np.sqrt(own[k]) / sigma)
+        elif far[k] < sigma**2:
+            ratio = float(np.sqrt(max(far[k], 1e-30)) / sigma)
+        yield columns[k], float(sigma), float(own[k]), float(far[k]), ratio
+
+
+def _told_sigma(case: Case, index: int) -> FloatArray | None:
+    """Return the noise that was told, by component, None where it was estimated."""
+    sensor, rows = case.sensors[index], case.rows[index]
+    carried = case.reports.sigma[rows]
+    if np.isfinite(carried).any():
+        return np.asarray(np.nanmedian(carried[:, :2], axis=0))
+    if not case.is_told(f"sensors.{sensor.name}.sigma"):
+        return None
+    return sensor.sigmas(case.reports.dim)[:2]
+
+
+def motion(case: Case) -> Iterator[Finding]:
+    """Yield what objects do otherwise than the greatest speed and the process noise say."""
+    yield from _speed(case)
+    yield from _process(case)
+
+
+def _speed(case: Case) -> Iterator[Finding]:
+    speeds = np.concatenate([path.speed for path in case.paths] or [np.empty(0)])
+    if speeds.size < FEWEST_ROWS or not case.is_told("motion.max_speed"):
+        return
+    told = float(case.settings.values["motion"]["max_speed"])
+    many, most = np.quantile(speeds, [0.9, 0.99])
+    if many > SPEED_OVER * told:
+        what, seen = f"one row of a track in ten is faster than {many:.3g} m/s", many
+        change = "correct it, or the unit of positions or times"
+    elif most > 0 and told > SPEED_UNDER * most:
+        what, seen = f"hardly any track is faster than {most:.3g} m/s", most
+        change = "lower it if nothing faster can come"
+    else:
+        return
+    yield Finding(
+        "max_speed",
+        None,
+        f"motion.max_speed is told as {told:g} m/s, but {what}; {change}",
+        weight=WEIGHT + abs(float(np.log(told / seen))),
+        told=told,
+        seen=float(seen),
+    )
+
+
+def _process(case: Case) -> Iterator[Finding]:
+    model = case.settings.motion
+    if not isinstance(model, ConstantVelocity) or not case.is_told("motion.process_noise"):
+        return
+    told, found = model.process_noise, []
+    for index in case.examined:
+        if case.tells_place(index) and not case.reports.kind_of(index).has_range:
+            value = _process_seen(case, index, told)
+            if value is not None:
+                found.append(value)
+    if not found:
+        return
+    seen = float(np.median(found))
+    if 1 / PROCESS_TIMES < seen / told < PROCESS_TIMES:
+        return
+    word = "more" if seen > told else "less"
+    yield Finding(
+        "process_noise",
+        None,
+        f"motion.process_noise is told as {told:g} m²/s³, but tracks bend as with {seen:.2g}: "
+        f"{max(seen / told, told / seen):.3g} times {word}; correct it",
+        weight=WEIGHT - 10 + abs(float(np.log(told / seen))),
+        told=told,
+        seen=seen,
+    )
+
+
+def _process_seen(case: Case, index: int, told: float) -> float | None:
+    """Return the process noise that a sensor's reports show; that told where they tell little."""
+    short, long = (scatter_of(case, index, stride) for stride in (SHORT, LONG))
+    if min(len(short), len(long)) < FEWEST_TRIPLES:
+        return None
+    drift = float(np.median(short.drift)), float(np.median(long.drift))
+    near, far = float(short.usual().mean()), float(long.usual().mean())
+    process = max(far - near, 0.0) / max(drift[1] - drift[0], 1e-30)
+    own = max(near - process * drift[0], 0.0)
+    if far > SCATTER_TIMES * (own + told * drift[1]):
+        return process
+    # Noise that serves a few sharp turns is no contradiction: the tail must be calm as well.
+    tail = float(long.tail().mean())
+    if own + told * drift[1] > SCATTER_TIMES * tail:
+        return max(tail - own, 1e-3 * tail) / max(drift[1], 1e-30)
+    return told
+
+
+def detection(case: Case) -> Iterator[Finding]:
+    """Yield sensors that see tracks more or less often than told."""
+    for index in case.examined:
+        sensor = case.sensors[index]
+        if not case.is_told(f"sensors.{sensor.name}.detection_probability"):
+            continue
+        chances = chances_of(case, index)
+        count = chances.is_hit.size
+        if count < FEWEST_CHANCES:
+            continue
+        told, seen = sensor.detection_probability, float(chances.is_hit.mean())
+        smooth = (chances.is_hit.sum() + 0.5) / (count + 1.0)
+        odds = float(smooth / (1 - smooth) / (told / (1 - told)))
+        error = np.sqrt(CORRELATED * told * (1 - told) / count) + LEAST_ERROR
+        if 1 / ODDS < odds < ODDS or abs(seen - told) < SIGMAS * error:
+            continue
+        yield Finding(
+            "detection_probability",
+            sensor.name,
+            f"sensor {sensor.name}: detection_probability is told as {told:g}, but it reported "
+            f"{seen:.1%} of {count} chances to see a track; correct it, or give where it sees "
+            "(field_of_view) and when (scan_period)",
+            weight=WEIGHT - 10 + abs(float(np.log(odds))),
+            told=told,
+            seen=seen,
+        )
+
+
+def clutter(case: Case) -> Iterator[Finding]:
+    """Yield sensors of which more or fewer reports are in no track than told."""
+    for index in case.examined:
+        sensor = case.sensors[index]
+        key = f"sensors.{sensor.name}.clutter_"
+        is_told = [case.is_told(key + word) for word in ("density", "per_scan")]
+        rows, looks = case.rows[index], scans_of(case, index)
+        if not any(is_told) or looks < 1 or rows.size < FEWEST_ROWS:
+            continue
+        told = expected_false(case, index)
+        alone = float(np.count_nonzero(case.track[rows] < 0)) + 0.5
+        seen = alone / looks
+        if 1 / CLUTTER_TIMES < seen / told < CLUTTER_TIMES:
+            continue
+        if max(alone, told * looks) < FEWEST_FALSE:
+            continue
+        yield Finding(
+            "clutter",
+            sensor.name,
+            f"sensor {sensor.name}: {'clutter_per_scan' if is_told[1] else 'clutter_density'} "
+            f"leads to expect {told:.3g} false alarms a scan, but {seen:.3g} of its reports a "
+            f"scan are in no track: {max(seen / told, told / seen):.3g} times "
+            f"{'more' if seen > told else 'fewer'}; correct it",
+            weight=WEIGHT - 5 + abs(float(np.log(seen / told))),
+            told=told,
+            seen=seen,
+        )
+
+
+def scans_of(case: Case, index: int) -> float:
+    """Return how many scans a sensor made.
+
+    Parameters
+    ----------
+    case
+        The run.
+    index
+        The sensor.
+
+    Returns
+    -------
+    Their number; 0 where nobody knows.
+    """
+    sensor, time = case.sensors[index], case.reports.time[case.rows[index]]
+    if sensor.rotation is not None and sensor.scan_period and time.size:
+        return float(np.ptp(time)) / sensor.scan_period
+    return float(case.looks.get(sensor.name, np.empty(0)).size)
+
+
+def expected_false(case: Case, index: int) -> float:
+    """Return how many false alarms a scan of a sensor is taken to hold.
+
+    Parameters
+    ----------
+    case
+        The run.
+    index
+        The sensor.
+
+    Returns
+    -------
+    Their mean number, as told or estimated.
+    """
+    sensor, rows = case.sensors[index], case.rows[index]
+    own = case.settings.values["sensors"][sensor.name]
+    if own.get("clutter_per_scan") is not None:
+        return float(own["clutter_per_scan"])
+    measured = case.reports.measurement[rows]
+    kind = case.reports.kind_of(index)
+    if kind is MeasurementKind.POSITION:
+        sides = np.maximum(np.ptp(measured, axis=0), 6 * case.plane_sigma(index))
+        return sensor.clutter_density * float(np.prod(sides))
+    return sensor.clutter_density * filled(kind, measured)

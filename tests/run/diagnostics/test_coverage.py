@@ -1,0 +1,40 @@
+"""Fields of view that reports contradict are told."""
+
+import numpy as np
+
+from run.diagnostics.scenes import case_of, positions
+from trackweave.run.diagnostics.coverage import out_of_view, unseen_range
+
+
+def two_radars(reach: float):
+    """Return uniform reports of two radars 3 km apart, each within a reach."""
+    rng = np.random.default_rng(1)
+    place = rng.uniform([-1000, -1000], [4000, 1000], (4000, 2))
+    sensor = np.arange(4000) % 2
+    away = np.linalg.norm(place - np.array([[0.0, 0.0], [3000.0, 0.0]])[sensor], axis=1)
+    kept = away < reach
+    return positions(np.arange(4000.0)[kept], place[kept], sensor[kept], ("a", "b"))
+
+
+A, B = {"position": [0.0, 0.0]}, {"position": [3000.0, 0.0]}
+
+
+def test_a_reach_that_nobody_told_is_told() -> None:
+    found = list(unseen_range(case_of(two_radars(1500.0), a=A, b=B)))
+    assert [each.sensor for each in found] == ["a", "b"]
+    assert "field_of_view = {max_range_m = 1500}" in found[0].sentence
+
+
+def test_radars_that_see_everything_and_those_that_tell_their_reach_are_not() -> None:
+    assert list(unseen_range(case_of(two_radars(1e9), a=A, b=B))) == []
+    view = {"field_of_view": {"max_range_m": 1500.0}}
+    assert list(unseen_range(case_of(two_radars(1500.0), a={**A, **view}, b={**B, **view}))) == []
+
+
+def test_reports_outside_their_own_field_of_view_are_told() -> None:
+    view = {"field_of_view": {"max_range_m": 1.0}}
+    (found,) = out_of_view(case_of(two_radars(1500.0), a=A, b={**B, **view}))
+    assert found.sentence.startswith("sensor b: 100% of its ")
+    assert "field_of_view of 1 m; they come from " in found.sentence
+    view = {"field_of_view": {"max_range_m": 1490.0}}
+    assert list(out_of_view(case_of(two_radars(1500.0), a=A, b={**B, **view}))) == []

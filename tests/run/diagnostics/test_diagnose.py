@@ -1,0 +1,62 @@
+"""What is wrong with a scene is the first thing that a run says of it; of a right one, nothing."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from run.diagnostics.scenes import contradictions
+from trackweave import track
+
+SCENES = contradictions()
+QUICK = {
+    "one clock 10 s ahead", "one radar 500 m off", "one radar's x and y exchanged",
+    "all in kilometres", "one radar's azimuths in radians", "sigma ÷ 100", "P_D ÷ 10",
+    "clutter ÷ 10", "max_speed ÷ 10", "process noise ÷ 30", "a field of view too short",
+}  # fmt: skip
+
+
+def record_of(made: Any, config: Any) -> dict[str, Any]:
+    return track(made.reports.drop("target"), config, rng=np.random.default_rng(1)).run
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in QUICK else pytest.param(name, marks=pytest.mark.slow)
+        for name in SCENES.CONTRADICTIONS
+    ],
+)
+def test_names_what_is_wrong_first(name: str) -> None:
+    wrong = SCENES.CONTRADICTIONS[name]
+    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar, reach=wrong.reach))
+    run = record_of(made, made.told)
+    assert run["diagnostics"][0]["cause"] in wrong.causes
+    assert run["notes"][0] == run["diagnostics"][0]["sentence"]
+
+
+@pytest.mark.parametrize("polar", [False, True])
+@pytest.mark.parametrize("is_told", [False, True])
+def test_says_nothing_of_a_scene_in_which_nothing_is_wrong(polar: bool, is_told: bool) -> None:
+    made = SCENES.scene(1, polar=polar)
+    places = {name: {"position": list(place)} for name, place in SCENES.PLACES.items()}
+    run = record_of(made, made.told if is_told else {"sensors": places})
+    assert run["diagnostics"] == []
+
+
+def test_tells_the_number_told_and_the_number_seen() -> None:
+    made = SCENES.CONTRADICTIONS["P_D ÷ 10"].spoil(SCENES.scene(1))
+    found = record_of(made, made.told)["diagnostics"][0]
+    assert found["told"] == pytest.approx(made.truth["detection"] / 10)
+    assert found["seen"] == pytest.approx(made.truth["detection"], abs=0.08)
+    assert f"told as {found['told']:g}" in found["sentence"]
+
+
+def test_says_loudly_that_hardly_any_report_is_in_a_track() -> None:
+    rng = np.random.default_rng(1)
+    made = SCENES.scene(1)
+    scattered = made.reports.with_columns(
+        x=rng.uniform(0, 1e5, len(made.reports)), y=rng.uniform(0, 1e5, len(made.reports))
+    )
+    found = record_of(SCENES.Scene(scattered, made.told), None)["diagnostics"]
+    assert any(each["sentence"].startswith("only ") for each in found)
