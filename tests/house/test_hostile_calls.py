@@ -17,8 +17,8 @@ EXCEPTIONS = {
 # Made by the library, or told apart from the others elsewhere.
 NOT_CALLED = {
     "Amendment", "Answer", "Association", "Certificate", "Evaluation", "FoundObjects",
-    "FusedPicture", "FusionResult", "Hint", "Hypothesis", "LocalTracks", "MeasurementKind",
-    "Ranking", "Registration", "ReportTable", "Status", "TrackingResult", "TruthTable",
+    "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
+    "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult", "TruthTable",
     "__version__", "track",
 }  # fmt: skip
 

@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,8 @@ from pydantic import ValidationError
 
 from trackweave.config.fusion_sections import FusionSection, SolverSection
 from trackweave.config.load import load_configuration
-from trackweave.config.messages import explain, suggest
-from trackweave.config.presets import FUSION_PRESETS, PRESETS
+from trackweave.config.messages import explain
+from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, check_search, make_solver
 from trackweave.config.sections import Configuration
 from trackweave.errors import InvalidInputError
@@ -173,7 +172,7 @@ def settle_fusion(
         If a preset is unknown, or values do not go together.
     """
     layers: list[Layer] = [
-        *order.layers, ("preset", _preset(preset)),
+        *order.layers, ("preset", preset_values(preset, fusion=True)),
         ("estimated", {} if process_noise is None else {"process_noise": process_noise}),
         ("default", DEFAULTS),
     ]  # fmt: skip
@@ -210,18 +209,3 @@ def _of_one_method(tables: Sequence[Layer]) -> list[Layer]:
         for place, (source, table) in enumerate(tables)
         if _first(tables[place:], "method")[0] == method
     ]
-
-
-def _preset(name: str | None) -> Mapping[str, Any]:
-    if name is None:
-        return {}
-    if name not in FUSION_PRESETS:
-        if name in PRESETS:
-            raise InvalidInputError(
-                f'preset: "{name}" is one for tracking; expected {", ".join(FUSION_PRESETS)}'
-            )
-        raise InvalidInputError(
-            f'preset: "{name}" is not known; {suggest(name, list(FUSION_PRESETS))}'
-        )
-    values: Mapping[str, Any] = import_module(FUSION_PRESETS[name]).CONFIGURATION
-    return values

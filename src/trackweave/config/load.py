@@ -1,5 +1,6 @@
 """From a file or a mapping to a checked configuration."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,10 @@ def load_configuration(
         return Configuration()
     if isinstance(source, Mapping):
         name, values = "configuration", dict(source)
+    elif not isinstance(source, str | os.PathLike):
+        raise InvalidInputError(
+            f"config: {source!r:.80}; expected the path of a TOML file, or a mapping of its keys"
+        )
     else:
         name, values = str(source), read_toml(Path(source), "a configuration")
     try:

@@ -24,17 +24,19 @@ FUSION_PRESETS: dict[str, str] = {
 }
 
 
-def preset_values(name: str | None) -> Mapping[str, Any]:
+def preset_values(name: str | None, *, fusion: bool = False) -> Mapping[str, Any]:
     """Return what a preset says.
 
     Parameters
     ----------
     name
         Its name, None for none.
+    fusion
+        Whether it has to be one for fusing tracks, and not for tracking.
 
     Returns
     -------
-    Values nested as in a configuration file.
+    Values nested as in a configuration file; for fusion as in its table ``[fusion]``.
 
     Raises
     ------
@@ -43,14 +45,18 @@ def preset_values(name: str | None) -> Mapping[str, Any]:
     """
     if name is None:
         return {}
-    if name not in PRESETS:
-        if name in FUSION_PRESETS:
-            raise InvalidInputError(
-                f'preset: "{name}" is one for fusing tracks; expected {", ".join(PRESETS)}'
-            )
-        choice = suggest(name, sorted(PRESETS)) if PRESETS else "there are none yet"
-        raise InvalidInputError(f'preset: "{name}" is not known; {choice}')
-    values: Mapping[str, Any] = import_module(PRESETS[name]).CONFIGURATION
+    known, others, purpose = (PRESETS, FUSION_PRESETS, "fusing tracks")
+    if fusion:
+        known, others, purpose = (FUSION_PRESETS, PRESETS, "tracking")
+    if not isinstance(name, str):
+        raise InvalidInputError(f"preset: {name!r:.80}; expected {', '.join(known)}, or None")
+    if name in others:
+        raise InvalidInputError(
+            f'preset: "{name}" is one for {purpose}; expected {", ".join(known)}'
+        )
+    if name not in known:
+        raise InvalidInputError(f'preset: "{name}" is not known; {suggest(name, sorted(known))}')
+    values: Mapping[str, Any] = import_module(known[name]).CONFIGURATION
     return values
 
 

@@ -50,8 +50,9 @@ class TrackTable:
     Examples
     --------
     >>> import numpy as np
-    >>> table = TrackTable(
-    ...     time=[0.0], track=[4], status=[CONFIRMED], mean=[[5.0, 0.0, 1.0, 0.0]],
+    >>> import trackweave as tw
+    >>> table = tw.TrackTable(
+    ...     time=[0.0], track=[4], status=[1], mean=[[5.0, 0.0, 1.0, 0.0]],
     ...     covariance=[np.eye(4)], score=[-9.0], hits=[3], last_update=[0.0],
     ... )
     >>> len(table), table.dim

@@ -82,7 +82,8 @@ def read_reports(
     Examples
     --------
     >>> import polars as pl
-    >>> reports = read_reports(pl.DataFrame({"time": [2.0, 1.0], "x": [7, 5], "y": [1, 1]}))
+    >>> import trackweave as tw
+    >>> reports = tw.read_reports(pl.DataFrame({"time": [2.0, 1.0], "x": [7, 5], "y": [1, 1]}))
     >>> reports.time, reports.row  # sorted by time, and where each row came from
     (array([1., 2.]), array([2, 1]))
     """

@@ -13,7 +13,8 @@ import polars as pl
 
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import BadRow
-from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.errors import DataFormatError
+from trackweave.fields import checked_choice
 
 __all__ = [
     "ENDINGS",
@@ -108,8 +109,7 @@ def load_table(
     DataFormatError
         If the source cannot be read as a table, or has no rows where it must have some.
     """
-    if on_bad_row not in get_args(OnBadRow):
-        raise InvalidInputError(f"on_bad_row: {on_bad_row!r:.80}; expected 'fail' or 'skip'")
+    checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     if isinstance(source, str | os.PathLike):
         table = _load_file(Path(source), on_bad_row)
     else:

@@ -58,7 +58,7 @@ def _n_skies(quick: bool) -> dict[str, int]:
     return dict(zip(SKIES, (2, 1, 1) if quick else (30, 8, 6), strict=True))
 
 
-def write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
+def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
     """Return the report, claims and figures that the tables make."""
     claims = claims_of(tables)
     told = {
@@ -83,7 +83,7 @@ STUDY = Study(
         Part("figures", _figures), Part("sorting", _sorting), Part("search", _search),
         Part("tracking", _tracking), Part("noise", _noise),
     ),
-    write_up,
+    _write_up,
 )  # fmt: skip
 
 

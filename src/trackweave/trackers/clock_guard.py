@@ -41,6 +41,17 @@ class HeldScan:
         Name of its sensor.
     report
         Numbers of its reports, as in ``Hypothesis``.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> motion = tw.ConstantVelocity(process_noise=0.1, max_speed=30.0)  # m²/s³, m/s
+    >>> tracker = tw.MultiHypothesisTracker(motion=motion, sensors=[tw.Sensor("a", sigma=5.0)])
+    >>> for time in (0.0, 1.0, 2.0, 86400.0):  # s; the last a day ahead
+    ...     hypothesis = tracker.step(tw.Scan(time, "a", [[time % 60.0, 0.0]]))
+    ...
+    >>> hypothesis.held
+    (HeldScan(time=86400.0, sensor='a', report=(3,)),)
     """
 
     time: float

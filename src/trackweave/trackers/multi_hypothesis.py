@@ -258,10 +258,11 @@ class MultiHypothesisTracker(ScanByScan):
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
+        live = live_leaves(tree, self._dormant, by_belief=self._averaging)
         self._last = Hypothesis(
             time=self._open.last_time,
             tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),
-            n_tracks=self._n_live(tree),
+            n_tracks=sum(map(len, live)),
             amendments=amendments,
             final=final,
             late=(),
@@ -397,7 +398,3 @@ class MultiHypothesisTracker(ScanByScan):
         prices = np.zeros(n_items)
         prices[: slots.shape[0]] = self._slots.price[slots - self._slots.origin]
         return Hint(prices=prices, nodes=self._chosen(tree))
-
-    def _n_live(self, tree: AssociationTree) -> int:
-        """Count the live tracks."""
-        return sum(map(len, live_leaves(tree, self._dormant, by_belief=self._averaging)))

@@ -1,5 +1,6 @@
 """What tuples of plots a solver chooses from, and what its choice says."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,10 @@ from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots
 from trackweave.domain.scans import Scan
 
-__all__ = ["identities_of", "objects_in", "worth_choosing"]
+__all__ = ["every_set", "identities_of", "numbered_scans", "objects_in", "worth_choosing"]
+
+MOST_COMBINED = 6
+"""Up to so many sensors, a fused sensor is made for every set of them."""
 
 
 def worth_choosing(
@@ -131,3 +135,23 @@ def identities_of(scans: Sequence[Scan], tuples: IntArray) -> IntArray | None:
         least = np.where(said >= 0, np.minimum(least, said), least)
         greatest = np.maximum(greatest, said)
     return np.where(least == greatest, greatest, -1)
+
+
+def numbered_scans(scans: list[Scan]) -> list[Scan]:
+    """Return scans whose reports all have numbers."""
+    following = 1 + max(int(scan.report.max(initial=-1)) for scan in scans)
+    numbered = []
+    for scan in scans:
+        without = np.flatnonzero(scan.report < 0)
+        report = scan.report.copy()
+        report[without] = following + np.arange(without.shape[0])
+        following += without.shape[0]
+        numbered.append(replace(scan, report=report))
+    return numbered
+
+
+def every_set(names: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return the sets of sensors that may look together, the largest first."""
+    if len(names) > MOST_COMBINED:
+        return [tuple(names)]
+    return [s for n in range(len(names), 0, -1) for s in itertools.combinations(names, n)]

@@ -1,9 +1,8 @@
 """From the plots of several sensors at one instant to reports fused of them."""
 
-import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,12 +32,16 @@ from trackweave.trackers._arguments import (
 from trackweave.trackers.common_time import carried_along
 from trackweave.trackers.fused_sensors import chances_of, likely_places
 from trackweave.trackers.lone_plots import Standing, with_lone
-from trackweave.trackers.plot_choice import identities_of, objects_in, worth_choosing
+from trackweave.trackers.plot_choice import (
+    every_set,
+    identities_of,
+    numbered_scans,
+    objects_in,
+    worth_choosing,
+)
 
 __all__ = ["FusedPlots", "PlotFuser", "fused_name"]
 
-MOST_COMBINED = 6
-"""Up to so many sensors, a fused sensor is made for every set of them."""
 ALL_BUT_BLIND = 0.1
 """Instants at which objects are reported more rarely than this make no track miss a chance."""
 NOWHERE = FieldOfView(min_range=1e15, max_range=2e15)
@@ -207,7 +210,7 @@ class PlotFuser:
         """
         rng = generator_of(rng)
         first = checked_count(first_report, "first_report")
-        looked = _numbered(self.checked(scans))
+        looked = numbered_scans(self.checked(scans))
         time = max(scan.time for scan in looked)
         known = self._dimensions(looked)
         dim = known or 2
@@ -311,7 +314,7 @@ class PlotFuser:
             If a name is unknown, or places are no places.
         """
         known = {sensor.name: sensor for sensor in self.sensors}
-        sets = _every_set(list(known)) if combinations is None else list(combinations)
+        sets = every_set(list(known)) if combinations is None else list(combinations)
         dim = self.dim or 2
         if places is None:
             places = likely_places(self.sensors, dim)
@@ -385,26 +388,6 @@ class PlotFuser:
 def fused_name(scans: Sequence[Scan]) -> str:
     """Return the name of the sensor of an instant's fused reports: its sensors' joined by "+"."""
     return "+".join(scan.sensor for scan in scans)
-
-
-def _numbered(scans: list[Scan]) -> list[Scan]:
-    """Return scans whose reports all have numbers."""
-    following = 1 + max(int(scan.report.max(initial=-1)) for scan in scans)
-    numbered = []
-    for scan in scans:
-        without = np.flatnonzero(scan.report < 0)
-        report = scan.report.copy()
-        report[without] = following + np.arange(without.shape[0])
-        following += without.shape[0]
-        numbered.append(replace(scan, report=report))
-    return numbered
-
-
-def _every_set(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the sets of sensors that may look together, the largest first."""
-    if len(names) > MOST_COMBINED:
-        return [tuple(names)]
-    return [s for n in range(len(names), 0, -1) for s in itertools.combinations(names, n)]
 
 
 def _certificate(answer: Answer, *, is_complete: bool) -> Certificate:
