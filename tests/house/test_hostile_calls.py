@@ -18,8 +18,8 @@ EXCEPTIONS = {
 NOT_CALLED = {
     "Amendment", "Answer", "Association", "Certificate", "Evaluation", "FoundObjects",
     "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
-    "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult", "TruthTable",
-    "__version__", "track",
+    "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult",
+    "TruthTable", "__version__", "track",
 }  # fmt: skip
 
 

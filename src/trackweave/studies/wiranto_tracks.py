@@ -30,7 +30,8 @@ from trackweave.studies.writing import Table
 
 __all__ = [
     "IMM", "LEGS", "MULTISCAN", "NOISES", "PAIRED", "PLOTS", "PRESET", "SELECTED", "SMOOTHED",
-    "USABLE", "Offsets", "Tracked", "by_noise", "figures", "leg_of", "offsets_from", "offsets_of_plots",
+    "USABLE", "Offsets", "Tracked", "by_noise", "figures", "leg_of", "offsets_from",
+    "offsets_of_plots",
     "run_tracker", "tracking",
 ]  # fmt: skip
 
