@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.arrays import is_whole
 from trackweave.errors import InvalidInputError
 
-__all__ = ["RandomSource", "generator_of", "seed_of"]
+__all__ = ["RandomSource", "generator_for", "generator_of", "seed_of"]
 
 RandomSource: TypeAlias = np.random.Generator | int
 
@@ -42,6 +42,23 @@ def generator_of(rng: RandomSource) -> np.random.Generator:
             f"rng: {rng!r:.80}; expected a numpy.random.Generator, or a whole number >= 0 as seed"
         )
     return np.random.default_rng(int(seed))
+
+
+def generator_for(seed: int, part: str) -> np.random.Generator:
+    """Return the source of randomness of one part of what a seed is for, apart from the others'.
+
+    Parameters
+    ----------
+    seed
+        A whole number of at least 0.
+    part
+        The part's name.
+
+    Returns
+    -------
+    A generator, the same whatever the other parts draw.
+    """
+    return np.random.default_rng(np.random.SeedSequence([seed, *part.encode()]))
 
 
 def seed_of(rng: RandomSource) -> int | None:

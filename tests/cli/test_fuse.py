@@ -121,7 +121,7 @@ def test_the_strict_preset_says_which_one_takes_unequal_lists(
     assert usable.exit_code == 0, usable.stderr
     assert json.loads(usable.stdout)["common_objects"] == 1
     done = run("fuse", *files, "--preset", "huo-2008", "--out", tmp_path / "letter")
-    assert "huo-2008 follows its document to the letter" in done.stderr
+    assert "preset huo-2008 keeps to its document's letter; --preset huo is" in done.stderr
 
 
 @pytest.mark.parametrize(

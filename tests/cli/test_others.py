@@ -160,7 +160,7 @@ def test_schema_accepts_what_the_configuration_accepts(run: Run) -> None:
     assert schema["title"] == "tracker.toml"
     assert set(schema["properties"]) == {
         "seed", "motion", "sensors", "window", "search", "lifecycle", "output", "frame",
-        "growth", "tracker", "plots", "fusion",
+        "growth", "tracker", "plots", "fusion", "live",
     }  # fmt: skip
     search = schema["$defs"]["SearchSection"]
     assert "population" in search["properties"]

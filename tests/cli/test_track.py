@@ -134,6 +134,17 @@ def test_says_that_it_compiles(
     assert done.stderr.count("compiling kernels, once") == said
 
 
+def test_says_first_and_once_which_preset_is_made_for_use(
+    run: Run, reports: Path, config: Path, tmp_path: Path
+) -> None:
+    options = ["--config", config, "--preset", "wiranto-2018", "--out", tmp_path / "out"]
+    done = run("track", reports, *options)
+    assert done.exit_code == 0, done.stderr
+    assert done.stderr.startswith("preset wiranto-2018 keeps to its document's letter")
+    assert done.stderr.count("made for use") == 1
+    assert any("made for use" in note for note in record(tmp_path / "out")["notes"])
+
+
 def test_goes_on_from_an_earlier_runs_tracks(
     run: Run, reports: Path, config: Path, tmp_path: Path
 ) -> None:

@@ -16,6 +16,7 @@ from trackweave.trackers.fused_plots import FusedPlotsTracker
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
+from trackweave.trackers.plot_fusion import PlotFuser
 from trackweave.trackers.window import Window
 
 SENSOR = {"sigma": 10.0, "clutter_density": 1e-6}
@@ -41,6 +42,7 @@ def library_defaults():
     found["sensors.a.measurement"] = sensor["measurement"].word
     found["sensors.a.rotation"] = sensor["rotation"] or "none"
     found |= {f"plots.{name}": getattr(plots, name) for name in ("cost", "gate", "max_tuples")}
+    found["plots.keep_lone"] = argument(PlotFuser, "keep_lone")
     found["tracker.pairing"] = argument(NearestNeighbourTracker, "pairing")
     found["motion.filter"] = (
         "unscented" if argument(MultiHypothesisTracker, "unscented") else "extended"
@@ -87,6 +89,8 @@ def test_every_tracker_believes_stamps_alike():
 def test_a_solvers_options_are_its_own(method):
     solver = getattr(solvers, METHODS[method])
     usual = {field.name: field.default for field in fields(solver) if field.default is not MISSING}
+    # Of any search, how many there are side by side.
+    usual = {"islands": 1} | usual
     for name, option in options_model(method).model_fields.items():
         if isinstance(usual[name], tuple):
             # Searches, which a file names.

@@ -110,7 +110,7 @@ def test_a_preset_fills_what_the_file_leaves_out() -> None:
 def test_says_where_the_file_and_the_preset_differ() -> None:
     said = {"plots": {"fuse": False}, "tracker": {"pairing": "nearest"}}
     notes = filled(said, preset="wiranto-2018").notes
-    differ = [note for note in notes if note.startswith("preset wiranto-2018")]
+    differ = [note for note in notes if note.startswith("preset wiranto-2018:")]
     assert differ == ["preset wiranto-2018: the configuration says otherwise of plots.fuse"]
 
 

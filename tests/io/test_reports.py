@@ -159,8 +159,8 @@ def test_parquet_and_csv_give_the_same_reports(tmp_path):
             ", row 1, column sigma_y: inf; expected a positive num",
         ),
         (
-            "time,x,y,sigma_x,sigma_y\n0,1,2,3,1e-9\n",
-            ", row 1, column sigma_y: 1e-9; expected a positive",
+            "time,x,y,sigma_x,sigma_y\n0,1,2,3,1e-10\n",
+            ", row 1, column sigma_y: 1e-10; expected a positive",
         ),
         ("time,x,y,sigma_x\n0,1,2,3\n", ", column sigma_x: there is no sigma_y; expected sigma_y"),
         ("time,x,y,sigma_y\n0,1,2,3\n", ", column sigma_y: there is no sigma_x; expected sigma_x"),

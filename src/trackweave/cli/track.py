@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.config import load_configuration
+from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
 from trackweave.io.output import OutputDirectory
 from trackweave.io.reports import read_reports
@@ -69,6 +70,10 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
         frame_projection=configuration.frame.projection or "tangent",
         on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
     )
+    # Before a search to the letter of a document takes minutes, not after.
+    early = preset_notes(request.preset)
+    for line in early:
+        voice.say(line)
     with voice.progress("tracking") as progress:
         result = run(
             reports,
@@ -82,7 +87,8 @@ def run_track(request: Request, voice: Voice) -> dict[str, Any]:
     record = with_file(result.run, request.reports)
     record = with_seed(record, seed, None if request.seed is None else "command line")
     place.write(result.files(), record)
-    for line in [*what_was_assumed(record), *record["notes"]]:
+    late = [note for note in record["notes"] if note not in early]
+    for line in [*what_was_assumed(record), *late]:
         voice.say(line)
     found = {**summary(record, request.out), "time_s": perf_counter() - begin}
     voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])

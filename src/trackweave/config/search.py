@@ -50,6 +50,8 @@ def check_search(search: SolverSection, name: str, key: str = "search") -> None:
         If the method is unknown, or an option is unknown or has a wrong value.
     """
     options = set(search.model_extra or {})
+    if search.method is None and not options:
+        return
     is_default = options <= set(_options(DEFAULT_METHOD))
     is_known = any(options <= set(_options(method)) for method in METHODS)
     if search.method is None and is_known and not is_default:
@@ -177,6 +179,8 @@ def options_model(method: str) -> type[BaseModel]:
     -------
     A model with a key for each field that a file can express.
     """
+    from trackweave.solvers.metaheuristic import Metaheuristic
+
     solver = _solver_class(method)
     hints = get_type_hints(solver)
     fields: dict[str, Any] = {
@@ -184,7 +188,7 @@ def options_model(method: str) -> type[BaseModel]:
         for field in dataclasses.fields(solver)
         if field.init and _fits_a_file(hints[field.name])
     }
-    if "islands" not in hints and method in _search_names():
+    if "islands" not in hints and issubclass(solver, Metaheuristic):
         fields["islands"] = _as_in_a_file(int, 1)
     config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
     return create_model(f"{solver.__name__}Options", __config__=config, **fields)

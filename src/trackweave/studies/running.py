@@ -6,12 +6,11 @@ from importlib.metadata import version
 from time import process_time
 from typing import Any
 
-import numpy as np
 import polars as pl
 
 from trackweave.errors import InvalidInputError
 from trackweave.io.output import OutputDirectory
-from trackweave.randomness import generator_of
+from trackweave.randomness import generator_for
 from trackweave.studies import Part, Study, WriteUp
 from trackweave.studies.writing import Table, csv_table
 
@@ -119,8 +118,7 @@ def _named(done: Mapping[str, Mapping[str, bytes]]) -> dict[str, list[str]]:
 
 def _measured(part: Part, order: Order, tick: Callable[[int, int], None]) -> dict[str, bytes]:
     """Return a part's files; its random numbers are its own, whatever ran before."""
-    entropy = np.random.SeedSequence([order.seed, *part.name.encode()])
-    rng = generator_of(int.from_bytes(entropy.generate_state(4).tobytes(), "little"))
+    rng = generator_for(order.seed, part.name)
     files: dict[str, bytes] = {}
     for name, table in part.measure(rng, order.quick, tick).items():
         files |= csv_table(table.head, table.rows, f"{name}.csv")
