@@ -91,11 +91,11 @@ def test_one_sensor_may_go_by_default_alone(tmp_path):
         ),
         (
             {"sensors": {"a": {"measurement": "range-azimuth", "clutter_per_scan": 3.0}}},
-            "sensors.a.clutter_density left out",
+            "sensors.a.clutter_density (clutter_per_scan needs a field_of_view) left out",
         ),
         (
             {"sensors": {"a": {"sigma": 1.0, "clutter_per_scan": 3.0}}},
-            "sensors.a.clutter_density left out",
+            "sensors.a.clutter_density (clutter_per_scan needs a field_of_view) left out",
         ),
         (FULL | {"plots": {"fuse": True}}, "plots.fuse: true; expected false"),
         (

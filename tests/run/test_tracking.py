@@ -316,3 +316,12 @@ def test_a_presets_search_is_changed_by_one_key_where_all_else_is_estimated() ->
     result = tracked(pl.DataFrame(columns()), config, preset="wiranto-2018")
     assert result.run["configuration"]["search"]["ants"] == 7
     assert result.run["configuration"]["search"]["persistence"] == 0.8
+
+
+@pytest.mark.parametrize("is_own", [True, False])
+def test_says_that_a_told_sigma_is_not_used_where_rows_have_their_own(is_own: bool) -> None:
+    table = pl.DataFrame(columns())
+    if is_own:
+        table = table.with_columns(sigma_x=pl.lit(3.0), sigma_y=pl.lit(3.0))
+    said = [note for note in tracked(table).run["notes"] if "sigma: not used" in note]
+    assert len(said) == int(is_own)

@@ -24,6 +24,12 @@ def test_a_mean_has_students_interval() -> None:
     assert (found.low, found.high) == pytest.approx((low, high))
 
 
+def test_no_mean_of_shares_is_told_beyond_what_a_share_can_be() -> None:
+    found = mean_of(np.array([80.0, 100.0]), "%")
+    assert (found.value, found.low, found.high) == (90.0, 0.0, 100.0)
+    assert mean_of(np.array([80.0, 100.0]), "m").high > 100.0
+
+
 @pytest.mark.parametrize("values", [[], [np.nan], [2.0]])
 def test_one_draw_or_none_tells_nothing_of_the_others(values: list[float]) -> None:
     found = mean_of(np.array(values))

@@ -125,6 +125,7 @@ def named_output() -> Iterator[None]:
     except BrokenPipeError:
         raise
     except OSError as err:
+        _forget_output()
         raise OSError(err.errno, err.strerror, "standard output") from err
 
 

@@ -33,7 +33,8 @@ def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
     gaps = np.sort(np.diff(moments))
     if gaps.size < 2 or gaps[0] > _ONE_MOMENT_S:
         return time, []
-    largest = int(np.argmax(gaps[1:] / gaps[:-1]))
+    # Logarithms: of gaps as small as numbers get a ratio overflows.
+    largest = int(np.argmax(np.diff(np.log(gaps))))
     nearest, apart = gaps[largest], gaps[largest + 1]
     begin = np.flatnonzero(np.r_[True, np.diff(moments) > nearest])
     last = moments[np.r_[begin[1:], moments.size] - 1]

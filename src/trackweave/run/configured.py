@@ -86,7 +86,8 @@ def _missing(configuration: Configuration, name: str) -> list[str]:
     if own.sigma is None and kind is MeasurementKind.POSITION:
         keys.append("sigma")
     if own.clutter_density is None and (own.clutter_per_scan is None or not is_bounded):
-        keys.append("clutter_density")
+        why = "" if own.clutter_per_scan is None else " (clutter_per_scan needs a field_of_view)"
+        keys.append(f"clutter_density{why}")
     return [f"sensors.{name}.{key}" for key in keys]
 
 

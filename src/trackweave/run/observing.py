@@ -88,6 +88,7 @@ def settle(
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += _notes_on_bearings(observed, filled)
     notes += _notes_on_places(reports, observed, places)
+    notes += _notes_on_sigma(reports, configuration)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
@@ -122,6 +123,17 @@ def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings)
             "begins without another sensor or --priors"
         )
     return notes
+
+
+def _notes_on_sigma(reports: ReportTable, configuration: Configuration) -> list[str]:
+    """Return a sentence on each sensor whose noise is told although every row has its own."""
+    has_own = np.asarray(np.isfinite(reports.sigma).any(axis=1))
+    return [
+        f"sensors.{name}.sigma: not used, as every report has a sigma of its own"
+        for index, name in enumerate(reports.sensors)
+        if section_of(configuration, name).sigma is not None
+        and np.all(has_own[reports.sensor == index])
+    ]
 
 
 def _notes_on_places(

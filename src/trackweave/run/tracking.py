@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, is_number
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings
+from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
@@ -170,7 +171,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
-    found = diagnose(Case(table, settings, assigned.track, history, course.looks()))
+    # Tracks by a document's letter are no judges of what was told.
+    is_strict = bool(preset_notes(preset))
+    case = Case(table, settings, assigned.track, history, course.looks())
+    found = [] if is_strict else diagnose(case)
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     merged = merged_reports(table, assignment, history, settings.sensors)

@@ -76,7 +76,11 @@ def mean_of(values: FloatArray, unit: str = "") -> Interval:
         return Interval(mean, -np.inf, np.inf, 1, unit)
     half = float(stdtrit(known.size - 1, 0.5 + CONFIDENCE / 2) * known.std(ddof=1))
     half /= float(np.sqrt(known.size))
-    return Interval(mean, mean - half, mean + half, int(known.size), unit)
+    low, high = mean - half, mean + half
+    if unit == "%" and known.min() >= 0.0 and known.max() <= 100.0:
+        # No mean of shares lies beyond what a share can be.
+        low, high = max(low, 0.0), min(high, 100.0)
+    return Interval(mean, low, high, int(known.size), unit)
 
 
 def share_of(hits: int, count: int) -> Interval:

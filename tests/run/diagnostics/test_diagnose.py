@@ -60,3 +60,10 @@ def test_says_loudly_that_hardly_any_report_is_in_a_track() -> None:
     )
     found = record_of(SCENES.Scene(scattered, made.told), None)["diagnostics"]
     assert any(each["sentence"].startswith("only ") for each in found)
+
+
+def test_tracks_by_a_documents_letter_judge_no_sensor() -> None:
+    wrong = SCENES.CONTRADICTIONS["sigma ÷ 100"]
+    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar, reach=wrong.reach))
+    run = track(made.reports.drop("target"), made.told, preset="wiranto-2018").run
+    assert run["diagnostics"] == []

@@ -60,7 +60,8 @@ def diagnose(case: Case) -> list[Finding]:
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
     elif causes & {"coverage", "field of view"}:
         found = [finding for finding in found if finding.cause != "detection_probability"]
-    return _together(sorted(found, key=lambda finding: -finding.weight))
+    # How few reports are in tracks tells nothing of why: any cause beside it is told before.
+    return _together(sorted(found, key=lambda f: (f.cause == "few assigned", -f.weight)))
 
 
 def _together(found: Iterable[Finding]) -> list[Finding]:

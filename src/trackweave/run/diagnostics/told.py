@@ -19,7 +19,7 @@ FEWEST_TRIPLES, FEWEST_CHANCES, FEWEST_ROWS = 30, 50, 30
 SHORT, LONG = 1, 3
 # Noise so many times larger or smaller than told is a contradiction; what wanders slowly scatters
 # less from scan to scan than it is off.
-NOISE_LARGER, NOISE_SMALLER = 3.0, 4.0
+NOISE_LARGER, NOISE_SMALLER = 3.0, 3.0
 MOSTLY_NOISE = 0.3
 # Process noise, and what it does to the scatter over long steps.
 PROCESS_TIMES, SCATTER_TIMES = 5.0, 3.0
