@@ -319,7 +319,8 @@ def plot(
         typer.Option(help="The reports that were tracked, to draw them; a demo has them in DIR."),
     ] = None,
     truth: Annotated[
-        Path | None, typer.Option(help="Truth to draw: time, target, x, y[, z].")
+        Path | None,
+        typer.Option(help="Truth to draw: time, target, x, y[, z]; as in a demo."),
     ] = None,
     history: Annotated[
         bool, typer.Option("--history", help="Draw the smoothed history of tracks.")

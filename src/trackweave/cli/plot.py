@@ -64,16 +64,16 @@ def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
         raise InvalidInputError(f"--out: {out}; expected a name that ends in .png, .svg or .pdf")
     run = read_run(request.directory)
     reports_file = _reports_file(request, run)
-    inputs = [*request.directory.glob("*.*"), reports_file, request.truth]
+    own = request.directory / "truth.csv"  # a demo's run holds it
+    truth = own if request.truth is None and own.is_file() else request.truth
+    inputs = [*request.directory.glob("*.*"), reports_file, truth]
     spared = [path for path in inputs if path is not None and path.name != PICTURE]
     OutputFile(out).check(spared)
     reports, assignment = _reports(request, reports_file, run, voice)
     scene = Scene(
         reports=reports,
         tracks=run.history if request.history else run.tracks,
-        truth=None
-        if request.truth is None
-        else truth_on(request.truth, run.frame, f"the run in {run.path}"),
+        truth=None if truth is None else truth_on(truth, run.frame, f"the run in {run.path}"),
         assignment=assignment,
         sensor_positions=run.sensor_positions(),
         title=None if reports is not None else _title(run),

@@ -90,7 +90,7 @@ class FusionSettings:
         return TrackAssociator(
             sensors=names,
             statistic=Statistic(**values["statistic"]),
-            search=make_solver(SolverSection(**values["search"]), "config"),
+            search=make_solver(SolverSection(**values["search"]), "config", "fusion.search"),
             **{key: values[key] for key in _OF_ASSOCIATOR},
         )
 

@@ -82,7 +82,7 @@ def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> Assignm
     switches = _switches(target[true & given], track[true & given])
     wrong = np.count_nonzero(true != given) + switches
     return AssignmentQuality(
-        right_share=n_right / target.size if target.size else None,
+        right_share=float(n_right / target.size) if target.size else None,
         idf1=2 * agreed / (n_true + n_given) if n_true + n_given else None,
         purity=_most_frequent(shared) / n_given if n_given else None,
         n_reports=target.size,
