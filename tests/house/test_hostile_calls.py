@@ -9,11 +9,6 @@ from oracles.hostile import Call, constructors, functions, numpy_twins, outcome,
 from trackweave.errors import InvalidInputError
 
 CALLS = {call.name: call for call in [*constructors(), *functions()]}
-# What is not refused yet, by call and argument.
-EXCEPTIONS = {
-    ("evaluate", "truth"), ("evaluate", "tracks"), ("evaluate", "cutoff"), ("evaluate", "order"),
-    ("evaluate", "max_gap"), ("evaluate", "window"), ("MultiHypothesisTracker.step", "deadline"),
-}  # fmt: skip
 # Made by the library, or told apart from the others elsewhere.
 NOT_CALLED = {
     "Amendment", "Answer", "Association", "Certificate", "Evaluation", "FoundObjects",
@@ -36,15 +31,13 @@ def test_everything_public_is_called_or_named_as_an_exception() -> None:
         if inspect.isclass(value := getattr(trackweave, name)) and issubclass(value, Exception)
     }
     assert set(trackweave.__all__) - called - errors <= NOT_CALLED
-    assert {name for name, _ in EXCEPTIONS} <= set(CALLS)
 
 
 def test_only_our_own_errors_come_out(call: Call) -> None:
     foreign = [
         f"{argument} = {label}: {error!r}"
         for argument, label, arguments in call.with_one_replaced()
-        if (call.name, argument) not in EXCEPTIONS
-        and (error := outcome(call.call, arguments)) is not None
+        if (error := outcome(call.call, arguments)) is not None
     ]
     assert foreign == []
 
@@ -53,8 +46,6 @@ def test_numpy_numbers_lists_and_tuples_are_taken_as_what_they_stand_for(call: C
     wanted = call.call(**call.arguments)
     for argument, value in call.arguments.items():
         for twin in numpy_twins(value):
-            if (call.name, argument) in EXCEPTIONS:
-                continue
             found = call.call(**{**call.arguments, argument: twin})
             if hasattr(type(wanted), "__dataclass_fields__"):
                 assert same(found, wanted), f"{argument} = {twin!r}"

@@ -12,6 +12,10 @@ from trackweave.errors import InvalidInputError
 __all__ = ["check_cutoff", "check_order", "distances", "places"]
 
 
+# Far below any distance that is measured; squares of what is smaller still vanish [m].
+LEAST_CUTOFF = 1e-12
+
+
 def distances(truth: FloatArray, tracks: FloatArray) -> FloatArray:
     """Return the distance [m] of each true place from each track, shape (truth, tracks)."""
     if not (len(truth) and len(tracks)):
@@ -58,8 +62,10 @@ def check_cutoff(cutoff: float) -> None:
     InvalidInputError
         If it is not positive and finite.
     """
-    if not (np.isfinite(cutoff) and cutoff > 0):
-        raise InvalidInputError(f"cutoff: {cutoff}; expected a finite number above 0")
+    if not (np.isfinite(cutoff) and cutoff >= LEAST_CUTOFF):
+        raise InvalidInputError(
+            f"cutoff: {cutoff}; expected a finite number above 0, of at least {LEAST_CUTOFF:g}"
+        )
 
 
 def check_order(order: float) -> None:

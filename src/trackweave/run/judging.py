@@ -7,6 +7,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.fields import checked_count, checked_number
 from trackweave.io.frames_out import tracks_frame
 from trackweave.io.tables import TableSource
 from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
@@ -76,6 +77,9 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     >>> evaluate(truth, tracks).motp
     2.5
     """
+    cutoff, order = checked_number(cutoff, "cutoff"), checked_number(order, "order")
+    max_gap = None if max_gap is None else checked_number(max_gap, "max_gap")
+    window = checked_count(window, "window", 1)
     true, claimed = compared(truth, tracks)
     found = measure(true, claimed, cutoff=cutoff, order=order, max_gap=max_gap, window=window)
     quality = quality_in(assignments) if assignments is not None else _own_quality(tracks)

@@ -109,7 +109,7 @@ def require_step(
 def require_haste(rng: RandomSource, deadline: object, stop: object) -> np.random.Generator:
     """Refuse a deadline or a stop that is none, and return the source of randomness."""
     generator = generator_of(rng)
-    if deadline is not None and not (is_number(deadline) and deadline > 0):  # type: ignore[operator] # a number
+    if deadline is not None and not (is_number(plain(deadline)) and plain(deadline) > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 [s], or None")
     if stop is not None and not callable(stop):
         raise InvalidInputError(
