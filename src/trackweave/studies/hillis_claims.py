@@ -59,7 +59,7 @@ def claims_of(tables: Tables) -> tuple[Claim, ...]:
         _optimal(tables["search"], sizes),
         _lists(tables["search"], sizes),
         *_stops(tables),
-        _alone(tables["arrivals"]),
+        *_alone(tables["arrivals"]),
         *_islands(tables["islands"]),
         _usable(tables["search"], sizes),
     )
@@ -264,19 +264,30 @@ ALIKE = 5.0
 """Shares within this of each other are alike [points of per cent]."""
 
 
-def _alone(table: Table) -> Claim:
+def _alone(table: Table) -> tuple[Claim, ...]:
     orders = ("in time", "late")
     alone = [table.column("alone right [%]", arrival=name) for name in orders]
     scans = [table.column("of scans right [%]", arrival=name) for name in ("none", *orders)]
     lost, moved = mean_of(scans[0] - scans[2], "points"), mean_of(alone[0] - alone[1], "points")
+    behind = mean_of(scans[1] - alone[0], "points")
     told = [mean_of(each, "%") for each in (*scans, alone[0])]
-    return Claim(
+    words = (
         '"The inventive technique is equally applicable for different numbers of sensors which '
-        'need not be scanned systems": reports that come alone and late spoil nothing for those '
-        "of scans", at_most(lost, 0.0, ALIKE),
-        f"Rightly assigned of the scans without them {told[0]}, with them {told[1]}, with them "
-        f"late {told[2]}: {lost} lost. Of those that come alone, two a scene, {told[3]} are; "
-        f"late, {moved} fewer.", f"no loss, tolerance {ALIKE:g} points (ours)",
+        'need not be scanned systems": reports that come alone '
+    )
+    return (
+        Claim(
+            f"{words}are assigned as rightly as those of scans", at_most(behind, 0.0, ALIKE),
+            f"Rightly assigned of the scans {told[1]}, of those that come alone, two a scene, "
+            f"{told[3]}: {behind} fewer; late, {moved} fewer still.",
+            f"none fewer, tolerance {ALIKE:g} points (ours)",
+        ),
+        Claim(
+            f"{words}and late spoil nothing for those of scans", at_most(lost, 0.0, ALIKE),
+            f"Rightly assigned of the scans without them {told[0]}, with them {told[1]}, with "
+            f"them late {told[2]}: {lost} lost.",
+            f"no loss, tolerance {ALIKE:g} points (ours, asked after the claim above had failed)",
+        ),
     )  # fmt: skip
 
 
