@@ -78,6 +78,9 @@ def propose(
     for node in range(n_nodes):
         begin = count
         missed.tail[node] = nodes.tail[node]
+        hidden = nodes.hidden[node]
+        hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
+        missed.hidden[node] = hidden
         missed.misses[node] = nodes.misses[node]
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
         if nodes.tail[node] == math.inf:
@@ -181,7 +184,7 @@ def propose(
                     + scan.survival_cost
                     - log_likelihood
                     + scan.log_clutter
-                    - math.log(seen)
+                    - math.log(seen * (1.0 - hidden))
                     - scan.evidence[index]
                     + identity_cost(
                         scan.identity[index], nodes.identity[node], nodes.former[node],
@@ -191,12 +194,16 @@ def propose(
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
-            missed.tail[node] -= math.log(1.0 - seen)
+            silence = 1.0 - seen * (1.0 - hidden)
+            missed.tail[node] -= math.log(silence)
+            missed.hidden[node] = hidden / silence
             chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
             missed.counted[node] += chance
             missed.misses[node] += chance * scan.pace
-        if missed.misses[node] >= rule.max_misses or (
-            scan.time - nodes.time[node] > rule.max_unseen
+        if (
+            missed.tail[node] > rule.most_tail
+            or missed.misses[node] >= rule.max_misses
+            or scan.time - nodes.time[node] > rule.max_unseen
         ):
             missed.tail[node] = math.inf
     return count
@@ -291,6 +298,7 @@ def append_children(
         nodes.is_line[child] = 0
         nodes.cost[child] = candidates.cost[entry]
         nodes.tail[child] = 0.0
+        nodes.hidden[child] = 0.0
         nodes.misses[child] = 0.0
         nodes.counted[child] = 1.0
         nodes.price[child] = 0.0
@@ -342,6 +350,7 @@ def append_roots(
         nodes.sensor[node] = scan.sensor
         nodes.is_line[node] = 0
         nodes.tail[node] = 0.0
+        nodes.hidden[node] = 0.0
         nodes.misses[node] = 0.0
         nodes.counted[node] = 1.0
         nodes.price[node] = 0.0

@@ -154,8 +154,8 @@ class AssociationTree(NodeRoom):
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
         self.n_pruned += int(np.count_nonzero(stopped & kept[:n_old]))
         nodes.tail[:n_old] = np.where(alive <= bound[:n_old], missed.tail, np.inf)
-        nodes.misses[:n_old] = missed.misses
-        nodes.counted[:n_old] = missed.counted
+        for name in ("hidden", "misses", "counted"):
+            getattr(nodes, name)[:n_old] = getattr(missed, name)
         self._reserve(chosen.shape[0] + n_new)
         append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
         self.n_nodes += chosen.shape[0]
@@ -351,7 +351,7 @@ class AssociationTree(NodeRoom):
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         self._own()
         n = self.n_nodes
-        missed = Misses(np.empty(n), np.empty(n), np.empty(n))
+        missed = Misses(*(np.empty(n) for _ in Misses._fields))
         # What was proposed last tells best how much will be now; too little costs a second go.
         room, general = max(self._room, n + 64), self.general_for(scan)
         is_new = self.track[self.nodes.family[:n]] < 0

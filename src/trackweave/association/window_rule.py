@@ -53,7 +53,7 @@ class Context(NamedTuple):
 
 def window_rule(
     motion: Motion,
-    lifecycle: tuple[float, float, float],
+    lifecycle: tuple[float, float, float, float],
     dim: int,
     *,
     unscented: bool = False,
@@ -66,8 +66,9 @@ def window_rule(
     motion
         How objects move.
     lifecycle
-        Probability of survival per scan period; number of misses in a row, and seconds without a
-        report, after which an object is not looked for any more.
+        Probability of survival per scan period; and when an object is not looked for any more: by
+        how much more probable it is that it is gone [nats], after how many misses in a row, and
+        after how many seconds without a report.
     dim
         Number of spatial dimensions.
     unscented
@@ -79,11 +80,13 @@ def window_rule(
     -------
     The rule.
     """
-    survival, max_misses, max_unseen = lifecycle
+    survival, gone, max_misses, max_unseen = lifecycle
+    end_cost = -math.log(1.0 - survival)
     return WindowRule(
         motion=motion.rule(dim, unscented=unscented),
         crossing_time=float(crossing_time),
-        end_cost=-math.log(1.0 - survival),
+        end_cost=end_cost,
+        most_tail=end_cost + gone,
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
     )
@@ -170,6 +173,8 @@ def scan_input(
         detection_probability=float(sensor.detection_probability),
         log_clutter=math.log(sensor.clutter_density),
         survival_cost=float(survival_cost),
+        hiding=0.0,
+        showing=0.0,
         coverage=coverage,
     ), order
 

@@ -265,6 +265,17 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
             estimates and estimates.delete_after_misses,
             usual.delete_after_misses,
         ),
+        hidden_share=ledger.choose(
+            ("lifecycle", "hidden_share"),
+            estimates and estimates.hidden_share,
+            usual.hidden_share,
+        ),
+        mean_silence=ledger.choose(
+            ("lifecycle", "mean_silence"),
+            estimates and estimates.mean_silence,
+            usual.mean_silence,
+        ),
+        rejoin=ledger.choose(("lifecycle", "rejoin")),
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"),
             estimates and estimates.new_target_density,

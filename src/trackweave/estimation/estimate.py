@@ -88,8 +88,11 @@ class Estimates:
         Objects newly present per m² (m³) and scan.
     initial_target_density
         Objects present per m² (m³) at a time.
+    hidden_share, mean_silence
+        Share of their time for which objects are where no sensor can see them, and how long on
+        average [s]; None for unknown.
     delete_after_misses
-        Misses in succession after which hardly any object comes back; None for unknown.
+        Misses in succession after which a track ends; None for no such number.
     max_scans
         Scans of all sensors that a window should hold; None for the usual number.
     doubts
@@ -105,6 +108,8 @@ class Estimates:
     max_speed: float
     new_target_density: float
     initial_target_density: float
+    hidden_share: float | None = None
+    mean_silence: float | None = None
     delete_after_misses: int | None = None
     max_scans: int | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)

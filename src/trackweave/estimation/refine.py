@@ -1,6 +1,5 @@
 """What tracks that were made of a stretch of the reports tell."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -11,6 +10,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
 from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
+from trackweave.estimation.silences import long_pauses, silences
 
 __all__ = [
     "DETECTION_RANGE",
@@ -37,13 +37,6 @@ LONGEST_CHAIN = 60
 USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
 DETECTION_RANGE = (0.3, 0.96)
 PIECE = 5
-# Misses after which tracks end: never fewer than the first, never more scans than the second.
-LEAST_PATIENCE, MOST_PATIENCE = 5, 15
-FEWEST_PAUSES = 5
-# Pauses longer than this on average are more than chance.
-BURSTS = 1.5
-LEAST_BEARABLE = 0.75
-RETURNED = 0.95
 WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
@@ -150,6 +143,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         estimates = replace(estimates, process_noise=bounded(min(noises)))
     if speed is not None:
         estimates = replace(estimates, max_speed=bounded(speed))
+    share, silence = _silences(tracks, reports, followed)
     new, present = _coming(estimates, tracks, reports, followed)
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
     said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
@@ -157,7 +151,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         estimates,
         remarks={**estimates.remarks, **dict.fromkeys([*REFINED, *keys], said)},
         sensors=sensors,
-        delete_after_misses=_patience(tracks, reports, followed),
+        hidden_share=digits(share),
+        mean_silence=digits(silence),
         new_target_density=new,
         initial_target_density=present,
     )
@@ -230,40 +225,21 @@ def _detection(
     """Return a sensor with its chance of detection and its clutter as the tracks tell."""
     index = reports.sensors.index(name)
     looks = followed.looks[name]
-    hits = chances = 0
     pauses: list[int] = []
     for track in tracks:
-        # The first and the last report are why the track is there, and say nothing.
-        first, last = np.searchsorted(looks, [track.begin, track.end])
         own = reports.time[track.rows[reports.sensor[track.rows] == index]]
-        # A turn's scan counts as of its end, its reports as of their own times.
-        seen = np.isin(np.arange(first + 1, last), np.searchsorted(looks, own))
-        hits += int(np.count_nonzero(seen))
-        chances += seen.size
-        runs = np.diff(np.flatnonzero(np.r_[True, seen, True])) - 1
-        pauses += runs[runs > 0].tolist()
+        # A turn's scan counts as of its end, its reports as of their own times. The first and
+        # the last report of a track are why it is there, and say nothing.
+        seen = np.unique(np.searchsorted(looks, own))
+        ends = np.searchsorted(looks, [track.begin, track.end])
+        pauses += (np.diff(np.unique(np.r_[ends[0], seen, ends[1]])) - 1).tolist()
+    missed = np.array(pauses, dtype=np.int64)
+    hits = max(0, missed.size - len(tracks))
+    # What was hidden for long was not missed.
+    missed = missed[~long_pauses(missed, hits + int(missed.sum()))]
     usual = USUAL_DETECTION * USUAL_CHANCES
-    share = (hits + usual) / (chances + USUAL_CHANCES)
-    share = min(share, _bearable(np.array(pauses), chances))
+    share = (hits + usual) / (hits + int(missed.sum()) + USUAL_CHANCES)
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))
-
-
-def _bearable(pauses: IntArray, chances: int) -> float:
-    """Return the chance of detection under which long pauses cost what they are worth.
-
-    Misses that come one by one are rightly priced one by one. Where they come in rows, behind
-    another object or over a horizon, the price of each must be lower, or tracks end in the row.
-
-    Returns
-    -------
-    A probability; 1 where pauses are few or short.
-    """
-    if pauses.size < FEWEST_PAUSES or pauses.mean() < BURSTS:
-        return 1.0
-    long = float(np.quantile(pauses, 0.9))
-    begin, stay = pauses.size / max(chances, 1), 1 - 1 / float(pauses.mean())
-    cost = (-math.log(begin) - (long - 1) * math.log(stay)) / long
-    return max(1 - math.exp(-cost), LEAST_BEARABLE)
 
 
 def _clutter(
@@ -298,23 +274,17 @@ def _clutter(
     )
 
 
-def _patience(tracks: list[Track], reports: ReportTable, followed: Followed) -> int | None:
-    """Return after how many misses hardly any object came back, None where none was lost."""
+def _silences(
+    tracks: list[Track], reports: ReportTable, followed: Followed
+) -> tuple[float, float]:
+    """Return the share of their time for which objects are hidden, and how long on average."""
     looks = np.unique(np.concatenate(list(followed.looks.values())))
-    pauses = []
+    gaps = []
     for track in tracks:
-        passed = np.searchsorted(looks, np.unique(reports.time[track.rows]))
-        pauses += [pause for pause in np.diff(passed) - 1 if pause > 0]
-    if len(pauses) < FEWEST_PAUSES:
-        return None
-    usual = math.ceil(float(np.quantile(pauses, RETURNED))) + 2
-    return int(np.clip(usual, LEAST_PATIENCE, MOST_PATIENCE * _looks_per_turn(followed)))
-
-
-def _looks_per_turn(followed: Followed) -> float:
-    """Return how many scans of all sensors there are to one of the slowest."""
-    counts = [times.size for times in followed.looks.values() if times.size > 1]
-    return sum(counts) / min(counts) if counts else 1.0
+        time = reports.time[track.rows]
+        look, first = np.unique(np.searchsorted(looks, time), return_index=True)
+        gaps.append((np.diff(time[first]), np.diff(look) - 1))
+    return silences(gaps)
 
 
 def _coming(

@@ -30,8 +30,8 @@ from trackweave.estimation import (
 )
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
-from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
+from trackweave.trackers.opening import USUAL_MISSES
 from trackweave.trackers.window import Window
 
 __all__ = ["Directions", "estimates_for"]
@@ -162,7 +162,7 @@ def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions)
     placing = [count for name, count in looks.items() if name not in bearing and count > 1]
     if not bearing or not placing:
         return estimates
-    usual = estimates.delete_after_misses or Lifecycle().delete_after_misses
+    usual = estimates.delete_after_misses or USUAL_MISSES
     misses = min(round(usual * sum(looks.values()) / sum(placing)), MOST_MISSES)
     # Of the slowest sensor's scans the window must hold more than one.
     needed = math.ceil(sum(looks.values()) / min(placing) * TURNS_IN_WINDOW)

@@ -42,7 +42,7 @@ from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
-from trackweave.trackers.opening import Opener, begun, rule_of
+from trackweave.trackers.opening import USUAL_MISSES, Opener, begun, rule_of
 from trackweave.trackers.pacing import Pace, Pacer
 from trackweave.trackers.past import Past
 from trackweave.trackers.rows import live_leaves, live_rows
@@ -166,7 +166,7 @@ class MultiHypothesisTracker(ScanByScan):
             initial = new
         speed, by_bearings = self._motion.max_speed, self._by_bearings
         self._undetected = Undetected(initial, new, speed, self._period, by_bearings=by_bearings)
-        patience = (lifecycle.delete_after_misses + 1.0) * self._period
+        patience = ((lifecycle.delete_after_misses or USUAL_MISSES) + 1.0) * self._period
         self._past = Past(copy.copy(self._undetected), patience)
         self._ledger = Ledger(lifecycle, next_track)
         self._slots = Slots()
@@ -362,7 +362,8 @@ class MultiHypothesisTracker(ScanByScan):
         known = self._open.scans[place]
         waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
         living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)
-        data = known.data._replace(survival_cost=float(living))
+        hiding, showing = self._lifecycle.hiding(waited)
+        data = known.data._replace(survival_cost=float(living), hiding=hiding, showing=showing)
         self._open.scans[place] = replace(known, data=data)
         return data, waited
 

@@ -1,5 +1,6 @@
 """Scans as they come become scans that a tree grows by."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -21,8 +22,12 @@ from trackweave.trackers.window import OpenScan
 
 __all__ = ["Opener", "begun", "rooted", "rule_of"]
 
-UNSEEN_WITHOUT_PERIOD = 600.0
-"""After how long without a report a track ends where no sensor has a scan period [s]."""
+MOST_UNSEEN, MOST_PERIODS = 600.0, 50.0
+"""After so many seconds without a report a track ends, but not before so many scan periods."""
+GONE = math.log(1000.0)
+"""… or when it is so much more probable that its object is gone [nats]."""
+USUAL_MISSES = 5
+"""… or of a tracker that decides scan by scan, after so many misses."""
 
 
 class Opener:
@@ -125,12 +130,11 @@ def rule_of(
     -------
     The rule.
     """
-    period, misses = period_of(sensors.values()), lifecycle.delete_after_misses
-    periodic = any(sensor.scan_period is not None for sensor in sensors.values())
-    unseen = 10.0 * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
+    period = period_of(sensors.values())
+    unseen = lifecycle.rejoin or max(MOST_UNSEEN, MOST_PERIODS * period)
     return window_rule(
         motion,
-        (lifecycle.survival, misses, unseen),
+        (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen),
         dim,
         unscented=unscented,
         crossing_time=period,
@@ -168,6 +172,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
         hits=np.maximum(priors.hits, 1),
         chances=zero,
         tail=zero,
+        hidden=zero,
         misses=zero,
         identity=nobody,
         former=nobody,
@@ -209,8 +214,9 @@ def rooted(
     nothing = np.zeros(rows.shape[0])
     held = {name: getattr(nodes, name)[rows] for name in Beginning.names()}
     begins = Beginning(track=families.track, slot=slot, **held)
-    begins = replace(begins, tail=nothing, misses=nothing.copy())
+    begins = replace(begins, tail=nothing, hidden=nothing.copy(), misses=nothing.copy())
     longer = np.flatnonzero((begins.time <= since) & np.isfinite(held["tail"]))
+    begins.hidden[longer] = held["hidden"][longer]
     if longer.size:
         # What all scans there are do not account for was missed in those before them.
         told = waited(begins, first, [*closed, *window], tree.rule)

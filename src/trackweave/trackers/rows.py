@@ -12,10 +12,8 @@ from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 
 __all__ = ["live_leaves", "live_rows"]
 
-TENTATIVE_EXISTENCE = 0.5
-"""A tentative track is shown while its object lives at least as probably as not."""
-COASTING_EXISTENCE = 0.01
-"""A confirmed track is shown until it is all but certain that its object is gone."""
+FOLLOWED = 0.5
+"""A track is shown while its object more probably than not lives and is in sight."""
 
 
 def live_leaves(
@@ -30,8 +28,8 @@ def live_leaves(
     dormant
         Those that were not.
     by_belief
-        Whether tracks are shown by how probable it is that their objects live, or by how long
-        they have not been seen.
+        Whether how probable it is that objects live is told by all sequences, or by the chosen
+        ones alone.
 
     Returns
     -------
@@ -101,13 +99,12 @@ def _is_live(
     nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
 ) -> np.ndarray:
     """Tell which chosen sequences' tracks are shown."""
-    family = nodes.family[leaf]
-    is_known = families.confirmed[family]
+    in_sight = 1.0 - nodes.hidden[leaf]
     if by_belief:
-        needed = np.where(is_known, COASTING_EXISTENCE, TENTATIVE_EXISTENCE)
-        live = families.existence[family] >= needed
+        lives = families.existence[nodes.family[leaf]]
     else:
-        live = nodes.tail[leaf] <= np.where(is_known, np.finfo(np.float64).max, rule.end_cost)
+        lives = 1.0 / (1.0 + np.exp(nodes.tail[leaf] - rule.end_cost))
+    live = in_sight * lives >= FOLLOWED
     shown: np.ndarray = live & (nodes.is_line[leaf] == 0)
     return shown
 
