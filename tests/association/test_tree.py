@@ -202,13 +202,19 @@ def test_an_empty_scan_charges_every_sequence_a_miss():
     window = Windows(3, n_known=1)
     tree = window.tree()
     before, tails = tree.n_nodes, tree.nodes.tail[: tree.n_nodes].copy()
+    in_sight = 1 - tree.nodes.hidden[:before]
     data = window.inputs()[0][-1]
     later = data.time + 1.0
-    empty = without_reports(data)._replace(time=later, reference=later, new_instant=True)
+    empty = without_reports(data)._replace(
+        time=later, reference=later, new_instant=True, hiding=0.1, showing=0.2
+    )
     tree.grow(empty, np.empty(0))
     assert tree.n_nodes == before
-    charged = empty.survival_cost - np.log(1 - empty.detection_probability)
+    in_sight = 0.9 * in_sight + 0.2 * (1 - in_sight)
+    missed = 1 - empty.detection_probability * in_sight
+    charged = empty.survival_cost - np.log(missed)
     np.testing.assert_allclose(tree.nodes.tail[:before] - tails, charged)
+    np.testing.assert_allclose(tree.nodes.hidden[:before], (1 - in_sight) / missed)
 
 
 def test_a_tree_without_anything_is_a_problem_without_anything():

@@ -135,6 +135,7 @@ class WindowRule(NamedTuple):
     most_tail: float
     max_misses: float
     max_unseen: float
+    max_shown: float
 
 
 class Misses(NamedTuple):

@@ -53,7 +53,7 @@ class Context(NamedTuple):
 
 def window_rule(
     motion: Motion,
-    lifecycle: tuple[float, float, float, float],
+    lifecycle: tuple[float, float, float, float, float],
     dim: int,
     *,
     unscented: bool = False,
@@ -68,7 +68,7 @@ def window_rule(
     lifecycle
         Probability of survival per scan period; and when an object is not looked for any more: by
         how much more probable it is that it is gone [nats], after how many misses in a row, and
-        after how many seconds without a report.
+        after how many seconds without a report; and for how many its track is shown then.
     dim
         Number of spatial dimensions.
     unscented
@@ -80,7 +80,7 @@ def window_rule(
     -------
     The rule.
     """
-    survival, gone, max_misses, max_unseen = lifecycle
+    survival, gone, max_misses, max_unseen, max_shown = lifecycle
     end_cost = -math.log(1.0 - survival)
     return WindowRule(
         motion=motion.rule(dim, unscented=unscented),
@@ -89,6 +89,7 @@ def window_rule(
         most_tail=end_cost + gone,
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
+        max_shown=float(max_shown),
     )
 
 

@@ -258,7 +258,8 @@ class MultiHypothesisTracker(ScanByScan):
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
-        live = live_leaves(tree, self._dormant, by_belief=self._averaging)
+        now = self._open.last_time
+        live = live_leaves(tree, self._dormant, now, by_belief=self._averaging)
         self._last = Hypothesis(
             time=self._open.last_time,
             tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),

@@ -22,8 +22,11 @@ from trackweave.trackers.window import OpenScan
 
 __all__ = ["Opener", "begun", "rooted", "rule_of"]
 
-MOST_UNSEEN, MOST_PERIODS = 600.0, 50.0
-"""After so many seconds without a report a track ends, but not before so many scan periods."""
+UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
+"""For so long an object is followed that no sensor looks at [s], or for so many times the misses
+after which a track ends, in scan periods."""
+MOST_SILENCES = 3.0
+"""Its name stays open for so many usual silences at least."""
 GONE = math.log(1000.0)
 """… or when it is so much more probable that its object is gone [nats]."""
 USUAL_MISSES = 5
@@ -131,10 +134,13 @@ def rule_of(
     The rule.
     """
     period = period_of(sensors.values())
-    unseen = lifecycle.rejoin or max(MOST_UNSEEN, MOST_PERIODS * period)
+    misses = lifecycle.delete_after_misses or USUAL_MISSES
+    periodic = any(sensor.scan_period is not None for sensor in sensors.values())
+    shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
+    unseen = lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
     return window_rule(
         motion,
-        (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen),
+        (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen, shown),
         dim,
         unscented=unscented,
         crossing_time=period,

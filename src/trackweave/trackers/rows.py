@@ -17,7 +17,7 @@ FOLLOWED = 0.5
 
 
 def live_leaves(
-    tree: AssociationTree, dormant: Dormant, *, by_belief: bool
+    tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
 ) -> tuple[IntArray, IntArray]:
     """Return the chosen sequences of live tracks.
 
@@ -27,6 +27,8 @@ def live_leaves(
         The sequences that were looked at.
     dormant
         Those that were not.
+    time
+        When [s].
     by_belief
         Whether how probable it is that objects live is told by all sequences, or by the chosen
         ones alone.
@@ -41,7 +43,7 @@ def live_leaves(
     found = []
     for nodes, families, count in rooms:
         leaf = np.flatnonzero(nodes.chosen[:count])
-        found.append(leaf[_is_live(nodes, families, leaf, tree.rule, by_belief=by_belief)])
+        found.append(leaf[_is_live(nodes, families, (leaf, time), tree.rule, by_belief=by_belief)])
     return found[0], found[1]
 
 
@@ -66,7 +68,7 @@ def live_rows(
     The rows in order of identifier.
     """
     by_belief, dim = beliefs is not None, tree.dim
-    leaf, aside = live_leaves(tree, dormant, by_belief=by_belief)
+    leaf, aside = live_leaves(tree, dormant, time, by_belief=by_belief)
     if beliefs is not None:
         family = tree.nodes.family[leaf]
         states = beliefs.mean[family], beliefs.covariance[family]
@@ -96,17 +98,23 @@ def live_rows(
 
 
 def _is_live(
-    nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
+    nodes: Nodes,
+    families: Families,
+    shown: tuple[IntArray, float],
+    rule: WindowRule,
+    *,
+    by_belief: bool,
 ) -> np.ndarray:
-    """Tell which chosen sequences' tracks are shown."""
+    """Tell of which chosen sequences the tracks are shown at a time."""
+    leaf, time = shown
     in_sight = 1.0 - nodes.hidden[leaf]
     if by_belief:
         lives = families.existence[nodes.family[leaf]]
     else:
         lives = 1.0 / (1.0 + np.exp(nodes.tail[leaf] - rule.end_cost))
-    live = in_sight * lives >= FOLLOWED
-    shown: np.ndarray = live & (nodes.is_line[leaf] == 0)
-    return shown
+    live = (in_sight * lives >= FOLLOWED) & (time - nodes.time[leaf] <= rule.max_shown)
+    told: np.ndarray = live & (nodes.is_line[leaf] == 0)
+    return told
 
 
 def _rows(
