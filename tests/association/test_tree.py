@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
-from trackweave.association._pruning import crossings
+from trackweave.association._pruning import accumulate_prices, crossings
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
@@ -206,16 +206,21 @@ def test_every_track_can_live_on_unseen_whatever_the_limits(seed, limits):
     tree = AssociationTree(window.rule, limits)
     tree.add_tracks(window.beginning())
     grow(tree, window, before)
-    nodes, n = tree.nodes, tree.n_nodes
     _, missed = tree._propose(last)
-    unseen = nodes.cost[:n] + missed.tail
-    best = [unseen[nodes.family[:n] == family].min() for family in range(2)]
+    best = best_alive(tree, missed.tail)
     grow(tree, window, [last])
-    nodes, n = tree.nodes, tree.n_nodes
-    alive = nodes.cost[:n] + nodes.tail[:n]
-    alive[np.isin(nodes.report[:n], last.slot)] = np.inf
-    kept = [alive[nodes.family[:n] == family].min() for family in range(2)]
-    np.testing.assert_allclose(kept, best)
+    tail = tree.nodes.tail[: tree.n_nodes].copy()
+    tail[np.isin(tree.nodes.report[: tree.n_nodes], last.slot)] = np.inf
+    np.testing.assert_allclose(best_alive(tree, tail), best)
+
+
+def best_alive(tree, tail):
+    """Return how the best living sequence of each of two tracks ranks."""
+    n = tree.n_nodes
+    priced = np.empty(n)
+    accumulate_prices(tree.nodes, n, priced)
+    rank = tree.nodes.cost[:n] + tail + priced
+    return [rank[tree.nodes.family[:n] == family].min() for family in range(2)]
 
 
 def test_grows_beyond_its_first_room():

@@ -17,13 +17,15 @@ class Offer(NamedTuple):
     """The sequences of a tree, each without a report of a scan, and behind them their children.
 
     ``parent`` is -1 for none. ``rank`` is the cost of each and what its reports are worth to
-    others, and ``alive`` that of each sequence whose object lives on unseen [nats].
+    others, and ``alive`` that of each sequence whose object lives on unseen [nats]. ``price`` is
+    what the report of each child is worth to others, as far as can be told yet [nats].
     """
 
     family: IntArray
     parent: IntArray
     alive: FloatArray
     rank: FloatArray
+    price: FloatArray
 
 
 def offered(
@@ -58,12 +60,13 @@ def offered(
     without = np.where(is_new, 0.0, np.inf)
     np.minimum.at(without, family, ended)
     own, n_reports = family[candidates.node], int(candidates.report.max(initial=-1)) + 1
-    grown += second_gains(own, candidates.report, grown, without, n_reports)[candidates.report]
+    price = second_gains(own, candidates.report, grown, without, n_reports)[candidates.report]
     return Offer(
         family=np.concatenate([family, own]),
         parent=np.concatenate([nodes.parent[:n_nodes], candidates.node]),
         alive=cost + missed.tail + priced,
-        rank=np.concatenate([ended, grown]),
+        rank=np.concatenate([ended, grown + price]),
+        price=price,
     )
 
 

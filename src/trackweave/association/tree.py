@@ -155,6 +155,7 @@ class AssociationTree(NodeRoom):
         self._reserve(chosen.shape[0] + n_new)
         append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
         self.n_nodes += chosen.shape[0]
+        self.nodes.price[n_old : self.n_nodes] = offer.price[chosen]
         self._append_roots(scan, log_density)
         begun = np.ones(self.n_nodes - n_old, dtype=np.bool_)
         self._compact(np.concatenate([kept[:n_old], begun]))
