@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Candidates, Families, Misses, Nodes
+from trackweave.association._pruned import Cut
 from trackweave.association._pruning import accumulate_prices, rank_bounds, second_gains
 from trackweave.association.growth_limits import GrowthLimits
 
-__all__ = ["Offer", "bounds_of", "offered"]
+__all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered"]
 
 
 class Offer(NamedTuple):
@@ -26,6 +27,13 @@ class Offer(NamedTuple):
     alive: FloatArray
     rank: FloatArray
     price: FloatArray
+
+
+class Fate(NamedTuple):
+    """What becomes of an offer: which stay, and whether each sequence's object may live on."""
+
+    kept: NDArray[np.bool_]
+    is_open: NDArray[np.bool_]
 
 
 def offered(
@@ -101,3 +109,42 @@ def bounds_of(
     margin = np.where(is_new, limits.new_margin, limits.margin)
     ceiling = np.where(is_new, families.start_cost[family] + limits.new_ceiling, np.inf)
     return rank_bounds(group, offer.rank, margin, keep, ceiling), keep, is_new
+
+
+def cut_of(
+    nodes: Nodes, candidates: Candidates, missed: Misses, fate: Fate, end_cost: float
+) -> Cut:
+    """Return what of an offer is left out.
+
+    Parameters
+    ----------
+    nodes, candidates, missed
+        What was offered, as in ``offered``, but with slots for reports.
+    fate
+        What becomes of it.
+    end_cost
+        What the end of an object costs [nats].
+
+    Returns
+    -------
+    It, for the tree in which of the old nodes those kept come first.
+    """
+    n_nodes, kept = missed.tail.shape[0], fate.kept
+    gone, new = np.flatnonzero(~kept[:n_nodes]), np.flatnonzero(~kept[n_nodes:])
+    stopped = np.flatnonzero(kept[:n_nodes] & ~fate.is_open & np.isfinite(missed.tail))
+    # Nodes count from 0, what is left out from ~0.
+    number = np.cumsum(kept[:n_nodes]) - 1
+    number[gone] = ~np.arange(gone.shape[0])
+    old, begun = -nodes.cost[gone], -candidates.cost[new]
+    return Cut(
+        family=nodes.family[np.concatenate([gone, candidates.node[new], stopped])],
+        above=number[np.concatenate([nodes.parent[gone], candidates.node[new], stopped])],
+        report=np.concatenate(
+            [nodes.report[gone], candidates.report[new], np.full(stopped.shape[0], -1)]
+        ),
+        log_weight=np.concatenate([
+            old + np.logaddexp(-missed.tail[gone], -end_cost),
+            begun + np.logaddexp(0.0, -end_cost),
+            -nodes.cost[stopped] - missed.tail[stopped],
+        ]),
+    )  # fmt: skip

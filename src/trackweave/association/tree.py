@@ -21,6 +21,7 @@ from trackweave.association._nodes import (
     part_of,
     workspace,
 )
+from trackweave.association._pruned import Cut
 from trackweave.association._pruning import (
     behind_best,
     best_of,
@@ -34,7 +35,7 @@ from trackweave.association.crowding import crowding_of, give_way, room_in
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
-from trackweave.association.pruning import Offer, bounds_of, offered
+from trackweave.association.pruning import Fate, Offer, bounds_of, cut_of, offered
 
 __all__ = ["AssociationTree"]
 
@@ -63,6 +64,8 @@ class AssociationTree(NodeRoom):
         """Sequences that the limits let stay, but not ``most`` since that was set."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
+        self.cut: Cut | None = None
+        """What of that the last scan left out; None as soon as nobody asks any more."""
 
     def limit(self, most: int) -> None:
         """Set the greatest number of sequences for now, and count from 0 what gives way to it."""
@@ -149,6 +152,10 @@ class AssociationTree(NodeRoom):
         is_open[unseen] = True
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
         self.n_pruned += int(np.count_nonzero(np.isfinite(missed.tail) & ~is_open & kept[:n_old]))
+        self.cut = cut_of(
+            nodes, candidates._replace(report=scan.slot[candidates.report]), missed,
+            Fate(kept, is_open), self.rule.end_cost,
+        )  # fmt: skip
         nodes.tail[:n_old] = np.where(is_open, missed.tail, np.inf)
         nodes.misses[:n_old] = missed.misses
         nodes.counted[:n_old] = missed.counted
