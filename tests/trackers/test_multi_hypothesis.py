@@ -371,7 +371,7 @@ def test_the_cheapest_hypotheses_give_their_probabilities_to_the_assignments():
     assert np.abs(ranked - believed).max() > 1e-6
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(1, 4))
 def test_a_track_outlives_its_misses_beside_a_neighbour_that_is_seen(seed):
     """Two objects 110 m apart, each in the other's gate, are seen less often than is told."""
     rng = np.random.default_rng(seed)
