@@ -126,7 +126,7 @@ class ScanLog:
 
     def add(self, scans: Sequence[Scan], hypothesis: Hypothesis, cpu: float, wall: float) -> None:
         """Enter a scan or those of an instant, the hypothesis after, and the time it took [s]."""
-        certificate = hypothesis.certificate
+        certificate, pruned = hypothesis.certificate, hypothesis.pruned_probability
         time = max(scan.time for scan in scans)
         fused = {}
         plots = _of_plots(hypothesis)
@@ -144,6 +144,7 @@ class ScanLog:
                 "sequences": hypothesis.n_sequences,
                 "pruned": hypothesis.n_pruned,
                 "pruned_by_deadline": hypothesis.n_pruned_by_deadline,
+                "pruned_probability": None if pruned is None else pruned._asdict(),
                 "evaluations": hypothesis.evaluations,
                 "cost": certificate.cost,
                 "lower_bound": certificate.lower_bound,

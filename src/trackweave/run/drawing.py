@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association.certificate import Status
 from trackweave.io.run_files import AssignedReports
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
@@ -15,9 +16,8 @@ from trackweave.run.result import RunValues, TrackingResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["PROVEN_GAP", "assigned_per_scan", "figure_of_result", "inline_picture", "places_told"]
+__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "places_told"]
 
-PROVEN_GAP = 1e-9
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
 
@@ -145,7 +145,7 @@ def _series(result: TrackingResult[Any]) -> ScanSeries:
         reports=reports,
         assigned=assigned_per_scan(scans, time, _assigned(result.values)),
         gap=gap,
-        proven=gap <= PROVEN_GAP,
+        proven=np.array([scan["status"] == Status.OPTIMAL for scan in scans], dtype=np.bool_),
         cpu_ms=np.array([scan["cpu_ms"] for scan in timing], dtype=np.float64),
         known=result.values.tracks,
         iso_time=result.values.reports.iso_time,

@@ -14,6 +14,7 @@ from trackweave.association.beliefs import Beliefs, believe
 from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, Status
+from trackweave.association.pruned import judged
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -240,21 +241,18 @@ class MultiHypothesisTracker(ScanByScan):
         pace, (scan,) = self._pacer.start(haste.deadline, haste.stop), arrival.scans
         if self.is_late(arrival):
             return self.left_out(arrival, haste)
-        pruned = self._tree.n_pruned if self._tree else 0
+        n_pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scan)
         tree = self._take_in(scan, pace)
         slots = tree.slots()
         problem = tree.problem(slots, self._slots.instants(slots[0]))
-        answer = self._search(
-            problem,
-            rng=haste.rng,
-            hint=self._hint(tree, slots[0], problem.n_items),
-            stop=pace.alarm(tree.n_nodes),
-        )
+        hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
+        answer = self._search(problem, rng=haste.rng, hint=hint, stop=alarm)
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
         if self._averaging:
             self._beliefs = believe(tree, self._open.last_time, answer.node_probability)
+        pruned, certificate = judged(tree, self._beliefs, answer.certificate)
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
@@ -267,12 +265,13 @@ class MultiHypothesisTracker(ScanByScan):
             amendments=amendments,
             final=final,
             late=(),
-            certificate=self._dormant.certificate(answer.certificate),
+            certificate=self._dormant.certificate(certificate),
             evaluations=answer.evaluations,
             stop_reason=answer.stop_reason,
             n_sequences=tree.n_nodes + self._dormant.n_nodes,
-            n_pruned=max(0, tree.n_pruned - pruned),
+            n_pruned=max(0, tree.n_pruned - n_pruned),
             n_pruned_by_deadline=tree.n_given_way,
+            pruned_probability=pruned,
             is_crowded=tree.is_crowded,
             deadline_gap=pace.gap_of(answer),
         )
