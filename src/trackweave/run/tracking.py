@@ -299,7 +299,7 @@ def report_table(
         table = reports
     else:
         origin = configuration.frame.origin
-        raw = load_table(reports, on_bad_row)
+        raw = load_table(reports)
         if isinstance(reports, str | os.PathLike):
             came = table_of(raw)
         else:
