@@ -13,6 +13,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
+from trackweave.run.doubles import doubles_of
 from trackweave.run.tracking import report_table, settings_for
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def configured(
     if reports is None:
         settings, dim = _settings_alone(configuration), None
     else:
-        table, _ = report_table(reports, configuration)
+        table = doubles_of(report_table(reports, configuration)[0], configuration).once
         settings, dim = settings_for(table, configuration), table.dim
     if settings.plots is not None:
         raise InvalidInputError(
