@@ -12,8 +12,11 @@ import pytest
 import trackweave as tw
 from cli.conftest import Run, run  # noqa: F401 the fixture
 from trackweave.config import load_configuration
+from trackweave.config.fill import fill
+from trackweave.domain.reports import ReportTable
 from trackweave.io.reports import read_reports
-from trackweave.run.doubles import doubles_of
+from trackweave.run.doubles import Settled, doubles_of
+from trackweave.run.observing import observe
 
 SENSOR = {"sigma": 3.0, "detection_probability": 0.9, "clutter_density": 2e-6}
 REST = {
@@ -34,13 +37,15 @@ def scans() -> pl.DataFrame:
 
 
 def lone() -> pl.DataFrame:
-    """Two ships far apart, each heard when it likes."""
+    """Six ships far apart, each heard at its own pace."""
     rng = np.random.default_rng(3)
-    time = np.sort(rng.uniform(0, 300, 60))
-    target = np.tile(["a", "b"], 30)
-    x = 5.0 * time + rng.normal(0, 3, 60)
-    y = np.where(target == "a", 0.0, 3000.0) + rng.normal(0, 3, 60)
-    return pl.DataFrame({"time": time, "x": x, "y": y, "target": target})
+    time = np.concatenate(
+        [np.cumsum(rng.uniform(0.95, 1.05, 15) * pace) for pace in rng.uniform(20, 40, 6)]
+    )
+    ship = np.repeat(np.arange(6), 15)
+    x, y = 5.0 * time + rng.normal(0, 3, 90), 3000.0 * ship + rng.normal(0, 3, 90)
+    target = [f"ship {number}" for number in ship]
+    return pl.DataFrame({"time": time, "x": x, "y": y, "target": target}).sort("time")
 
 
 def heard_again(frame: pl.DataFrame, every: int, later: float) -> pl.DataFrame:
@@ -49,8 +54,14 @@ def heard_again(frame: pl.DataFrame, every: int, later: float) -> pl.DataFrame:
     return pl.concat([frame, copies]).sample(fraction=1, shuffle=True, seed=1)
 
 
-def firsts(frame: pl.DataFrame, config: Any = None) -> list[tuple[str, str]]:
-    doubles = doubles_of(read_reports(frame), load_configuration(config))
+def firsts(frame: pl.DataFrame, config: Any = ANYHOW) -> list[tuple[str, str]]:
+    configuration = load_configuration(config)
+
+    def settle(once: ReportTable) -> Settled:
+        observed = observe(once, configuration)
+        return fill(configuration, None, once.sensors, observed=observed), None
+
+    doubles, _ = doubles_of(read_reports(frame), settle)
     names = doubles.reports.report
     return [(names[copy], names[doubles.first[copy]]) for copy in doubles.copies]
 
@@ -178,15 +189,16 @@ class TestCommand:
         out = tmp_path / "out"
         done = run("track", tmp_path / "r.csv", "--out", out)
         assert done.exit_code == 0, done.stderr
-        assert "2 of 82 rows hold the codes" in done.stderr
-        assert "20 of 80 reports are heard twice" in done.stderr
+        assert "2 of 122 rows hold the codes" in done.stderr
+        assert "30 of 120 reports are heard twice" in done.stderr
         found = pl.read_csv(out / "assignments.csv")
-        assert found["report"].to_list() == list(range(1, 83))
+        assert found["report"].to_list() == list(range(1, 123))
         assert found["target"].to_list() == given["target"].to_list()
         assert found["track"].is_null().to_numpy()[(given["lat"] == 91).to_numpy()].all()
         record = json.loads((out / "run.json").read_text())
         totals = record["totals"]
-        assert (totals["reports"], totals["doubles"], totals["unavailable_reports"]) == (82, 20, 2)
+        kinds = ("reports", "doubles", "unavailable_reports")
+        assert [totals[kind] for kind in kinds] == [122, 30, 2]
         assert totals["assigned_reports"] == found["track"].count()
         assert run("plot", out).exit_code == 0
         record["doubles"] = [3]

@@ -54,8 +54,9 @@ def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
     if len(reports) == 0:
         raise InvalidInputError(f"{request.reports}: no rows; expected at least one report")
     configuration = load_configuration(None)
-    doubles = doubles_of(reports, configuration)
-    settings, estimates = settle(doubles.once, configuration, to_be_edited=True)
+    doubles, (settings, estimates) = doubles_of(
+        reports, lambda once: settle(once, configuration, to_be_edited=True)
+    )
     # What a run takes where nobody says a seed.
     notes = (*reports.notes, *doubles.notes(), *settings.notes)
     settings = replace(settings, values={**settings.values, "seed": 0}, notes=notes)

@@ -14,7 +14,8 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
-from trackweave.run.tracking import report_table, settings_for
+from trackweave.run.observing import settle
+from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:
     from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -50,8 +51,9 @@ def configured(
     if reports is None:
         settings, dim = _settings_alone(configuration), None
     else:
-        table = doubles_of(report_table(reports, configuration)[0], configuration).once
-        settings, dim = settings_for(table, configuration), table.dim
+        table, _ = report_table(reports, configuration)
+        _, (settings, _) = doubles_of(table, lambda once: settle(once, configuration))
+        dim = table.dim
     if settings.plots is not None:
         raise InvalidInputError(
             "plots.fuse: true; expected false, as a tracker of scans fuses no plots (see "

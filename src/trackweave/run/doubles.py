@@ -1,23 +1,27 @@
 """Reports heard twice: one message by two receivers, or one row written twice."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of
+from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.run.observing import observe
+from trackweave.estimation import Estimates
+from trackweave.models.sensors import Sensor
 
 __all__ = ["Doubles", "doubles_of", "with_doubles"]
 
 # Where nothing scans, receivers stamp what they hear within so many seconds, but for rounding.
 WITHIN_S = 2.0 + 1e-6
+
+Settled: TypeAlias = tuple[Settings, Estimates | None]
+Settling: TypeAlias = Callable[[ReportTable], Settled]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,7 @@ class Doubles:
         ]
 
 
-def doubles_of(reports: ReportTable, configuration: Configuration) -> Doubles:
+def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:
     """Return which reports are copies: the same numbers of one sensor, at one time or soon after.
 
     Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
@@ -79,31 +83,29 @@ def doubles_of(reports: ReportTable, configuration: Configuration) -> Doubles:
     ----------
     reports
         Any reports.
-    configuration
-        As read: what it says of a sensor's scans is taken as given.
+    settle
+        Fills a configuration's gaps from reports without copies.
 
     Returns
     -------
-    The copies. The first is the earliest, or the earlier row.
+    The copies, of which the first is the earliest or the earlier row, and the configuration.
     """
     nobody = np.zeros(len(reports.sensors), dtype=np.bool_)
     same = Doubles(reports, _first_heard(reports, ~nobody))
+    settled = settle(same.once)
     if reports.scan is not None or np.array_equal(_first_heard(reports, nobody), same.first):
-        return same
-    # Copies at one time say nothing of how a sensor looks.
-    return Doubles(reports, _first_heard(reports, _scanning(same.once, configuration)))
+        return same, settled
+    by_name = {sensor.name: _scans(sensor) for sensor in settled[0].sensors}
+    scanning = np.array([by_name[name] for name in reports.sensors])
+    near = Doubles(reports, _first_heard(reports, scanning))
+    if near.copies.size == same.copies.size:
+        return same, settled
+    return near, settle(near.once)
 
 
-def _scanning(reports: ReportTable, configuration: Configuration) -> NDArray[np.bool_]:
-    """Tell which sensors scan, as told, or else as their reports show."""
-    observed = observe(reports, configuration)
-    return np.array(
-        [
-            seen.rotation is not None
-            or (section_of(configuration, name).scan_period or seen.scan_period) is not None
-            for name, seen in observed.items()
-        ]
-    )
+def _scans(sensor: Sensor) -> bool:
+    """Tell whether a sensor scans, so that what stands still repeats itself."""
+    return sensor.scan_period is not None or sensor.rotation is not None
 
 
 def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:

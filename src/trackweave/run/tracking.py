@@ -144,11 +144,15 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
     every, came = report_table(reports, configuration, on_bad_row)
-    doubles = doubles_of(every, configuration)
-    table = doubles.once
-    begun = _prior_table(priors, table)
-    lone = is_lone(table, configuration.live.max_ahead or MAX_AHEAD)
-    settings = settings_for(_without(table, lone), configuration, preset=preset)
+    begun = _prior_table(priors, every)
+    max_ahead = configuration.live.max_ahead or MAX_AHEAD
+    doubles, (settings, _) = doubles_of(
+        every,
+        lambda once: settle(
+            _without(once, is_lone(once, max_ahead)), configuration, preset=preset
+        ),
+    )
+    table, lone = doubles.once, is_lone(doubles.once, max_ahead)
     rotations = rotations_in(settings)
     table, assumed = laid(table, settings.sensors)
     notes = [
