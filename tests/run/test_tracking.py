@@ -142,7 +142,8 @@ def test_of_the_best_hypothesis_alone_nobody_knows_what_was_pruned() -> None:
 
 def test_reports_beyond_number_at_one_place_are_told_in_a_note() -> None:
     count = 400
-    values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": np.full(3 * count, 5.0)}
+    # Equal ones would be copies of one report.
+    values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": 5.0 + 1e-6 * np.arange(3 * count)}
     config = {
         "sensors": {"default": {"sigma": 10.0, "scan_period": 1.0}},
         "growth": {"max_nodes": 3_000},

@@ -158,7 +158,7 @@ def _series(run: RunFiles) -> ScanSeries:
     return ScanSeries(
         time=time,
         reports=reports,
-        assigned=assigned_per_scan(run.record["scans"], time, run.assignments),
+        assigned=assigned_per_scan(run.record, time, run.assignments),
         gap=gap,
         proven=np.array(is_proven, dtype=np.bool_),
         cpu_ms=run.cpu_ms(),

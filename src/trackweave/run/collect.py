@@ -98,6 +98,10 @@ class Assigned:
         self.track[known.report] = known.track
         self.probability[known.report] = known.probability
 
+    def at(self, place: IntArray) -> "Assigned":
+        """Return what is known of rows, some of which may be asked for again."""
+        return Assigned(self.track[place], self.probability[place])
+
     def drop_all_but(self, known: Container[int]) -> None:
         """Make false alarms of the reports of tracks that are not among those known."""
         unknown = [track for track in np.unique(self.track).tolist() if track not in known]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.coverage import out_of_view, unseen_range
-from trackweave.run.diagnostics.repeats import copied_sensors, repeated_reports, single_times
+from trackweave.run.diagnostics.repeats import copied_sensors, single_times
 from trackweave.run.diagnostics.scans import lone_reports, sparse_scans
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
 from trackweave.run.diagnostics.told import clutter, detection, motion, noise
@@ -15,7 +15,6 @@ from trackweave.run.diagnostics.units import azimuths_in_radians
 __all__ = ["CHECKS", "diagnose"]
 
 CHECKS: tuple[Check, ...] = (
-    repeated_reports,
     single_times,
     copied_sensors,
     lone_reports,
