@@ -33,6 +33,8 @@ USUAL_SIGMA = {
     "bearing_deg": 1.0,
 }
 USUAL_RANGE_SHARE = 0.01
+# A period that is told is one found in the reports if it differs by less than this share.
+PERIOD_AGREES = 0.002
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
@@ -230,6 +232,9 @@ def _rotation(
     word = ledger.choose(("sensors", name, "rotation"), word, "none")
     if word == "none":
         return None, period
+    if turning is not None and period and abs(turning.period / period - 1.0) > PERIOD_AGREES:
+        # The reports' own times and directions measure it better than any data sheet.
+        period = ledger.enter(("sensors", name, "scan_period"), turning.period, "estimated")
     if turning is None:
         raise InvalidInputError(
             f'sensors.{name}.rotation: "{word}"; expected "none", because its reports do not '
