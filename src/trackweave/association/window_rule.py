@@ -251,7 +251,9 @@ def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
     if scan.platform is not None and scan.platform.size:
         platform = np.atleast_2d(scan.platform)[0]
         coverage = coverage._replace(position=platform[:2].copy())
-    if sensor.rotation is None or start is None or end - start >= sensor.rotation.period:
+    if sensor.rotation is None or start is None:
+        return coverage
+    if sensor.rotation.turned(end) - sensor.rotation.turned(start) >= 1.0 - 1e-9:
         return coverage
     return swept(coverage, platform[:2], sensor.rotation.sector(start, end))
 

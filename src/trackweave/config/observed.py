@@ -33,6 +33,8 @@ class ObservedSensor:
         Time from scan to scan [s], None where it does not scan.
     rotation
         How its beam turns, as far as reports tell.
+    is_turn_sure
+        Whether they show so.
     """
 
     measurement: MeasurementKind = MeasurementKind.POSITION
@@ -44,6 +46,7 @@ class ObservedSensor:
     reports_per_scan: float = 1.0
     scan_period: float | None = None
     rotation: Rotation | None = None
+    is_turn_sure: bool = True
 
 
 UNKNOWN_SENSOR = ObservedSensor()

@@ -22,7 +22,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["section_of", "sensor_of"]
+__all__ = ["is_period", "section_of", "sensor_of"]
 
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
@@ -33,6 +33,8 @@ USUAL_SIGMA = {
     "bearing_deg": 1.0,
 }
 USUAL_RANGE_SHARE = 0.01
+# A period that is told is one found in the reports if it differs by less than this share.
+PERIOD_AGREES = 0.002
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
@@ -230,12 +232,32 @@ def _rotation(
     word = ledger.choose(("sensors", name, "rotation"), word, "none")
     if word == "none":
         return None, period
+    if turning is not None and period and not is_period(period, turning):
+        # The reports' own times and directions measure it better than any data sheet.
+        period = ledger.enter(("sensors", name, "scan_period"), turning.period, "estimated")
     if turning is None:
         raise InvalidInputError(
             f'sensors.{name}.rotation: "{word}"; expected "none", because its reports do not '
             f"turn that way{'' if period else ' and no scan_period is given'}"
         )
     return turning, period
+
+
+def is_period(told: float, turning: Rotation) -> bool:
+    """Tell whether a scan period is that of a turn which reports show.
+
+    Parameters
+    ----------
+    told
+        The scan period [s].
+    turning
+        The turn.
+
+    Returns
+    -------
+    Whether they agree, as far as a data sheet can tell.
+    """
+    return abs(turning.period / told - 1.0) <= PERIOD_AGREES
 
 
 def _field_of_view(section: SensorSection, position: Sequence[float] | None) -> FieldOfView:

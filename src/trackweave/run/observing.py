@@ -9,13 +9,13 @@ from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of
+from trackweave.config.sensing import is_period, section_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates
 from trackweave.estimation.frames import scan_period
-from trackweave.estimation.rotation import rotation_of
+from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
@@ -86,6 +86,7 @@ def settle(
         estimates = estimates_for(table, _of_positions(configuration, observed), directions)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
+    notes += _notes_on_turns(configuration, observed)
     notes += _notes_on_bearings(observed, filled)
     notes += _notes_on_places(reports, observed, places)
     notes += _notes_on_sigma(reports, configuration)
@@ -198,7 +199,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         measured = reports.measurement[rows]
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
-        turns = _rotation(
+        turns, is_sure = _rotation(
             section_of(configuration, name).model_dump(include={"rotation", "scan_period"}),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
@@ -219,6 +220,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
             scan_period=scan_period(moments),
             rotation=turns,
+            is_turn_sure=is_sure,
         )
     return observed
 
@@ -252,21 +254,55 @@ def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) 
 
 def _rotation(
     said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
-) -> Rotation | None:
-    """Return how a beam turns: as the file says, or as reports show that come one by one."""
+) -> tuple[Rotation | None, bool]:
+    """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
     word, period = said["rotation"], said["scan_period"]
     if word == "none":
-        return None
+        return None, True
     given = float(period) if isinstance(period, int | float) else None
+    direction = None
     if word is not None:
         direction = 1 if word == "clockwise" else -1
-        found = rotation_of(time, azimuth, period=given, direction=direction)
-        # Too few reports to tell the phase still belong to turns.
-        return found or (None if given is None else Rotation(given, 0.0, direction))
-    moments, sizes = np.unique(time, return_counts=True)
-    if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
-        return None
-    return rotation_of(time, azimuth, period=given)
+    else:
+        moments, sizes = np.unique(time, return_counts=True)
+        if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
+            return None, True
+    found = rotation_of(time, azimuth, period=given, direction=direction)
+    if found is not None:
+        return found, not wanders(time, azimuth, found)
+    if given is None or direction is None:
+        return None, True
+    # Too few reports to tell the phase still belong to turns.
+    return Rotation(given, 0.0, direction), False
+
+
+def _notes_on_turns(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> list[str]:
+    """Return sentences on beams that do not turn as told, or not steadily."""
+    notes = []
+    for name, seen in observed.items():
+        turn, told = seen.rotation, section_of(configuration, name).scan_period
+        if turn is None:
+            continue
+        shown = f"{turn.period:.5g} s"
+        varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
+        if told is not None and not is_period(told, turn):
+            notes.append(
+                f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
+                "that is used"
+            )
+        elif varying:
+            notes.append(
+                f"sensor {name}: its reports show turns of {shown}{varying}; its beam is followed "
+                "from turn to turn"
+            )
+        if not seen.is_turn_sure:
+            notes.append(
+                f"sensor {name}: its reports do not show where its beam is at each time; taken to "
+                f"turn steadily in {shown}; better give a `scan` column"
+            )
+    return notes
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:
