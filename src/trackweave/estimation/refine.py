@@ -2,15 +2,18 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
+from trackweave.estimation.coverage import covered
 from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
+from trackweave.models.coverage import FieldOfView
 
 __all__ = [
     "DETECTION_RANGE",
@@ -60,10 +63,13 @@ class Followed:
         Track of each report, -1 for none, shape (reports,).
     looks
         When each sensor scanned [s], ascending, by its name; with or without reports.
+    views
+        Where sensors see that do not see everywhere, by name.
     """
 
     track: IntArray
     looks: Mapping[str, FloatArray]
+    views: Mapping[str, FieldOfView] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -238,6 +244,8 @@ def _detection(
         own = reports.time[track.rows[reports.sensor[track.rows] == index]]
         # A turn's scan counts as of its end, its reports as of their own times.
         seen = np.isin(np.arange(first + 1, last), np.searchsorted(looks, own))
+        if name in followed.views:
+            seen = seen[seen | _in_view(track, reports, followed, name, looks[first + 1 : last])]
         hits += int(np.count_nonzero(seen))
         chances += seen.size
         runs = np.diff(np.flatnonzero(np.r_[True, seen, True])) - 1
@@ -246,6 +254,23 @@ def _detection(
     share = (hits + usual) / (chances + USUAL_CHANCES)
     share = min(share, _bearable(np.array(pauses), chances))
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))
+
+
+def _in_view(
+    track: Track, reports: ReportTable, followed: Followed, name: str, looks: FloatArray
+) -> NDArray[np.bool_]:
+    """Tell at which looks of a sensor a track was where it sees."""
+
+    def at_looks(rows: IntArray, where: FloatArray) -> FloatArray:
+        axes = [np.interp(looks, reports.time[rows], axis) for axis in where[rows, :2].T]
+        return np.stack(axes, axis=1)
+
+    view = followed.views[name].coverage()
+    platform = np.broadcast_to(view.position, (looks.size, 2))
+    if reports.platform is not None:
+        own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
+        platform = at_looks(own, reports.platform)
+    return covered(at_looks(track.rows, reports.measurement), platform, view)
 
 
 def _bearable(pauses: IntArray, chances: int) -> float:
