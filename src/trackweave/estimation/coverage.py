@@ -5,12 +5,12 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.models._kernels import is_covered
 from trackweave.models.coverage import Coverage, FieldOfView
 
-__all__ = ["covered", "fields_of_view"]
+__all__ = ["covered", "covered_by", "fields_of_view", "in_view", "spans_an_area"]
 
 # Silence tells of an edge where so many of others' reports lie beyond it, and so many of the
 # sensor's own would if it saw there as it does inside.
@@ -22,6 +22,7 @@ LONE, LONE_SHARE, APART = 3, 0.002, 1.2
 RANGE_MARGIN, HULL_MARGIN, ANGLE_MARGIN = 0.01, 0.05, np.radians(2.0)
 NARROWEST_GAP = np.radians(30.0)
 DIGITS = 5
+FEWEST_IN_HULL = 10
 
 
 def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
@@ -42,6 +43,40 @@ def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[
     """
     about = place - platform + view.position
     return np.array([is_covered(east, north, view) for east, north in about], dtype=bool)
+
+
+def in_view(
+    view: FieldOfView, reports: ReportTable, sensor: int, track: IntArray, looks: FloatArray
+) -> NDArray[np.bool_]:
+    """Tell at which looks of a sensor a track was where it sees.
+
+    Parameters
+    ----------
+    view
+        Where it sees.
+    reports
+        The reports, all positions.
+    sensor
+        Index of the sensor.
+    track
+        Rows of the track's reports, by time.
+    looks
+        Times [s].
+
+    Returns
+    -------
+    One truth value per look.
+    """
+
+    def at_looks(rows: IntArray, where: FloatArray) -> FloatArray:
+        axes = [np.interp(looks, reports.time[rows], axis) for axis in where[rows, :2].T]
+        return np.stack(axes, axis=1)
+
+    coverage = view.coverage()
+    platform = np.broadcast_to(coverage.position, (looks.size, 2))
+    if reports.platform is not None:
+        platform = at_looks(np.flatnonzero(reports.sensor == sensor), reports.platform)
+    return covered(at_looks(track, reports.measurement), platform, coverage)
 
 
 def fields_of_view(
@@ -81,7 +116,8 @@ def fields_of_view(
             there = platform[own, :2]
             order = np.argsort(time, kind="stable")
             then = [np.interp(reports.time[beside], time[order], axis) for axis in there[order].T]
-            view = _ring(place - there, others - np.stack(then, axis=1))
+            stays = bool(np.all(np.ptp(there, axis=0) < 1.0))
+            view = _ring(place - there, others - np.stack(then, axis=1), stays=stays)
         else:
             view = _patch(place, others)
         if view is not None:
@@ -89,7 +125,7 @@ def fields_of_view(
     return found
 
 
-def _ring(own: FloatArray, others: FloatArray) -> FieldOfView | None:
+def _ring(own: FloatArray, others: FloatArray, *, stays: bool) -> FieldOfView | None:
     """Return a sector about a sensor from places relative to it, None for everywhere."""
     away, distance = np.linalg.norm(own, axis=1), np.linalg.norm(others, axis=1)
     edge = _edge(away)
@@ -101,7 +137,8 @@ def _ring(own: FloatArray, others: FloatArray) -> FieldOfView | None:
     widest = int(np.argmax(gaps))
     begin, width = azimuth[widest] + ANGLE_MARGIN, gaps[widest] - 2 * ANGLE_MARGIN
     turn = (0.0, 360.0)
-    if width > NARROWEST_GAP:
+    # What moves turns as well, and its sector with it.
+    if stays and width > NARROWEST_GAP:
         in_gap = inside & ((_azimuth(others) - begin) % (2 * np.pi) < width)
         if _is_silent(away.size, inside & ~in_gap, in_gap):
             turn = (_rounded(np.degrees(begin + width) % 360), _rounded(np.degrees(begin) % 360))
@@ -153,3 +190,55 @@ def _azimuth(offset: FloatArray) -> FloatArray:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
+
+
+def covered_by(position: FloatArray, sigma: float) -> float:
+    """Return the area or volume of the reports' hull, never zero.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim), at least one.
+    sigma
+        Their usual noise [m].
+
+    Returns
+    -------
+    The area or volume [m², m³].
+    """
+    dim = position.shape[1]
+    # Reports in one place or on a line still come from a surrounding as wide as their noise.
+    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
+    box = float(np.prod(sides))
+    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
+    # The outermost of n reports lie about 1/n of a side within the edges.
+    margin = (1 + 2 / position.shape[0]) ** dim
+    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
+
+
+def spans_an_area(position: FloatArray) -> bool:
+    """Tell whether reports span an area or a volume, or are too few to tell.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim).
+
+    Returns
+    -------
+    False for many on a line or at one place.
+    """
+    return position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None
+
+
+def _hull(position: FloatArray) -> float | None:
+    """Return the area or volume of the reports' hull, None where they span none."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    places = np.unique(position, axis=0)
+    if places.shape[0] <= position.shape[1]:
+        return None
+    try:
+        return float(ConvexHull(places).volume)
+    except QhullError:
+        return None

@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
-from trackweave.estimation.coverage import covered
-from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.coverage import in_view
+from trackweave.estimation.estimate import WIDER, Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
 from trackweave.models.coverage import FieldOfView
 
@@ -28,9 +27,8 @@ REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_den
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
-# A track of so many reports is beyond doubt.
-SURE_HITS = 6
-LASTING_HITS = 12
+# Tracks of so many reports are beyond doubt, and last.
+SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
 SEEN = 0.6
 LEAST_CHAINS_REPORTS = 40
@@ -155,7 +153,9 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         # Objects are the same for all sensors; what one sees besides is its own wandering.
         estimates = replace(estimates, process_noise=bounded(min(noises)))
     if speed is not None:
-        estimates = replace(estimates, max_speed=bounded(speed))
+        # The few that are faster may all come at other times.
+        speed = bounded(max(speed, WIDER * estimates.speed_of_few))
+        estimates = replace(estimates, max_speed=speed)
     new, present = _coming(estimates, tracks, reports, followed)
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
     said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
@@ -245,7 +245,8 @@ def _detection(
         # A turn's scan counts as of its end, its reports as of their own times.
         seen = np.isin(np.arange(first + 1, last), np.searchsorted(looks, own))
         if name in followed.views:
-            seen = seen[seen | _in_view(track, reports, followed, name, looks[first + 1 : last])]
+            inner = looks[first + 1 : last]
+            seen = seen[seen | in_view(followed.views[name], reports, index, track.rows, inner)]
         hits += int(np.count_nonzero(seen))
         chances += seen.size
         runs = np.diff(np.flatnonzero(np.r_[True, seen, True])) - 1
@@ -254,23 +255,6 @@ def _detection(
     share = (hits + usual) / (chances + USUAL_CHANCES)
     share = min(share, _bearable(np.array(pauses), chances))
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))
-
-
-def _in_view(
-    track: Track, reports: ReportTable, followed: Followed, name: str, looks: FloatArray
-) -> NDArray[np.bool_]:
-    """Tell at which looks of a sensor a track was where it sees."""
-
-    def at_looks(rows: IntArray, where: FloatArray) -> FloatArray:
-        axes = [np.interp(looks, reports.time[rows], axis) for axis in where[rows, :2].T]
-        return np.stack(axes, axis=1)
-
-    view = followed.views[name].coverage()
-    platform = np.broadcast_to(view.position, (looks.size, 2))
-    if reports.platform is not None:
-        own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
-        platform = at_looks(own, reports.platform)
-    return covered(at_looks(track.rows, reports.measurement), platform, view)
 
 
 def _bearable(pauses: IntArray, chances: int) -> float:
@@ -393,9 +377,10 @@ def _noise(
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
-    """Return a speed that hardly any object exceeds."""
-    speeds = []
+    """Return a speed that hardly any object exceeds, be it of the many or of the few."""
+    speeds, usual = [], [0.0]
     for track in tracks:
+        own: list[float] = []
         # Each piece is of one sensor: between two that disagree, objects seem to jump.
         order = np.argsort(reports.sensor[track.rows], kind="stable")
         of = reports.sensor[track.rows[order]]
@@ -406,5 +391,10 @@ def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
                 centred = time[piece] - time[piece].mean()
                 if np.ptp(centred) > 1e-6:
                     velocity = centred @ place[piece] / np.dot(centred, centred)
-                    speeds.append(float(np.linalg.norm(velocity)))
-    return 1.3 * float(np.quantile(speeds, 0.97)) if len(speeds) >= 10 else None
+                    own.append(float(np.linalg.norm(velocity)))
+        speeds += own
+        if track.rows.size >= LASTING_HITS and own:
+            usual.append(float(np.median(own)))
+    if len(speeds) < 10:
+        return None
+    return 1.3 * max(float(np.quantile(speeds, 0.97)), *usual)
