@@ -286,7 +286,10 @@ def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float])
     from_first = max(0.0, min(width, own_width - ahead))
     from_own = max(0.0, min(own_width, width - behind))
     bounds = coverage.bounds.copy()
-    if from_first >= from_own:
+    if own_width >= 2 * np.pi:
+        # A whole turn begins nowhere: it must not cut the sector that passes its first edge.
+        bounds[2:] = first, width
+    elif from_first >= from_own:
         bounds[2:] = first, from_first
     else:
         bounds[2:] = own_first, from_own

@@ -22,7 +22,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["is_period", "section_of", "sensor_of"]
+__all__ = ["is_period", "section_of", "sensor_of", "view_keys"]
 
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
@@ -93,7 +93,7 @@ def sensor_of(
             f"sensors.{name}.position: left out; expected where the sensor stands, [x, y] in "
             f"metres, because its {columns} count from there (or columns sensor_x,sensor_y)"
         )
-    view = choose("field_of_view")
+    view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(ledger, section, (name, found, seen))
     rotation, period = _rotation(ledger, (name, found, seen))
     likely = None if found is None or found.strength is None else asdict(found.strength)
@@ -104,7 +104,7 @@ def sensor_of(
         detection_probability=detection,
         clutter_density=clutter,
         scan_period=period,
-        field_of_view=None if view is None else _field_of_view(section, position),
+        field_of_view=None if view is None else _field_of_view(view, position),
         measurement=kind,
         position=None if position is None else tuple(position),
         rotation=rotation,
@@ -136,6 +136,30 @@ def section_of(configuration: Configuration, name: str) -> SensorSection:
     elif update.get("clutter_per_scan") is not None:
         update["clutter_density"] = None
     return usual.model_copy(update=update)
+
+
+def view_keys(view: FieldOfView | None) -> dict[str, Any] | None:
+    """Return a field of view as the keys of a file.
+
+    Parameters
+    ----------
+    view
+        The field of view; None for everywhere.
+
+    Returns
+    -------
+    The keys that bound something; None for none.
+    """
+    if view is None:
+        return None
+    keys: dict[str, Any] = {}
+    if math.isfinite(view.max_range):
+        keys["max_range_m"] = view.max_range
+    if view.azimuth_deg != (0.0, 360.0):
+        keys["azimuth_deg"] = list(view.azimuth_deg)
+    if view.polygon is not None:
+        keys["polygon"] = [list(corner) for corner in view.polygon]
+    return keys
 
 
 def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[Any, Any]:
@@ -260,8 +284,8 @@ def is_period(told: float, turning: Rotation) -> bool:
     return abs(turning.period / told - 1.0) <= PERIOD_AGREES
 
 
-def _field_of_view(section: SensorSection, position: Sequence[float] | None) -> FieldOfView:
-    view = section.field_of_view or FieldOfViewSection()
+def _field_of_view(keys: Mapping[str, Any], position: Sequence[float] | None) -> FieldOfView:
+    view = FieldOfViewSection.model_validate(keys)
     east, north = (position or (0.0, 0.0))[:2]
     turn = view.azimuth_deg or (0.0, 360.0)
     return FieldOfView(

@@ -193,7 +193,7 @@ class SensorSection(Section):
     """Where the sensor stands, x, y[, z] [m]."""
 
     field_of_view: FieldOfViewSection | None = None
-    """Where it sees; left out = everywhere."""
+    """Where it sees; left out = as its silence tells beside other sensors, else everywhere."""
 
     strength: StrengthSection | None = None
     """What the strength of its reports tells; left out = nothing."""

@@ -7,7 +7,14 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
+from trackweave.estimation.chains import (
+    Chains,
+    ball_volume,
+    chains_of,
+    detection_share,
+    speed_of_few,
+)
+from trackweave.estimation.coverage import covered_by, spans_an_area
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.motion import reach
@@ -15,7 +22,7 @@ from trackweave.estimation.noise import noise_of_chains
 from trackweave.estimation.trees import tree_of
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["Estimates", "SensorEstimate", "bounded", "covered_by", "digits", "estimate"]
+__all__ = ["WIDER", "Estimates", "SensorEstimate", "bounded", "digits", "estimate"]
 
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
@@ -23,9 +30,10 @@ DETECTION_RANGE = (0.5, 0.98)
 # Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
-FEWEST_IN_HULL = 10
 # With so many unrelated reports where a successor may be, false segments line up.
 CROWDED = 1.0
+# Above the greatest speed that is seen.
+WIDER = 1.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +109,8 @@ class Estimates:
         On what a value rests and how sure it is, by its key in a configuration file.
     notes
         Sentences on what was left out or not believed.
+    speed_of_few
+        Greatest speed of the few that are faster than the others [m/s]; 0 for unknown.
     """
 
     sensors: Mapping[str, SensorEstimate]
@@ -115,6 +125,7 @@ class Estimates:
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    speed_of_few: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +135,7 @@ class _Findings:
     sensor: SensorEstimate
     process_noise: float | None
     max_speed: float | None
+    speed_of_few: float
     doubt: str | None
     n_scans: int
     note: str | None
@@ -161,7 +173,9 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
     # Of those present, each began at some time of the recording, or of the last fifty scans.
     times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
+    few = max(found.speed_of_few for found in findings.values())
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
+    max_speed = max(max_speed, WIDER * few)
     sensors = {name: found.sensor for name, found in findings.items()}
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
@@ -172,6 +186,7 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=bounded(max(present), 1e-30),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
+        speed_of_few=few,
         notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
     )
 
@@ -245,10 +260,11 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     share = blocks[0].share if blocks else 1.0
     density = per_scan / (covered * share)
     stands_out = reach(blocks)
-    chains, seen = None, None
+    chains, seen, few = None, None, 0.0
     if stands_out is not None:
         chains = chains_of(blocks, stands_out[0], density)
         seen = detection_share(blocks, stands_out[0], density)
+        few = speed_of_few(blocks, stands_out[0], density) or 0.0
     process = None
     if chains is not None:
         sigma, process = _noise(chains, density, (sigma, typical), period)
@@ -270,6 +286,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         found,
         process,
         _max_speed(chains, stands_out),
+        few,
         _doubt(blocks, stands_out, chains, density),
         n_scans,
         _note_on_area(position, covered),
@@ -278,7 +295,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
 
 def _note_on_area(position: FloatArray, covered: float) -> str | None:
     """Return what is taken for the area of many reports that span none."""
-    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
+    if spans_an_area(position):
         return None
     unit = "m²" if position.shape[1] == 2 else "m³"
     return (
@@ -340,7 +357,7 @@ def _max_speed(chains: Chains | None, stands_out: tuple[float, float] | None) ->
     """Return a speed that hardly any object exceeds."""
     if chains is not None:
         # The fastest tenth holds most of the segments that are none.
-        return float(1.25 * np.quantile(chains.speed, 0.9)) or None
+        return float(WIDER * np.quantile(chains.speed, 0.9)) or None
     return None if stands_out is None else stands_out[0]
 
 
@@ -358,40 +375,3 @@ def _spacing(position: FloatArray) -> float:
         return 100.0
     distance, _ = tree_of(places).query(places, k=2)
     return max(float(np.median(distance[:, 1])), 1e-4)
-
-
-def covered_by(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim), at least one.
-    sigma
-        Their usual noise [m].
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
-    dim = position.shape[1]
-    # Reports in one place or on a line still come from a surrounding as wide as their noise.
-    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
-    box = float(np.prod(sides))
-    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
-    # The outermost of n reports lie about 1/n of a side within the edges.
-    margin = (1 + 2 / position.shape[0]) ** dim
-    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
-
-
-def _hull(position: FloatArray) -> float | None:
-    """Return the area or volume of the reports' hull, None where they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = np.unique(position, axis=0)
-    if places.shape[0] <= position.shape[1]:
-        return None
-    try:
-        return float(ConvexHull(places).volume)
-    except QhullError:
-        return None

@@ -1,16 +1,18 @@
 """What tracks that were made of a stretch of the reports tell."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
-from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.coverage import in_view
+from trackweave.estimation.estimate import WIDER, Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
+from trackweave.models.coverage import FieldOfView
 
 __all__ = [
     "DETECTION_RANGE",
@@ -25,9 +27,8 @@ REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_den
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
-# A track of so many reports is beyond doubt.
-SURE_HITS = 6
-LASTING_HITS = 12
+# Tracks of so many reports are beyond doubt, and last.
+SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
 SEEN = 0.6
 LEAST_CHAINS_REPORTS = 40
@@ -53,10 +54,13 @@ class Followed:
         Track of each report, -1 for none, shape (reports,).
     looks
         When each sensor scanned [s], ascending, by its name; with or without reports.
+    views
+        Where sensors see that do not see everywhere, by name.
     """
 
     track: IntArray
     looks: Mapping[str, FloatArray]
+    views: Mapping[str, FieldOfView] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,7 +146,9 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         # Objects are the same for all sensors; what one sees besides is its own wandering.
         estimates = replace(estimates, process_noise=bounded(min(noises)))
     if speed is not None:
-        estimates = replace(estimates, max_speed=bounded(speed))
+        # The few that are faster may all come at other times.
+        speed = bounded(max(speed, WIDER * estimates.speed_of_few))
+        estimates = replace(estimates, max_speed=speed)
     share, silence = _silences(tracks, reports, followed)
     new, present = _coming(estimates, tracks, reports, followed)
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
@@ -230,9 +236,14 @@ def _detection(
         own = reports.time[track.rows[reports.sensor[track.rows] == index]]
         # A turn's scan counts as of its end, its reports as of their own times. The first and
         # the last report of a track are why it is there, and say nothing.
-        seen = np.unique(np.searchsorted(looks, own))
         ends = np.searchsorted(looks, [track.begin, track.end])
-        pauses += (np.diff(np.unique(np.r_[ends[0], seen, ends[1]])) - 1).tolist()
+        first, last = np.minimum(ends, looks.size - 1)
+        seen = np.isin(np.arange(first, last + 1), np.searchsorted(looks, own))
+        seen[[0, -1]] = True
+        if name in followed.views:
+            inner = looks[first : last + 1]
+            seen = seen[seen | in_view(followed.views[name], reports, index, track.rows, inner)]
+        pauses += (np.diff(np.flatnonzero(seen)) - 1).tolist()
     missed = np.array(pauses, dtype=np.int64)
     hits = max(0, missed.size - len(tracks))
     # What was hidden for long was not missed.
@@ -338,9 +349,10 @@ def _noise(
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
-    """Return a speed that hardly any object exceeds."""
-    speeds = []
+    """Return a speed that hardly any object exceeds, be it of the many or of the few."""
+    speeds, usual = [], [0.0]
     for track in tracks:
+        own: list[float] = []
         # Each piece is of one sensor: between two that disagree, objects seem to jump.
         order = np.argsort(reports.sensor[track.rows], kind="stable")
         of = reports.sensor[track.rows[order]]
@@ -351,5 +363,10 @@ def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
                 centred = time[piece] - time[piece].mean()
                 if np.ptp(centred) > 1e-6:
                     velocity = centred @ place[piece] / np.dot(centred, centred)
-                    speeds.append(float(np.linalg.norm(velocity)))
-    return 1.3 * float(np.quantile(speeds, 0.97)) if len(speeds) >= 10 else None
+                    own.append(float(np.linalg.norm(velocity)))
+        speeds += own
+        if track.rows.size >= LASTING_HITS and own:
+            usual.append(float(np.median(own)))
+    if len(speeds) < 10:
+        return None
+    return 1.3 * max(float(np.quantile(speeds, 0.97)), *usual)

@@ -1,21 +1,22 @@
 """What sensors' reports show before anything is estimated, and the settings that follow."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.config.fill import Settings, fill, needs_estimates
+from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import is_period, section_of
+from trackweave.config.sensing import is_period, section_of, view_keys
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates
+from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
+from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
@@ -77,6 +78,7 @@ def settle(
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
     table = in_turns(placed(reports, places), rotations)
+    observed = _with_views(observed, placed(reports, places), configuration, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
@@ -89,7 +91,7 @@ def settle(
     notes += _notes_on_turns(configuration, observed)
     notes += _notes_on_bearings(observed, filled)
     notes += _notes_on_places(reports, observed, places)
-    notes += _notes_on_sigma(reports, configuration)
+    notes += _notes_on_sigma(reports, configuration) + _notes_on_views(filled)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
@@ -102,6 +104,46 @@ def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> 
             "estimated, or a configuration with all keys of [sensors.default], process_noise, "
             "max_speed and new_target_density"
         )
+
+
+def _with_views(
+    observed: dict[str, ObservedSensor],
+    reports: ReportTable,
+    configuration: Configuration,
+    places: Mapping[str, Sequence[float]],
+) -> dict[str, ObservedSensor]:
+    """Return what sensors show with where they see, of those of which nobody has told it."""
+    if len(reports.sensors) < 2:
+        return observed
+    standing = {*places, *(name for name, seen in observed.items() if seen.says_where)}
+    views = fields_of_view(reports, platforms_of(reports, places), standing)
+    return observed | {
+        name: replace(observed[name], field_of_view=view)
+        for name, view in views.items()
+        if name != ANY_SENSOR and section_of(configuration, name).field_of_view is None
+    }
+
+
+def _notes_on_views(filled: Settings) -> list[str]:
+    """Return a sentence on each sensor that is taken not to see where others do."""
+    return [
+        f"sensor {sensor.name}: no field_of_view is given, and nothing that others see beyond "
+        f"{_words(sensor.field_of_view)} is among its reports: it is taken to see no farther; "
+        "give field_of_view where that is wrong"
+        for sensor in filled.sensors
+        if sensor.field_of_view is not None
+        and filled.sources.get(f"sensors.{sensor.name}.field_of_view") == "estimated"
+    ]
+
+
+def _words(view: FieldOfView) -> str:
+    """Return an estimated edge in words."""
+    if view.polygon is not None:
+        return "the hull of its own"
+    sector = view.azimuth_deg
+    words = [] if np.isinf(view.max_range) else [f"{view.max_range:g} m"]
+    words += [] if sector == (0.0, 360.0) else [f"azimuths {sector[0]:g}° to {sector[1]:g}°"]
+    return " or ".join(words)
 
 
 def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
@@ -241,6 +283,9 @@ def _of_positions(
         if seen is not None and seen.measurement is not MeasurementKind.POSITION:
             table.pop("clutter_density", None)
             table.pop("clutter_per_scan", None)
+    for name, seen in observed.items():
+        if seen.field_of_view is not None:
+            sensors.setdefault(name, {})["field_of_view"] = view_keys(seen.field_of_view)
     return Configuration.model_validate({**values, "sensors": sensors})
 
 

@@ -224,4 +224,7 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
         looks[scan.sensor].append(scan.time)
-    return Followed(assigned.track, {name: np.array(times) for name, times in looks.items()})
+    views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
+    return Followed(
+        assigned.track, {name: np.array(times) for name, times in looks.items()}, views
+    )
