@@ -111,6 +111,8 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     for name in names:
         own = section_of(configuration, name)
         needed = {key for key in ESTIMATED_OF_SENSOR if getattr(own, key) is None}
+        if own.scans is False:
+            needed.discard("scan_period")
         if own.clutter_per_scan is not None and own.field_of_view is not None:
             needed.discard("clutter_density")
         if needed:

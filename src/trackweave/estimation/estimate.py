@@ -10,7 +10,9 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
+from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.motion import reach
+from trackweave.estimation.looking import Looking
 from trackweave.estimation.noise import noise_of_chains
 from trackweave.estimation.trees import tree_of
 from trackweave.models.strength import StrengthModel
@@ -54,6 +56,9 @@ class SensorEstimate:
         deviation along an axis that is part of ``sigma`` [m].
     strength
         What the strength of its reports tells of their origin; None for nothing.
+    scans
+        Whether it looks, so that its silence tells something; None where nothing tells. Of one
+        that does not, detection and clutter are per second.
     """
 
     scan_period: float | None
@@ -65,6 +70,7 @@ class SensorEstimate:
     density: float = 0.0
     disagreement: float = 0.0
     strength: StrengthModel | None = None
+    scans: bool | None = None
 
     @property
     def plane_sigma(self) -> float:
@@ -120,11 +126,15 @@ class _Findings:
     process_noise: float | None
     max_speed: float | None
     doubt: str | None
-    n_scans: int
+    times: float
     note: str | None
 
 
-def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> Estimates:
+def estimate(
+    reports: ReportTable,
+    sigma: Mapping[str, float] | None = None,
+    scanning: Mapping[str, bool] | None = None,
+) -> Estimates:
     """Return estimates of everything that a tracker needs to know and can learn from reports.
 
     Sensors are looked at one by one: how far apart successors lie, which reports line up over
@@ -137,14 +147,18 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         At least one report.
     sigma
         Standard deviations that are known, by name of the sensor [m].
+    scanning
+        Whether sensors look of which it is known, by name; the others are judged.
 
     Returns
     -------
     Finite, positive values, however odd the reports are.
     """
-    known = dict(sigma or {})
+    known, scans = dict(sigma or {}), dict(scanning or {})
     findings = {
-        name: _look_at(reports, index, known.get(name) or _reported_sigma(reports, index))
+        name: _found(
+            reports, index, known.get(name) or _reported_sigma(reports, index), scans.get(name)
+        )
         for index, name in enumerate(reports.sensors)
         if np.any(reports.sensor == index)
     }
@@ -154,8 +168,7 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     fallback = next(iter(findings.values())).sensor
     period = fallback.scan_period or 1.0
     present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
-    # Of those present, each began at some time of the recording, or of the last fifty scans.
-    times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
+    times = [found.times for found in findings.values()]
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     sensors = {name: found.sensor for name, found in findings.items()}
     return Estimates(
@@ -228,8 +241,49 @@ def digits(value: float, count: int = 4) -> float:
     return float(f"{value:.{count}g}")
 
 
+def _found(
+    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
+) -> _Findings:
+    """Return what one sensor's reports tell, whether it looks or not."""
+    if scans is True:
+        return _look_at(reports, index, sigma)
+    seen, threads, rows = judged(reports, index)
+    scans = seen.scans if scans is None else scans
+    if scans is not False:
+        found = _look_at(reports, index, sigma)
+        return replace(found, sensor=replace(found.sensor, scans=scans))
+    position = reports.measurement[rows]
+    lone = lone_reports(reports.time[rows], position, threads, sigma)
+    return _of_lone(lone, seen, position, sigma)
+
+
+def _of_lone(
+    lone: LoneReports, seen: Looking, position: FloatArray, sigma: float | None
+) -> _Findings:
+    """Return what the reports of a sensor tell that does not look; its second is its scan."""
+    typical = lone.sigma or sigma or _spacing(position) * 0.01
+    covered = covered_by(position, typical)
+    sensor = SensorEstimate(
+        scan_period=None,
+        sigma=bounded(typical, 1e-6),
+        detection_probability=digits(float(np.clip(1 - np.exp(-lone.rate), 0.01, 0.98))),
+        clutter_density=digits(float(np.clip(lone.false_rate / covered, 1e-30, 1e10))),
+        covered=covered,
+        n_objects=lone.n_objects,
+        scans=False,
+    )
+    doubt = f"; {100 * seen.doubt:.0f} % of what tells says otherwise" if seen.doubt > 0 else ""
+    note = (
+        f"taken for one that does not scan: {seen.n_objects} objects report by themselves, every "
+        f"{lone.pause:.3g} s as a median, so that no silence counts as a miss{doubt}; if it "
+        "looks, give scans = true or scan_period"
+    )
+    times = lone.n_objects / lone.new_rate
+    return _Findings(sensor, lone.process_noise, lone.max_speed, None, times, note)
+
+
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
-    """Return what one sensor's reports tell."""
+    """Return what the reports of a sensor tell that looks."""
     rows = reports.sensor == index
     position = reports.measurement[rows]
     blocks, period = frames_of(reports, index)
@@ -266,7 +320,8 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         process,
         _max_speed(chains, stands_out),
         _doubt(blocks, stands_out, chains, density),
-        n_scans,
+        # Of those present, each began at some time of the recording, or of the last fifty scans.
+        min(max(n_scans, 10), 50),
         _note_on_area(position, covered),
     )
 

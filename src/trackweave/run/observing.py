@@ -83,13 +83,35 @@ def settle(
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
             directions = Directions(reports, platform, places, observed)
-        estimates = estimates_for(table, _of_positions(configuration, observed), directions)
+        told = _of_positions(configuration, observed)
+        scanning = {
+            name: scans
+            for name in reports.sensors
+            if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
+        }
+        estimates = estimates_for(table, told, directions, scanning)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += _notes_on_bearings(observed, filled)
     notes += _notes_on_places(reports, observed, places)
     notes += _notes_on_sigma(reports, configuration)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _is_known_to_scan(
+    reports: ReportTable,
+    configuration: Configuration,
+    name: str,
+    rotations: Mapping[str, Rotation],
+) -> bool | None:
+    """Tell whether a sensor looks, as file and columns say; None where they do not."""
+    section = section_of(configuration, name)
+    if section.scans is not None:
+        return section.scans
+    is_turning = name in rotations or section.rotation not in (None, "none")
+    if is_turning or section.scan_period is not None or reports.scan is not None:
+        return True
+    return None
 
 
 def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> None:
@@ -199,7 +221,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
         turns = _rotation(
-            section_of(configuration, name).model_dump(include={"rotation", "scan_period"}),
+            section_of(configuration, name).model_dump(include={"rotation", "scan_period", "scans"}),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
@@ -255,7 +277,7 @@ def _rotation(
 ) -> Rotation | None:
     """Return how a beam turns: as the file says, or as reports show that come one by one."""
     word, period = said["rotation"], said["scan_period"]
-    if word == "none":
+    if word == "none" or said["scans"] is False:
         return None
     given = float(period) if isinstance(period, int | float) else None
     if word is not None:
