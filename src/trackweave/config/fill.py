@@ -201,7 +201,9 @@ def fill(
     motion = motion_of(ledger, told, min(periods, default=1.0))
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
-        depth=ledger.choose(("window", "depth"), default=Window().depth),
+        depth=ledger.choose(
+            ("window", "depth"), estimates and estimates.depth, Window().depth
+        ),
         max_scans=ledger.choose(
             ("window", "max_scans"), estimates and estimates.max_scans, Window().max_scans
         ),
@@ -209,7 +211,7 @@ def fill(
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)
     max_ahead = ledger.choose(("live", "max_ahead"), default=MAX_AHEAD)
-    period = ledger.choose(("output", "period"))
+    period = ledger.choose(("output", "period"), estimates and estimates.period)
     tracker, doubts = tracker_of_ledger(ledger)
     plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]

@@ -26,6 +26,11 @@ DETECTION_RANGE = (0.5, 0.98)
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
 FEWEST_IN_HULL = 10
+# No lone report is worth more to a track [nats]: else one that chance puts into the gate of
+# another's track outweighs all doubt.
+WORTH = 10.0
+# Pauses between an object's own reports that a window holds, and instants in any case.
+PAUSES, DEPTHS = 3.0, (5, 60)
 # With so many unrelated reports where a successor may be, false segments line up.
 CROWDED = 1.0
 
@@ -98,6 +103,10 @@ class Estimates:
         Misses in succession after which hardly any object comes back; None for unknown.
     max_scans
         Scans of all sensors that a window should hold; None for the usual number.
+    depth
+        Instants that a window should hold where no sensor looks; None for the usual number.
+    period
+        Time between rows of a track where no sensor looks [s]; None for every scan.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
@@ -113,6 +122,8 @@ class Estimates:
     initial_target_density: float
     delete_after_misses: int | None = None
     max_scans: int | None = None
+    depth: int | None = None
+    period: float | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -128,6 +139,7 @@ class _Findings:
     doubt: str | None
     times: float
     note: str | None
+    pause: float | None = None
 
 
 def estimate(
@@ -171,6 +183,9 @@ def estimate(
     times = [found.times for found in findings.values()]
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     sensors = {name: found.sensor for name, found in findings.items()}
+    pauses = [found.pause for found in findings.values() if found.pause is not None]
+    lasting = max(pauses) if len(pauses) == len(findings) else None
+    depth = None if lasting is None else _depth(reports.time, lasting)
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
@@ -179,9 +194,19 @@ def estimate(
         max_speed=bounded(max_speed),
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=bounded(max(present), 1e-30),
+        max_scans=depth,
+        depth=depth,
+        period=None if lasting is None else digits(lasting),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
     )
+
+
+def _depth(time: FloatArray, pause: float) -> int:
+    """Return how many instants a window needs for some reports of each object."""
+    instants = np.unique(time)
+    usual = float(np.ptp(instants)) / max(instants.size - 1, 1)
+    return int(np.clip(np.ceil(PAUSES * pause / max(usual, 1e-9)), *DEPTHS))
 
 
 def _reconciled(
@@ -263,11 +288,14 @@ def _of_lone(
     """Return what the reports of a sensor tell that does not look; its second is its scan."""
     typical = lone.sigma or sigma or _spacing(position) * 0.01
     covered = covered_by(position, typical)
+    detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
+    worth = detection / float(ball_volume(2.0 * typical, position.shape[1]))
+    clutter = max(lone.false_rate / covered, worth * np.exp(-WORTH))
     sensor = SensorEstimate(
         scan_period=None,
         sigma=bounded(typical, 1e-6),
-        detection_probability=digits(float(np.clip(1 - np.exp(-lone.rate), 0.01, 0.98))),
-        clutter_density=digits(float(np.clip(lone.false_rate / covered, 1e-30, 1e10))),
+        detection_probability=digits(detection),
+        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
         covered=covered,
         n_objects=lone.n_objects,
         scans=False,
@@ -279,7 +307,10 @@ def _of_lone(
         "looks, give scans = true or scan_period"
     )
     times = lone.n_objects / lone.new_rate
-    return _Findings(sensor, lone.process_noise, lone.max_speed, None, times, note)
+    process = lone.process_noise
+    if process is not None:
+        process = max(process, LEAST_PROCESS * typical**2 / lone.pause**3)
+    return _Findings(sensor, process, lone.max_speed, None, times, note, lone.pause)
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:

@@ -30,7 +30,7 @@ class LoneReports:
     pause
         Usual time between an object's reports [s].
     rate
-        Reports of one object [1/s].
+        Reports of an object [1/s]: the inverse of the mean pause, so that the slow count.
     false_rate
         Reports that are of no object [1/s].
     n_objects
@@ -102,7 +102,6 @@ def lone_reports(
     """
     span = max(float(np.ptp(time)), 1e-9)
     objects = threads.lasting(OF_OBJECTS)
-    hits = sum(rows.size - 1 for rows in objects)
     lived = sum(float(time[rows[-1]] - time[rows[0]]) for rows in objects)
     pauses = [float(np.median(np.diff(time[rows]))) for rows in objects]
     pause = float(np.median(pauses)) if pauses else span
@@ -111,7 +110,7 @@ def lone_reports(
     sigma, process = _noise(time, position, threads.lasting(LASTING), sigma, n_false / span)
     return LoneReports(
         pause=pause,
-        rate=hits / lived if lived > 0 else 1.0 / pause,
+        rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
         false_rate=max(n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
         n_objects=max(lived / span, 1.0),
         new_rate=(begun + 0.5) / (0.5 * span),
@@ -142,10 +141,10 @@ def _noise(
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
         start = float(np.nanmedian(np.abs(bends))) / 1.65
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
-    found = noise_of_chains(
-        times, places, max(start, 1e-6), max(false_rate, 1e-6) / spread, fixed=sigma is not None
+    density = max(false_rate, 1e-6) / spread
+    return noise_of_chains(
+        times, places, max(start, 1e-6), density, fixed=sigma is not None, follows_turns=False
     )
-    return found
 
 
 def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["Course", "course_of", "tracker_of"]
 
 
+PARTS = 6
+"""What lone reports say is searched for so many times while the window moves on by its depth."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
     """A tracker, and what it is given step by step.
@@ -36,7 +40,8 @@ class Course:
     tracker
         The tracker.
     steps
-        What each step takes: one scan, or with fused plots the scans of an instant.
+        What each step takes: one scan, with fused plots the scans of an instant, of sensors that
+        do not look the reports of some seconds.
     notes
         Sentences on what a user should know of them.
     is_fused
@@ -104,7 +109,10 @@ class Course:
         if self.is_fused:
             return cast("FusedPlotsTracker", self.tracker).step(scans, rng=rng, deadline=deadline)
         tracker = cast("ScanTracker", self.tracker)
-        return tracker.step(scans[0], rng=rng, deadline=deadline, tracks=tracks)
+        if len(scans) == 1:
+            return tracker.step(scans[0], rng=rng, deadline=deadline, tracks=tracks)
+        several = cast("MultiHypothesisTracker", tracker)
+        return several.step(scans, rng=rng, deadline=deadline, tracks=tracks)
 
 
 def course_of(
@@ -150,7 +158,22 @@ def course_of(
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
     alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
-    return Course(alone, [(scan,) for scan in scans], tuple(notes))
+    return Course(alone, _steps(scans, settings), tuple(notes))
+
+
+def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
+    """Return what each step takes: one scan, or lone reports of a part of the window."""
+    count = 1
+    looks = any(sensor.scans is not False for sensor in settings.sensors)
+    if not looks and settings.tracker.kind == "multi-hypothesis" and settings.deadline is None:
+        count = max(1, settings.window.depth // PARTS)
+    steps: list[list[Scan]] = []
+    for scan in scans:
+        if steps and len(steps[-1]) < count and scan.time > steps[-1][-1].time:
+            steps[-1].append(scan)
+        else:
+            steps.append([scan])
+    return [tuple(step) for step in steps]
 
 
 def tracker_of(

@@ -28,11 +28,12 @@ from trackweave.trackers._arguments import (
     checked_priors,
     checked_sensors,
     checked_window,
+    in_order,
     merged,
     period_of,
     reference_of,
+    require_haste,
     require_parts,
-    require_step,
     slowest_of,
     tells_place,
     with_dimensions,
@@ -193,7 +194,7 @@ class MultiHypothesisTracker(ScanByScan):
 
     def step(
         self,
-        scan: Scan,
+        scan: Scan | Sequence[Scan],
         *,
         rng: RandomSource = 0,
         deadline: float | None = None,
@@ -206,7 +207,8 @@ class MultiHypothesisTracker(ScanByScan):
         ----------
         scan
             Reports of one sensor, none for an empty scan. A scan that is older than the last one
-            but not older than the window is put into its place.
+            but not older than the window is put into its place. Of several, each later than the
+            one before, the search is for what all say: once, after the last.
         rng
             The only source of randomness: a generator, or a seed, which draws the same numbers at
             each step.
@@ -232,17 +234,20 @@ class MultiHypothesisTracker(ScanByScan):
             error, such as one of the search or an interrupt, tracker and generator are as they
             were before the step.
         """
-        rng = require_step(scan, rng, deadline, stop)
-        return self._step((scan,), Haste(rng, deadline, stop, tracks))
+        scans = in_order(scan)
+        rng = require_haste(rng, deadline, stop)
+        return self._step(scans, Haste(rng, deadline, stop, tracks))
 
     def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         """Take in a checked scan whenever it is of; see `LiveTracker`."""
-        pace, (scan,) = self._pacer.start(haste.deadline, haste.stop), arrival.scans
+        pace, scans = self._pacer.start(haste.deadline, haste.stop), arrival.scans
         if self.is_late(arrival):
             return self.left_out(arrival, haste)
         pruned = self._tree.n_pruned if self._tree else 0
-        final = self._slide(scan)
-        tree = self._take_in(scan, pace)
+        final = self._slide(scans[-1])
+        tree = self._take_in(scans[0], pace)
+        for scan in scans[1:]:
+            tree = self._take_in(scan, pace, is_first=False)
         slots = tree.slots()
         problem = tree.problem(slots, self._slots.instants(slots[0]))
         answer = self._search(
@@ -299,7 +304,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._dormant = Dormant(self._rule, self._period)
         return self._tree
 
-    def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace, *, is_first: bool = True) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
         dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
@@ -312,10 +317,12 @@ class MultiHypothesisTracker(ScanByScan):
         self._open.insert(self._opener.open(scan, dim))
         data, waited = self._timed(len(self._open.scans) - 1, last)
         self._dormant.exchange(tree, data, self._gap)
-        self._fix(tree, last)
+        if is_first:
+            self._fix(tree, last)
         density = self._undetected.look(data, waited)
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
-        self._concerned = np.concatenate([tree.slots()[0], data.slot])
+        concerned = tree.slots()[0] if is_first else self._concerned
+        self._concerned = np.concatenate([concerned, data.slot])
         with pace.growth(tree, len(scan)):
             tree.grow(data, density)
         return tree
