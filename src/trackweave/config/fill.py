@@ -69,6 +69,9 @@ class Settings:
         How the plots of an instant are fused before; None where they are not.
     max_ahead
         How far a scan's time may jump ahead of all others [s].
+    together
+        For how long reports of sensors that do not look are gathered before they are searched
+        [s]; None for each time by itself.
     """
 
     motion: Motion
@@ -87,6 +90,7 @@ class Settings:
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
     plots: PlotSettings | None = None
     max_ahead: float = MAX_AHEAD
+    together: float | None = None
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -198,7 +202,8 @@ def fill(
     )
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
-    motion = motion_of(ledger, told, min(periods, default=1.0))
+    ways = estimates.ways if estimates else None
+    motion = motion_of(ledger, told, min(periods, default=1.0), ways)
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
         depth=ledger.choose(
@@ -226,7 +231,7 @@ def fill(
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
-        max_ahead,
+        max_ahead, estimates.together if estimates else None,
     )  # fmt: skip
 
 

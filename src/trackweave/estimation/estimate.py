@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -29,8 +30,14 @@ FEWEST_IN_HULL = 10
 # No lone report is worth more to a track [nats]: else one that chance puts into the gate of
 # another's track outweighs all doubt.
 WORTH = 10.0
-# Pauses between an object's own reports that a window holds, and instants in any case.
-PAUSES, DEPTHS = 3.0, (5, 60)
+# What the first of an object's reports costs more than one of nobody, at most [nats].
+DEAR = 1.5
+# What stands is told from what moves where, beside it, the silence of a slow one spreads so many
+# standard deviations of a report, and each is this share of all; it drifts by this part of one in
+# such a silence, and goes on as it does for so long [s].
+WANDERED, SOME, DRIFTED, STAY = 3.0, 0.1, 0.25, 1800.0
+# Slow pauses between an object's own reports that a window holds, and instants in any case.
+PAUSES, DEPTHS = 1.5, (5, 60)
 # With so many unrelated reports where a successor may be, false segments line up.
 CROWDED = 1.0
 
@@ -107,6 +114,12 @@ class Estimates:
         Instants that a window should hold where no sensor looks; None for the usual number.
     period
         Time between rows of a track where no sensor looks [s]; None for every scan.
+    together
+        Within how long hardly any object reports twice where no sensor looks [s]; None for
+        unknown.
+    ways
+        How objects move beside wandering at the process noise, with keys as in ``[motion.imm]``;
+        None for no other way.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
@@ -124,6 +137,8 @@ class Estimates:
     max_scans: int | None = None
     depth: int | None = None
     period: float | None = None
+    together: float | None = None
+    ways: Mapping[str, Any] | None = None
     doubts: Mapping[str, str] = field(default_factory=dict)
     remarks: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -140,6 +155,9 @@ class _Findings:
     times: float
     note: str | None
     pause: float | None = None
+    quick_pause: float | None = None
+    slow_pause: float | None = None
+    ways: Mapping[str, Any] | None = None
 
 
 def estimate(
@@ -185,7 +203,10 @@ def estimate(
     sensors = {name: found.sensor for name, found in findings.items()}
     pauses = [found.pause for found in findings.values() if found.pause is not None]
     lasting = max(pauses) if len(pauses) == len(findings) else None
-    depth = None if lasting is None else _depth(reports.time, lasting)
+    slow = max((found.slow_pause or 0.0 for found in findings.values()), default=0.0)
+    depth = None if lasting is None else _depth(reports.time, slow)
+    quick = min((found.quick_pause or 0.0 for found in findings.values()), default=0.0)
+    ways = next((found.ways for found in findings.values() if found.ways), None)
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
@@ -197,6 +218,8 @@ def estimate(
         max_scans=depth,
         depth=depth,
         period=None if lasting is None else digits(lasting),
+        together=None if lasting is None else quick,
+        ways=None if lasting is None else ways,
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
     )
@@ -306,11 +329,32 @@ def _of_lone(
         f"{lone.pause:.3g} s as a median, so that no silence counts as a miss{doubt}; if it "
         "looks, give scans = true or scan_period"
     )
-    times = lone.n_objects / lone.new_rate
+    # A report that none explains is as likely a new one's as nobody's.
+    coming = max(lone.new_rate / covered, worth * np.exp(-WORTH - DEAR))
+    times = lone.n_objects / covered / coming
     process = lone.process_noise
     if process is not None:
         process = max(process, LEAST_PROCESS * typical**2 / lone.pause**3)
-    return _Findings(sensor, process, lone.max_speed, None, times, note, lone.pause)
+    ways, pauses = _ways(lone, typical, process), (lone.quick_pause, lone.slow_pause)
+    return _Findings(sensor, process, lone.max_speed, None, times, note, lone.pause, *pauses, ways)
+
+
+def _ways(lone: LoneReports, sigma: float, process: float | None) -> Mapping[str, Any] | None:
+    """Return two ways to move where those that stand would be lost between two reports.
+
+    With the noise of those that move, where one that is silent for minutes lies could be anywhere
+    in the harbour, and its neighbours at the quay in its place.
+    """
+    wandered = np.sqrt((process or 0.0) * lone.slow_pause**3 / 3)
+    if wandered < WANDERED * sigma or not SOME <= lone.standing <= 1.0 - SOME:
+        return None
+    drift = digits((DRIFTED * sigma) ** 2 / lone.slow_pause)
+    return {
+        "models": ["standing", "moving"],
+        "sojourn_time": [STAY, STAY],
+        "standing": {"model": "random-walk", "process_noise": drift},
+        "moving": {"model": "constant-velocity"},
+    }
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:

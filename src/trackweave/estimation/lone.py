@@ -19,6 +19,11 @@ LONGEST_CHAIN, MOST_CHAINS, LEAST_REPORTS = 60, 80, 40
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
 LEAST_FALSE = 0.001
+# In a turn an object wanders more than on the whole.
+AGILE = 4.0
+# What stands seems to move at no more than so many standard deviations, and shares of the
+# greatest speed; threads of so many reports tell.
+STANDING, SLOW, TOLD = 3.0, 0.01, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +46,11 @@ class LoneReports:
         Noise of a position along an axis [m], and of the acceleration [m²/s³]; None for unknown.
     max_speed
         Greatest speed [m/s]; None for unknown.
+    quick_pause, slow_pause
+        Time between reports of those that report most often, and most seldom: of a tenth it is
+        less, and more [s].
+    standing
+        Share of the objects that stand still.
     """
 
     pause: float
@@ -51,6 +61,9 @@ class LoneReports:
     sigma: float | None
     process_noise: float | None
     max_speed: float | None
+    quick_pause: float
+    slow_pause: float
+    standing: float
 
 
 def middle_of(reports: ReportTable, sensor: int) -> IntArray:
@@ -107,7 +120,18 @@ def lone_reports(
     pause = float(np.median(pauses)) if pauses else span
     n_false = threads.n_reports - sum(rows.size for rows in objects)
     begun = sum(time[rows[0]] > time.min() + 0.5 * span for rows in objects)
-    sigma, process = _noise(time, position, threads.lasting(LASTING), sigma, n_false / span)
+    lasting = threads.lasting(LASTING)
+    # At a quay the seldom are taken for one another; those that report often are sure.
+    quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
+    sigma, process = _noise(time, position, quick, sigma, n_false / span)
+    speed = _speed(time, position, lasting)
+    moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
+    if sigma is not None and len(moving) < len(quick):
+        # Of those that stand, the noise of movement is none.
+        own = _noise(time, position, moving, sigma, n_false / span)[1]
+        process = process if own is None else AGILE * own
+    told = threads.lasting(TOLD)
+    standing = sum(_stands(time[rows], position[rows], sigma, speed) for rows in told)
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
@@ -116,8 +140,21 @@ def lone_reports(
         new_rate=(begun + 0.5) / (0.5 * span),
         sigma=sigma,
         process_noise=process,
-        max_speed=_speed(time, position, threads.lasting(LASTING)),
+        max_speed=speed,
+        quick_pause=float(np.quantile(pauses, 0.1)) if pauses else span,
+        slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
+        standing=standing / len(told) if told else 0.0,
     )
+
+
+def _stands(
+    time: FloatArray, position: FloatArray, sigma: float | None, speed: float | None
+) -> bool:
+    """Tell whether an object's speed is none, but for its noise and beside the fastest."""
+    centred = time - time.mean()
+    square = float(np.dot(centred, centred))
+    moved = float(np.linalg.norm(centred @ position / square))
+    return moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0))
 
 
 def _noise(

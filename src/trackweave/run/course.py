@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["Course", "course_of", "tracker_of"]
 
 
-PARTS = 6
-"""What lone reports say is searched for so many times while the window moves on by its depth."""
+PARTS, EARLY = 6, 0.5
+"""What lone reports say is searched for so many times at least while the window moves on by its
+depth, and before so much of the pause has passed after which an object may report again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,13 +164,15 @@ def course_of(
 
 def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
     """Return what each step takes: one scan, or lone reports of a part of the window."""
-    count = 1
+    together = EARLY * (settings.together or 0.0)
     looks = any(sensor.scans is not False for sensor in settings.sensors)
-    if not looks and settings.tracker.kind == "multi-hypothesis" and settings.deadline is None:
-        count = max(1, settings.window.depth // PARTS)
+    if looks or settings.tracker.kind != "multi-hypothesis" or settings.deadline is not None:
+        together = 0.0
+    most = max(1, settings.window.depth // PARTS)
     steps: list[list[Scan]] = []
     for scan in scans:
-        if steps and len(steps[-1]) < count and scan.time > steps[-1][-1].time:
+        is_later = bool(steps) and steps[-1][-1].time < scan.time
+        if is_later and scan.time < steps[-1][0].time + together and len(steps[-1]) < most:
             steps[-1].append(scan)
         else:
             steps.append([scan])
