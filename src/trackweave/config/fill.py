@@ -206,9 +206,7 @@ def fill(
     motion = motion_of(ledger, told, min(periods, default=1.0), ways)
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
-        depth=ledger.choose(
-            ("window", "depth"), estimates and estimates.depth, Window().depth
-        ),
+        depth=ledger.choose(("window", "depth"), estimates and estimates.depth, Window().depth),
         max_scans=ledger.choose(
             ("window", "max_scans"), estimates and estimates.max_scans, Window().max_scans
         ),

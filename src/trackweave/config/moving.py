@@ -61,7 +61,9 @@ def motion_of(
     if model in {_VELOCITY, _TURN, "imm"}:
         ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
     ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
-    return _imm(ledger, period, ways or {}) if model == "imm" else _mode(ledger, path, model, period)
+    return (
+        _imm(ledger, period, ways or {}) if model == "imm" else _mode(ledger, path, model, period)
+    )
 
 
 def _imm(ledger: Ledger, period: float, ways: Mapping[str, Any]) -> Imm:

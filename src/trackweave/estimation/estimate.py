@@ -9,13 +9,14 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
+from trackweave.estimation.covering import covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
-from trackweave.estimation.motion import reach
+from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.looking import Looking
+from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
-from trackweave.estimation.trees import tree_of
 from trackweave.models.strength import StrengthModel
 
 __all__ = ["Estimates", "SensorEstimate", "bounded", "covered_by", "digits", "estimate"]
@@ -26,19 +27,7 @@ DETECTION_RANGE = (0.5, 0.98)
 # Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
-FEWEST_IN_HULL = 10
-# No lone report is worth more to a track [nats]: else one that chance puts into the gate of
-# another's track outweighs all doubt.
-WORTH = 10.0
-# What the first of an object's reports costs more than one of nobody, at most [nats].
-DEAR = 1.5
-# What stands is told from what moves where, beside it, the silence of a slow one spreads so many
-# standard deviations of a report, and each is this share of all; it drifts by this part of one in
-# such a silence, and goes on as it does for so long [s].
-WANDERED, SOME, DRIFTED, STAY = 3.0, 0.1, 0.25, 1800.0
-# Slow pauses between an object's own reports that a window holds, and instants in any case.
-PAUSES, DEPTHS = 1.5, (5, 60)
-# With so many unrelated reports where a successor may be, false segments line up.
+# With so many unrelated reports about a successor, false segments line up.
 CROWDED = 1.0
 
 
@@ -63,14 +52,13 @@ class SensorEstimate:
         Objects present at a time, on average.
     density
         Reports per m² (m³) and scan; 0 for unknown.
+    scans
+        Whether it looks; None for unknown. Of one that does not, chances are per second.
     disagreement
         By how much else it puts objects elsewhere than other sensors do, as a standard
         deviation along an axis that is part of ``sigma`` [m].
     strength
         What the strength of its reports tells of their origin; None for nothing.
-    scans
-        Whether it looks, so that its silence tells something; None where nothing tells. Of one
-        that does not, detection and clutter are per second.
     """
 
     scan_period: float | None
@@ -80,9 +68,9 @@ class SensorEstimate:
     covered: float
     n_objects: float
     density: float = 0.0
+    scans: bool | None = None
     disagreement: float = 0.0
     strength: StrengthModel | None = None
-    scans: bool | None = None
 
     @property
     def plane_sigma(self) -> float:
@@ -111,15 +99,13 @@ class Estimates:
     max_scans
         Scans of all sensors that a window should hold; None for the usual number.
     depth
-        Instants that a window should hold where no sensor looks; None for the usual number.
+        Instants that a window should hold; None for the usual number.
     period
-        Time between rows of a track where no sensor looks [s]; None for every scan.
+        Time between rows of a track [s]; None for every scan.
     together
-        Within how long hardly any object reports twice where no sensor looks [s]; None for
-        unknown.
+        Within how long hardly any object reports twice where no sensor looks [s].
     ways
-        How objects move beside wandering at the process noise, with keys as in ``[motion.imm]``;
-        None for no other way.
+        Ways between which objects change, as in ``[motion.imm]``.
     doubts
         Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
     remarks
@@ -154,9 +140,7 @@ class _Findings:
     doubt: str | None
     times: float
     note: str | None
-    pause: float | None = None
-    quick_pause: float | None = None
-    slow_pause: float | None = None
+    lone: LoneReports | None = None
     ways: Mapping[str, Any] | None = None
 
 
@@ -178,7 +162,7 @@ def estimate(
     sigma
         Standard deviations that are known, by name of the sensor [m].
     scanning
-        Whether sensors look of which it is known, by name; the others are judged.
+        Whether sensors look, by name, where it is known.
 
     Returns
     -------
@@ -201,12 +185,8 @@ def estimate(
     times = [found.times for found in findings.values()]
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     sensors = {name: found.sensor for name, found in findings.items()}
-    pauses = [found.pause for found in findings.values() if found.pause is not None]
-    lasting = max(pauses) if len(pauses) == len(findings) else None
-    slow = max((found.slow_pause or 0.0 for found in findings.values()), default=0.0)
-    depth = None if lasting is None else _depth(reports.time, slow)
-    quick = min((found.quick_pause or 0.0 for found in findings.values()), default=0.0)
-    ways = next((found.ways for found in findings.values() if found.ways), None)
+    lone = [(found.lone, found.ways) for found in findings.values() if found.lone is not None]
+    only_lone = rhythm_of(lone, reports.time) if len(lone) == len(findings) else {}
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
@@ -215,21 +195,10 @@ def estimate(
         max_speed=bounded(max_speed),
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=bounded(max(present), 1e-30),
-        max_scans=depth,
-        depth=depth,
-        period=None if lasting is None else digits(lasting),
-        together=None if lasting is None else quick,
-        ways=None if lasting is None else ways,
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
+        **only_lone,
     )
-
-
-def _depth(time: FloatArray, pause: float) -> int:
-    """Return how many instants a window needs for some reports of each object."""
-    instants = np.unique(time)
-    usual = float(np.ptp(instants)) / max(instants.size - 1, 1)
-    return int(np.clip(np.ceil(PAUSES * pause / max(usual, 1e-9)), *DEPTHS))
 
 
 def _reconciled(
@@ -289,9 +258,7 @@ def digits(value: float, count: int = 4) -> float:
     return float(f"{value:.{count}g}")
 
 
-def _found(
-    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
-) -> _Findings:
+def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | None) -> _Findings:
     """Return what one sensor's reports tell, whether it looks or not."""
     if scans is True:
         return _look_at(reports, index, sigma)
@@ -308,53 +275,22 @@ def _found(
 def _of_lone(
     lone: LoneReports, seen: Looking, position: FloatArray, sigma: float | None
 ) -> _Findings:
-    """Return what the reports of a sensor tell that does not look; its second is its scan."""
-    typical = lone.sigma or sigma or _spacing(position) * 0.01
+    """Return what a sensor's reports tell that does not look; its second is its scan."""
+    typical = lone.sigma or sigma or spacing_of(position) * 0.01
     covered = covered_by(position, typical)
-    detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
-    worth = detection / float(ball_volume(2.0 * typical, position.shape[1]))
-    clutter = max(lone.false_rate / covered, worth * np.exp(-WORTH))
+    values = LoneValues.of(lone, typical, covered, position.shape[1])
     sensor = SensorEstimate(
         scan_period=None,
         sigma=bounded(typical, 1e-6),
-        detection_probability=digits(detection),
-        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
+        detection_probability=digits(values.detection),
+        clutter_density=digits(float(np.clip(values.clutter, 1e-30, 1e10))),
         covered=covered,
         n_objects=lone.n_objects,
         scans=False,
     )
-    doubt = f"; {100 * seen.doubt:.0f} % of what tells says otherwise" if seen.doubt > 0 else ""
-    note = (
-        f"taken for one that does not scan: {seen.n_objects} objects report by themselves, every "
-        f"{lone.pause:.3g} s as a median, so that no silence counts as a miss{doubt}; if it "
-        "looks, give scans = true or scan_period"
-    )
-    # A report that none explains is as likely a new one's as nobody's.
-    coming = max(lone.new_rate / covered, worth * np.exp(-WORTH - DEAR))
-    times = lone.n_objects / covered / coming
-    process = lone.process_noise
-    if process is not None:
-        process = max(process, LEAST_PROCESS * typical**2 / lone.pause**3)
-    ways, pauses = _ways(lone, typical, process), (lone.quick_pause, lone.slow_pause)
-    return _Findings(sensor, process, lone.max_speed, None, times, note, lone.pause, *pauses, ways)
-
-
-def _ways(lone: LoneReports, sigma: float, process: float | None) -> Mapping[str, Any] | None:
-    """Return two ways to move where those that stand would be lost between two reports.
-
-    With the noise of those that move, where one that is silent for minutes lies could be anywhere
-    in the harbour, and its neighbours at the quay in its place.
-    """
-    wandered = np.sqrt((process or 0.0) * lone.slow_pause**3 / 3)
-    if wandered < WANDERED * sigma or not SOME <= lone.standing <= 1.0 - SOME:
-        return None
-    drift = digits((DRIFTED * sigma) ** 2 / lone.slow_pause)
-    return {
-        "models": ["standing", "moving"],
-        "sojourn_time": [STAY, STAY],
-        "standing": {"model": "random-walk", "process_noise": drift},
-        "moving": {"model": "constant-velocity"},
-    }
+    times = lone.n_objects / covered / values.coming
+    note = note_on_lone(lone, seen)
+    return _Findings(sensor, values.process, lone.max_speed, None, times, note, lone, values.ways)
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
@@ -364,7 +300,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     blocks, period = frames_of(reports, index)
     n_scans = sum(len(block) for block in blocks)
     per_scan = sum(p.shape[0] for block in blocks for p in block.position) / max(n_scans, 1)
-    typical = sigma or _spacing(position) * 0.01
+    typical = sigma or spacing_of(position) * 0.01
     covered = covered_by(position, typical)
     share = blocks[0].share if blocks else 1.0
     density = per_scan / (covered * share)
@@ -397,18 +333,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         _doubt(blocks, stands_out, chains, density),
         # Of those present, each began at some time of the recording, or of the last fifty scans.
         min(max(n_scans, 10), 50),
-        _note_on_area(position, covered),
-    )
-
-
-def _note_on_area(position: FloatArray, covered: float) -> str | None:
-    """Return what is taken for the area of many reports that span none."""
-    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
-        return None
-    unit = "m²" if position.shape[1] == 2 else "m³"
-    return (
-        "its reports lie on a line or at one place, so that no area tells how dense they are; "
-        f"{covered:.3g} {unit} about them stand in"
+        note_on_area(position, covered),
     )
 
 
@@ -474,49 +399,3 @@ def _reported_sigma(reports: ReportTable, index: int) -> float | None:
     carried = reports.sigma[reports.sensor == index]
     carried = carried[np.isfinite(carried)]
     return float(np.median(carried)) if carried.size else None
-
-
-def _spacing(position: FloatArray) -> float:
-    """Return the usual distance from a report to its nearest neighbour elsewhere [m]."""
-    places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
-    if places.shape[0] < 2:
-        return 100.0
-    distance, _ = tree_of(places).query(places, k=2)
-    return max(float(np.median(distance[:, 1])), 1e-4)
-
-
-def covered_by(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim), at least one.
-    sigma
-        Their usual noise [m].
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
-    dim = position.shape[1]
-    # Reports in one place or on a line still come from a surrounding as wide as their noise.
-    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
-    box = float(np.prod(sides))
-    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
-    # The outermost of n reports lie about 1/n of a side within the edges.
-    margin = (1 + 2 / position.shape[0]) ** dim
-    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
-
-
-def _hull(position: FloatArray) -> float | None:
-    """Return the area or volume of the reports' hull, None where they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = np.unique(position, axis=0)
-    if places.shape[0] <= position.shape[1]:
-        return None
-    try:
-        return float(ConvexHull(places).volume)
-    except QhullError:
-        return None

@@ -154,7 +154,7 @@ def _stands(
     centred = time - time.mean()
     square = float(np.dot(centred, centred))
     moved = float(np.linalg.norm(centred @ position / square))
-    return moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0))
+    return bool(moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0)))
 
 
 def _noise(

@@ -16,8 +16,9 @@ SELDOM, SOON = 3.0, 1 / 3
 # By chance a thread would come back soon so often at least, or it tells nothing; it is one of an
 # object that reports by itself where it comes back soon less often than this share of that.
 LEAST_EXPECTED, REFRAINS = 3.0, 0.3
-# What threads must tell together.
-ENOUGH = 8.0
+# What threads must tell together. Those of one object that were torn in two return by chance, but
+# by chance hardly any thread keeps a pause: a small share that does decides.
+ENOUGH, DECIDES = 8.0, 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +48,12 @@ class Looking:
         both = self.by_themselves + self.by_chance
         if both < ENOUGH:
             return 0.0 if self.scans else 1.0
-        return min(self.by_themselves, self.by_chance) / both
+        return (self.by_chance if self.scans is False else self.by_themselves) / both
 
     @property
     def scans(self) -> bool | None:
         """Whether the sensor looks; None where nothing tells."""
-        if self.by_themselves >= ENOUGH and self.by_themselves > self.by_chance:
+        if self.by_themselves >= max(ENOUGH, DECIDES * self.by_chance):
             return False
         if self.by_chance >= ENOUGH or (self.share > 0.5 and self.n_objects > 1):
             return True

@@ -23,7 +23,7 @@ CALMER = 4.0
 WIDER, LONGER = 1.7, 1.5
 
 
-def noise_of_chains(
+def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to take it
     time: FloatArray,
     position: FloatArray,
     sigma: float,

@@ -136,6 +136,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     for index, name in enumerate(reports.sensors):
         if name not in sensors or not np.any(reports.sensor == index):
             continue
+        if sensors[name].scans is False:
+            continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
             sensors[name] = _clutter(sensors[name], tracks, reports, index)
@@ -157,10 +159,21 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         estimates,
         remarks={**estimates.remarks, **dict.fromkeys([*REFINED, *keys], said)},
         sensors=sensors,
-        delete_after_misses=_patience(tracks, reports, followed),
+        delete_after_misses=_patience(tracks, reports, _of_scans(followed, estimates)),
         new_target_density=new,
         initial_target_density=present,
     )
+
+
+def _of_scans(followed: Followed, estimates: Estimates) -> Followed:
+    """Return the same with the looks alone of sensors that look."""
+    known = estimates.sensors
+    looks = {
+        name: times
+        for name, times in followed.looks.items()
+        if name not in known or known[name].scans is not False
+    }
+    return replace(followed, looks=looks)
 
 
 def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[Track]:
@@ -213,6 +226,8 @@ def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed:
     for index in np.unique(reports.sensor[track.rows]):
         name = reports.sensors[index]
         time = reports.time[track.rows[reports.sensor[track.rows] == index]]
+        if estimates.sensors[name].scans is False and time.size >= SURE_HITS:
+            return True
         looks = np.searchsorted(followed.looks[name], [time[0], time[-1]])
         share = time.size / (looks[1] - looks[0] + 1)
         if time.size >= SURE_HITS - 2 and share >= SEEN * USUAL_DETECTION:

@@ -101,7 +101,8 @@ class Sensor:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
-        if self.scans is False and not self.scan_period is self.rotation is None:
+        told = (self.scan_period, self.rotation)
+        if self.scans is False and told != (None, None):
             raise InvalidInputError(
                 "scans: False; expected True for a sensor with a scan_period or a rotation"
             )

@@ -221,7 +221,9 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
         turns = _rotation(
-            section_of(configuration, name).model_dump(include={"rotation", "scan_period", "scans"}),
+            section_of(configuration, name).model_dump(
+                include={"rotation", "scan_period", "scans"}
+            ),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,

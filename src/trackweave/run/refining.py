@@ -214,8 +214,9 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
         for sensor in settings.sensors
     ]
     scans = complete_scans(reports, {sensor.name: sensor.scan_period for sensor in sensors})
-    counts = Counter(scan.sensor for scan in scans)
-    misses = round(PATIENT_MISSES * len(scans) / min(counts.values()))
+    silent = {sensor.name for sensor in sensors if sensor.scans is False}
+    counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
+    misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
     tracker = MultiHypothesisTracker(
         motion=settings.motion,
         sensors=sensors,

@@ -94,8 +94,7 @@ class MultiHypothesisTracker(ScanByScan):
     Raises
     ------
     InvalidInputError
-        If an argument is of another kind than it has to be, if there is no sensor, or two have
-        one name, or two priors.
+        If an argument is of another kind than it has to be, or two sensors or priors have a name.
 
     References
     ----------
@@ -151,7 +150,6 @@ class MultiHypothesisTracker(ScanByScan):
         self._horizon = self._guard.farthest_back(self._window.depth * self._period)
         self._used = UsedNumbers()
         self._pacer = Pacer()
-        # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = checked_flag(unscented, "unscented")
         self._last: Hypothesis | None = None
@@ -173,7 +171,6 @@ class MultiHypothesisTracker(ScanByScan):
         self._slots = Slots()
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
-        """The slots of which the next hypothesis speaks."""
         self._gap, self._beliefs = 0.0, None
 
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
@@ -207,19 +204,17 @@ class MultiHypothesisTracker(ScanByScan):
         ----------
         scan
             Reports of one sensor, none for an empty scan. A scan that is older than the last one
-            but not older than the window is put into its place. Of several, each later than the
-            one before, the search is for what all say: once, after the last.
+            but not older than the window is put into its place. Several, each later than the one
+            before, are searched once, after the last.
         rng
-            The only source of randomness: a generator, or a seed, which draws the same numbers at
-            each step.
+            A generator, or a seed, which draws the same numbers at each step.
         deadline
             Seconds of wall clock for all of the step, above 0; None for none.
         stop
-            Asked every few milliseconds whether to end the search; None for nothing to ask.
+            Asked every few milliseconds whether to end the search.
         tracks
-            Whether the hypothesis holds the live tracks. A table of thousands takes as long as
-            the scan of a part of them; where not every scan is shown, leave it out and ask
-            ``tracks`` when it is.
+            Whether the hypothesis holds the live tracks, which takes its time; where not every
+            scan is shown, ask ``tracks`` when one is.
 
         Returns
         -------
@@ -234,9 +229,8 @@ class MultiHypothesisTracker(ScanByScan):
             error, such as one of the search or an interrupt, tracker and generator are as they
             were before the step.
         """
-        scans = in_order(scan)
         rng = require_haste(rng, deadline, stop)
-        return self._step(scans, Haste(rng, deadline, stop, tracks))
+        return self._step(in_order(scan), Haste(rng, deadline, stop, tracks))
 
     def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         """Take in a checked scan whenever it is of; see `LiveTracker`."""
@@ -286,7 +280,7 @@ class MultiHypothesisTracker(ScanByScan):
     def is_late(self, arrival: Arrival) -> bool:
         """Tell whether a scan lies before the window as well; see `LiveTracker`."""
         oldest = max(self._open.fixed_until, self._open.last_time - self._horizon)
-        return self.is_before_all(arrival) or arrival.time <= oldest
+        return self.is_before_all(arrival) or arrival.scans[0].time <= oldest
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
@@ -319,10 +313,10 @@ class MultiHypothesisTracker(ScanByScan):
         self._dormant.exchange(tree, data, self._gap)
         if is_first:
             self._fix(tree, last)
+            self._concerned = tree.slots()[0]
         density = self._undetected.look(data, waited)
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
-        concerned = tree.slots()[0] if is_first else self._concerned
-        self._concerned = np.concatenate([concerned, data.slot])
+        self._concerned = np.concatenate([self._concerned, data.slot])
         with pace.growth(tree, len(scan)):
             tree.grow(data, density)
         return tree
@@ -397,7 +391,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 
     def _chosen(self, tree: AssociationTree) -> IntArray:
-        """Return the last answer's nodes, as far as they are still there."""
+        """Return the last answer's nodes."""
         return np.flatnonzero(tree.nodes.chosen[: tree.n_nodes])
 
     def _hint(self, tree: AssociationTree, slots: IntArray, n_items: int) -> Hint:
