@@ -76,7 +76,7 @@ def test_without_any_period_a_track_ends_after_ten_minutes_unseen(silence):
 
 
 def shared(scans):
-    """Return a tracker after two objects have shared stamps for a minute, and a third was heard."""
+    """Return a tracker after two objects shared stamps for a minute, a third had none."""
     following = MultiHypothesisTracker(
         motion=ConstantVelocity(1e-4, 5.0),
         sensors=[Sensor("transponder", 3.0, 0.2, 1e-8, scans=scans)],

@@ -96,10 +96,8 @@ class Estimates:
         Objects present per m² (m³) at a time.
     delete_after_misses
         Misses in succession after which hardly any object comes back; None for unknown.
-    max_scans
-        Scans of all sensors that a window should hold; None for the usual number.
-    depth
-        Instants that a window should hold; None for the usual number.
+    max_scans, depth
+        Scans, and instants, that a window should hold; None for the usual number.
     period
         Time between rows of a track [s]; None for every scan.
     together

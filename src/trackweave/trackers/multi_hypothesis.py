@@ -211,10 +211,9 @@ class MultiHypothesisTracker(ScanByScan):
         deadline
             Seconds of wall clock for all of the step, above 0; None for none.
         stop
-            Asked every few milliseconds whether to end the search.
+            Asked every few milliseconds whether to end.
         tracks
-            Whether the hypothesis holds the live tracks, which takes its time; where not every
-            scan is shown, ask ``tracks`` when one is.
+            Whether the hypothesis holds the live tracks, which takes its time.
 
         Returns
         -------
