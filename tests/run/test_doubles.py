@@ -24,7 +24,7 @@ REST = {
     "lifecycle": {"new_target_density": 1e-6},
 }
 SCANNING = {**REST, "sensors": {"default": {**SENSOR, "scan_period": 1.0}}}
-ANYHOW = {**REST, "sensors": {"default": SENSOR}}
+ANYHOW = {**REST, "sensors": {"default": {**SENSOR, "scans": False}}}
 
 
 def scans() -> pl.DataFrame:

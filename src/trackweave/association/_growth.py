@@ -15,14 +15,7 @@ from trackweave.association._gating import (
     within_reach,
 )
 from trackweave.association._lines import BEARING, begin_line, cross_line
-from trackweave.association._nodes import (
-    Candidates,
-    Misses,
-    Nodes,
-    ScanInput,
-    State,
-    WindowRule,
-)
+from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     compare,
@@ -66,8 +59,7 @@ def propose(
     """
     motion = rule.motion
     n_reports, n_components = scan.measurement.shape
-    state = room_for_state(motion)
-    expected = room_for_expectation(motion, n_components)
+    state, expected = room_for_state(motion), room_for_expectation(motion, n_components)
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     crowding.left_out[:], crowding.dearest[0] = 0, -1

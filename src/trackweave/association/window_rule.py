@@ -150,8 +150,7 @@ def scan_input(
         time=float(scan.time),
         reference=float(scan.time if start is None else (start + scan.time) / 2),
         new_instant=True,
-        # A lone report of a sensor that does not scan says nothing of other objects.
-        is_silence_telling=sensor.scan_period is not None or count != 1,
+        is_silence_telling=sensor.tells_silence(count),
         has_moments=scan.moments is not None,
         is_located=is_located,
         separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,

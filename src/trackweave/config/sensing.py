@@ -96,6 +96,8 @@ def sensor_of(
     view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(ledger, section, (name, found, seen))
     rotation, period = _rotation(ledger, (name, found, seen))
+    likely_scans = True if period is not None or rotation is not None else found and found.scans
+    scans = choose("scans", likely_scans)
     likely = None if found is None or found.strength is None else asdict(found.strength)
     strength = choose("strength", likely)
     return Sensor(
@@ -110,6 +112,7 @@ def sensor_of(
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
+        scans=scans,
     )
 
 
@@ -249,6 +252,8 @@ def _rotation(
     name, found, seen = sensor
     turning = seen.rotation
     likely = found.scan_period if found else seen.scan_period
+    if ledger.said(("sensors", name, "scans")) is False:
+        turning = likely = None
     period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
     word = None
     if turning is not None:

@@ -10,7 +10,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.models._kernels import is_covered
 from trackweave.models.coverage import Coverage, FieldOfView
 
-__all__ = ["covered", "covered_by", "fields_of_view", "in_view", "spans_an_area"]
+__all__ = ["covered", "fields_of_view", "in_view"]
 
 # Silence tells of an edge where so many of others' reports lie beyond it, and so many of the
 # sensor's own would if it saw there as it does inside.
@@ -22,7 +22,6 @@ LONE, LONE_SHARE, APART = 3, 0.002, 1.2
 RANGE_MARGIN, HULL_MARGIN, ANGLE_MARGIN = 0.01, 0.05, np.radians(2.0)
 NARROWEST_GAP = np.radians(30.0)
 DIGITS = 5
-FEWEST_IN_HULL = 10
 
 
 def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
@@ -190,55 +189,3 @@ def _azimuth(offset: FloatArray) -> FloatArray:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
-
-
-def covered_by(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim), at least one.
-    sigma
-        Their usual noise [m].
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
-    dim = position.shape[1]
-    # Reports in one place or on a line still come from a surrounding as wide as their noise.
-    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
-    box = float(np.prod(sides))
-    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
-    # The outermost of n reports lie about 1/n of a side within the edges.
-    margin = (1 + 2 / position.shape[0]) ** dim
-    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
-
-
-def spans_an_area(position: FloatArray) -> bool:
-    """Tell whether reports span an area or a volume, or are too few to tell.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim).
-
-    Returns
-    -------
-    False for many on a line or at one place.
-    """
-    return position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None
-
-
-def _hull(position: FloatArray) -> float | None:
-    """Return the area or volume of the reports' hull, None where they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = np.unique(position, axis=0)
-    if places.shape[0] <= position.shape[1]:
-        return None
-    try:
-        return float(ConvexHull(places).volume)
-    except QhullError:
-        return None

@@ -9,7 +9,8 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
 from trackweave.estimation.coverage import in_view
-from trackweave.estimation.estimate import WIDER, Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimate import WIDER
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
@@ -133,6 +134,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     for index, name in enumerate(reports.sensors):
         if name not in sensors or not np.any(reports.sensor == index):
             continue
+        if sensors[name].scans is False:
+            continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
             sensors[name] = _clutter(sensors[name], tracks, reports, index)
@@ -149,7 +152,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         # The few that are faster may all come at other times.
         speed = bounded(max(speed, WIDER * estimates.speed_of_few))
         estimates = replace(estimates, max_speed=speed)
-    share, silence = _silences(tracks, reports, followed)
+    share, silence = _silences(tracks, reports, _of_scans(followed, estimates))
     new, present = _coming(estimates, tracks, reports, followed)
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
     said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
@@ -162,6 +165,17 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         new_target_density=new,
         initial_target_density=present,
     )
+
+
+def _of_scans(followed: Followed, estimates: Estimates) -> Followed:
+    """Return the same with the looks alone of sensors that look."""
+    known = estimates.sensors
+    looks = {
+        name: times
+        for name, times in followed.looks.items()
+        if name not in known or known[name].scans is not False
+    }
+    return replace(followed, looks=looks)
 
 
 def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[Track]:
@@ -214,6 +228,8 @@ def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed:
     for index in np.unique(reports.sensor[track.rows]):
         name = reports.sensors[index]
         time = reports.time[track.rows[reports.sensor[track.rows] == index]]
+        if estimates.sensors[name].scans is False and time.size >= SURE_HITS:
+            return True
         looks = np.searchsorted(followed.looks[name], [time[0], time[-1]])
         share = time.size / (looks[1] - looks[0] + 1)
         if time.size >= SURE_HITS - 2 and share >= SEEN * USUAL_DETECTION:
@@ -289,7 +305,7 @@ def _silences(
     tracks: list[Track], reports: ReportTable, followed: Followed
 ) -> tuple[float, float]:
     """Return the share of their time for which objects are hidden, and how long on average."""
-    looks = np.unique(np.concatenate(list(followed.looks.values())))
+    looks = np.unique(np.concatenate([np.empty(0), *followed.looks.values()]))
     gaps = []
     for track in tracks:
         time = reports.time[track.rows]

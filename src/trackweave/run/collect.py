@@ -141,7 +141,7 @@ class ScanLog:
         self.scans.append(
             {
                 "time": time,
-                "sensor": "+".join(scan.sensor for scan in scans),
+                "sensor": "+".join(dict.fromkeys(scan.sensor for scan in scans)),
                 "reports": sum(len(scan) for scan in scans),
                 **fused,
                 "tracks": hypothesis.n_tracks,

@@ -105,7 +105,7 @@ def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled
 
 def _scans(sensor: Sensor) -> bool:
     """Tell whether a sensor scans, so that what stands still repeats itself."""
-    return sensor.scan_period is not None or sensor.rotation is not None
+    return sensor.scans is not False
 
 
 def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:

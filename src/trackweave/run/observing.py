@@ -9,15 +9,15 @@ from trackweave.arrays import FloatArray
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import is_period, section_of, view_keys
+from trackweave.config.sensing import section_of, view_keys
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
-from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
+from trackweave.run.noting import notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 
@@ -27,8 +27,6 @@ __all__ = ["filled", "observe", "positions_in", "settle"]
 FEWEST_MOMENTS = 20
 # A gap between directions is a sector that is not watched where chance would not leave it [rad].
 WIDEST_CHANCE_GAP = np.radians(60.0)
-# Sensors no farther apart than this stand at one place [m].
-SAME_PLACE = 1.0
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
 MOST_SENSORS = 2_000
@@ -85,14 +83,33 @@ def settle(
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
             directions = Directions(reports, platform, places, observed)
-        estimates = estimates_for(table, _of_positions(configuration, observed), directions)
+        told = _of_positions(configuration, observed)
+        scanning = {
+            name: scans
+            for name in reports.sensors
+            if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
+        }
+        estimates = estimates_for(table, told, directions, scanning)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
-    notes += _notes_on_turns(configuration, observed)
-    notes += _notes_on_bearings(observed, filled)
-    notes += _notes_on_places(reports, observed, places)
-    notes += _notes_on_sigma(reports, configuration) + _notes_on_views(filled)
+    notes += notes_on_sensors(reports, configuration, observed, filled, places)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _is_known_to_scan(
+    reports: ReportTable,
+    configuration: Configuration,
+    name: str,
+    rotations: Mapping[str, Rotation],
+) -> bool | None:
+    """Tell whether a sensor looks, as file and columns say; None where they do not."""
+    section = section_of(configuration, name)
+    if section.scans is not None:
+        return section.scans
+    is_turning = name in rotations or section.rotation not in (None, "none")
+    if is_turning or section.scan_period is not None or reports.scan is not None:
+        return True
+    return None
 
 
 def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> None:
@@ -122,81 +139,6 @@ def _with_views(
         for name, view in views.items()
         if name != ANY_SENSOR and section_of(configuration, name).field_of_view is None
     }
-
-
-def _notes_on_views(filled: Settings) -> list[str]:
-    """Return a sentence on each sensor that is taken not to see where others do."""
-    return [
-        f"sensor {sensor.name}: no field_of_view is given, and nothing that others see beyond "
-        f"{_words(sensor.field_of_view)} is among its reports: it is taken to see no farther; "
-        "give field_of_view where that is wrong"
-        for sensor in filled.sensors
-        if sensor.field_of_view is not None
-        and filled.sources.get(f"sensors.{sensor.name}.field_of_view") == "estimated"
-    ]
-
-
-def _words(view: FieldOfView) -> str:
-    """Return an estimated edge in words."""
-    if view.polygon is not None:
-        return "the hull of its own"
-    sector = view.azimuth_deg
-    words = [] if np.isinf(view.max_range) else [f"{view.max_range:g} m"]
-    words += [] if sector == (0.0, 360.0) else [f"azimuths {sector[0]:g}° to {sector[1]:g}°"]
-    return " or ".join(words)
-
-
-def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
-    """Return sentences on sensors of bearings of which nothing could be estimated."""
-    bearing = [
-        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
-    ]
-    keys = ("sigma", "detection_probability", "clutter_density")
-    notes = []
-    for name in bearing:
-        usual = [key for key in keys if filled.sources.get(f"sensors.{name}.{key}") == "default"]
-        if usual:
-            notes.append(
-                f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "
-                "stand in, which may be far off: better give them"
-            )
-    if bearing and len(observed) == 1:
-        notes.append(
-            f"sensor {bearing[0]}: one sensor's bearings do not tell where objects are; no track "
-            "begins without another sensor or --priors"
-        )
-    return notes
-
-
-def _notes_on_sigma(reports: ReportTable, configuration: Configuration) -> list[str]:
-    """Return a sentence on each sensor whose noise is told although every row has its own."""
-    has_own = np.asarray(np.isfinite(reports.sigma).any(axis=1))
-    return [
-        f"sensors.{name}.sigma: not used, as every report has a sigma of its own"
-        for index, name in enumerate(reports.sensors)
-        if section_of(configuration, name).sigma is not None
-        and np.all(has_own[reports.sensor == index])
-    ]
-
-
-def _notes_on_places(
-    reports: ReportTable,
-    observed: Mapping[str, ObservedSensor],
-    places: Mapping[str, tuple[float, ...]],
-) -> list[str]:
-    """Return a sentence where all sensors see directions alone, and from one place."""
-    names = list(observed)
-    if len(names) < 2 or any(
-        seen.measurement is not MeasurementKind.BEARING for seen in observed.values()
-    ):
-        return []
-    stands = platforms_of(reports, places)[:, :2]
-    if not np.all(np.ptp(stands, axis=0) < SAME_PLACE):
-        return []
-    return [
-        f"sensors {', '.join(names)}: all see directions from one place, so that their bearings "
-        "cross nowhere; no track begins without a sensor elsewhere or --priors"
-    ]
 
 
 def positions_in(
@@ -242,7 +184,9 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
         turns, is_sure = _rotation(
-            section_of(configuration, name).model_dump(include={"rotation", "scan_period"}),
+            section_of(configuration, name).model_dump(
+                include={"rotation", "scan_period", "scans"}
+            ),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
@@ -302,7 +246,7 @@ def _rotation(
 ) -> tuple[Rotation | None, bool]:
     """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
     word, period = said["rotation"], said["scan_period"]
-    if word == "none":
+    if word == "none" or said["scans"] is False:
         return None, True
     given = float(period) if isinstance(period, int | float) else None
     direction = None
@@ -319,35 +263,6 @@ def _rotation(
         return None, True
     # Too few reports to tell the phase still belong to turns.
     return Rotation(given, 0.0, direction), False
-
-
-def _notes_on_turns(
-    configuration: Configuration, observed: Mapping[str, ObservedSensor]
-) -> list[str]:
-    """Return sentences on beams that do not turn as told, or not steadily."""
-    notes = []
-    for name, seen in observed.items():
-        turn, told = seen.rotation, section_of(configuration, name).scan_period
-        if turn is None:
-            continue
-        shown = f"{turn.period:.5g} s"
-        varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
-        if told is not None and not is_period(told, turn):
-            notes.append(
-                f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
-                "that is used"
-            )
-        elif varying:
-            notes.append(
-                f"sensor {name}: its reports show turns of {shown}{varying}; its beam is followed "
-                "from turn to turn"
-            )
-        if not seen.is_turn_sure:
-            notes.append(
-                f"sensor {name}: its reports do not show where its beam is at each time; taken to "
-                f"turn steadily in {shown}; better give a `scan` column"
-            )
-    return notes
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:
