@@ -17,7 +17,7 @@ __all__ = ["LoneValues", "note_on_lone", "rhythm_of"]
 # another's track outweighs all doubt.
 WORTH = 10.0
 # What the first of an object's reports costs more than one of nobody, at most [nats].
-DEAR = 1.5
+DEAR = 4.0
 # Slow pauses between an object's own reports that a window holds, and instants in any case.
 PAUSES, DEPTHS = 1.5, (5, 50)
 # Process noise in units of σ²/T³, never less.
