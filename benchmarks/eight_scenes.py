@@ -65,10 +65,12 @@ def summary(values: Sequence[float]) -> str:
     return f"{np.mean(values):.3f} ({min(values):.3f})"
 
 
-def scene_rows(bench: Path, seeds: range) -> Iterator[list[str]]:
+def scene_rows(bench: Path, seeds: range, only: Sequence[str]) -> Iterator[list[str]]:
     """Yield a row for each scene and what is told of it."""
     folders = [made(bench, "gen_cases.py", f"s{s}", ["--seed", str(s)]) for s in seeds]
     for scene, must in MUST.items():
+        if scene not in only:
+            continue
         for name, _ in ways(folders[0] / scene):
             ours, nearest, spent = [], [], []
             for folder in folders:
@@ -104,6 +106,7 @@ def main() -> None:
     parser.add_argument("--bench", type=Path, default=BESIDE / "bench")
     parser.add_argument("--first", type=int, default=11)
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--only", nargs="+", choices=list(MUST), default=list(MUST))
     parser.add_argument("--ships", choices=["yes", "no", "only"], default="yes")
     arguments = parser.parse_args()
     if not (arguments.bench / "gen_cases.py").exists():
@@ -114,7 +117,7 @@ def main() -> None:
     print(heading(command("eight_scenes.py")), end="\n\n")
     if arguments.ships != "only":
         head = ["scene", told, "wanted", ours, other, "CPU s a scene"]
-        print(table(head, list(scene_rows(arguments.bench, seeds))), end="\n\n")
+        print(table(head, list(scene_rows(arguments.bench, seeds, arguments.only))), end="\n\n")
     if arguments.ships != "no":
         head = ["ships", told, "wanted", ours, other, "CPU s per 10,000 reports"]
         print(table(head, list(ship_rows(arguments.bench))))

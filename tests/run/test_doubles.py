@@ -78,13 +78,13 @@ def irregular(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def test_what_stands_still_in_every_scan_is_no_copy() -> None:
-    assert firsts(standing([float(k) for k in range(30)])) == []
+    assert firsts(standing([float(k) for k in range(30)]), SCANNING) == []
     assert firsts(irregular(standing([0.0, 1.0])), SCANNING) == []
     assert firsts(standing([0.0, 0.5, 1.1, 1.3], scan=[1, 2, 3, 4])) == []
 
 
 def test_equal_numbers_at_one_time_are_one_report() -> None:
-    assert firsts(standing([0.0, 1.0, 1.0, 1.0, 2.0])) == [("3", "2"), ("4", "2")]
+    assert firsts(standing([0.0, 1.0, 1.0, 1.0, 2.0]), SCANNING) == [("3", "2"), ("4", "2")]
     assert firsts(standing([0.0, 0.1, 0.3, 0.9], scan=[1, 1, 2, 2])) == [("2", "1"), ("4", "3")]
 
 

@@ -59,9 +59,11 @@ def test_pauses_are_waited_for() -> None:
                 places.append([300.0 * target + rng.normal(0, 2), 5.0 * scan + rng.normal(0, 2)])
     found = estimates_for(table(times, places), load_configuration(None))
     assert found is not None
-    assert found.delete_after_misses is not None
-    assert found.delete_after_misses > 7
-    assert found.sensors["A"].detection_probability < 0.9
+    # Hidden for seven scans of thirty, and never missed otherwise.
+    assert found.hidden_share == pytest.approx(7 / 30, rel=0.3)
+    assert found.mean_silence == pytest.approx(7.0, rel=0.3)
+    assert found.sensors["A"].detection_probability > 0.9
+    assert found.delete_after_misses is None
 
 
 def test_sensors_that_mark_other_parts_of_an_object_still_agree() -> None:

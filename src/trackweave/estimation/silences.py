@@ -10,8 +10,8 @@ __all__ = ["long_pauses", "silences"]
 
 # Pauses so long that among all of them chance would make fewer than this many.
 BY_CHANCE = 0.05
-# What is believed beforehand, as of one silence.
-USUAL_SHARE, USUAL_SILENCE = 0.01, 60.0
+# What is believed beforehand, as of a twentieth of a silence.
+USUAL_SHARE, USUAL_SILENCE, BELIEVED = 0.01, 60.0, 0.05
 SHARES, LEAST_SILENCE, LONGEST_SILENCE = (0.003, 0.3), 5.0, 600.0
 
 
@@ -61,8 +61,8 @@ def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]
     long = long_pauses(pauses, int(pauses.sum()) + pauses.size)
     interval = float(np.median(times))
     hidden = float(np.sum(times[long] - interval))
-    mean = (USUAL_SILENCE + hidden) / (1 + int(long.sum()))
-    believed = USUAL_SILENCE / USUAL_SHARE
-    share = (USUAL_SILENCE + hidden) / (believed + float(times.sum()))
+    believed = BELIEVED * USUAL_SILENCE
+    mean = (believed + hidden) / (BELIEVED + int(long.sum()))
+    share = (believed + hidden) / (believed / USUAL_SHARE + float(times.sum()))
     mean = float(np.clip(mean, LEAST_SILENCE * interval, max(LONGEST_SILENCE, 10 * interval)))
     return float(np.clip(share, *SHARES)), mean
