@@ -34,6 +34,7 @@ SCRIPTS = {
     "simulated": ["simulated.py"],
     "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
+    "scenes": ["eight_scenes.py"],
     "contradictions": ["contradictions.py", "--seeds", "101", "111"],
     "memory": ["memory.py"],
     "latency": ["latency.py"],
@@ -90,6 +91,7 @@ GROUPS = {
 OWN_PAGES = {
     "contradictions": "explanation/diagnostics.md",
     "recordings": "explanation/recordings.md",
+    "scenes": "explanation/scenes.md",
     "presets-hillis": "explanation/hillis-1997.md",
     "presets-huo": "explanation/huo-2008.md",
     "presets-wiranto": "explanation/wiranto-2018.md",

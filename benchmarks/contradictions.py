@@ -40,7 +40,7 @@ def _row(name: str, seeds: range, *, show: bool) -> list[Any]:
     for seed in seeds:
         # Two radars in each third scene; nothing told in each second where nothing has to be.
         n_sensors, is_told = (2 if seed % 3 == 0 else 3), one.told or seed % 2 == 0
-        made = one.spoil(scene(seed, polar=one.polar, n_sensors=n_sensors, reach=one.reach))
+        made = one.spoil(scene(seed, polar=one.polar, n_sensors=n_sensors))
         found = causes_of(made, is_told=is_told, show=show and seed == seeds[0])
         runs += 1
         first += bool(found) and found[0] in one.causes

@@ -32,10 +32,9 @@ class Contradiction:
     causes: tuple[str, ...]
     polar: bool = False
     told: bool = True
-    reach: float = np.inf
 
 
-def scene(seed: int, *, polar: bool = False, n_sensors: int = 3, reach: float = np.inf) -> Scene:
+def scene(seed: int, *, polar: bool = False, n_sensors: int = 3) -> Scene:
     """Return a scene of its own for each seed."""
     rng = np.random.default_rng([seed, 77])
     truth = {
@@ -55,7 +54,6 @@ def scene(seed: int, *, polar: bool = False, n_sensors: int = 3, reach: float = 
             clutter_per_scan=truth["clutter"],
             start_offset=truth["period"] * turn / n_sensors,
             position=PLACES[name],
-            max_range=reach,
         )
         for turn, name in enumerate(names)
     )
@@ -206,8 +204,5 @@ CONTRADICTIONS: dict[str, Contradiction] = {
     ),
     "a field of view too short": Contradiction(
         said("field_of_view", lambda _: {"max_range_m": 300.0}), ("field of view",)
-    ),
-    "radars of 1.2 km, reach not told": Contradiction(
-        lambda one: one, ("coverage",), reach=1200.0
     ),
 }

@@ -51,10 +51,11 @@ class DataFormatError(InvalidInputError):
     --------
     >>> import polars as pl
     >>> import trackweave as tw
-    >>> tw.read_reports(pl.DataFrame({"time": [0.0, 1.0], "x": [1.0, None], "y": [2.0, 3.0]}))
+    >>> frame = pl.DataFrame({"time": [0.0, 1.0], "x": [1.0, None], "y": [2.0, 3.0]})
+    >>> tw.read_reports(frame)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    trackweave.errors.DataFormatError: table, row 2, column x: (empty); expected a finite number
+    trackweave.errors.DataFormatError: table, row 2, column x: (empty); expected a finite ...
     """
 
 

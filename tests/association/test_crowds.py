@@ -59,7 +59,7 @@ def children(tree, scan, most, room=100_000):
     candidates = Candidates(
         np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
     )
-    missed = Misses(np.empty(n), np.empty(n), np.empty(n))
+    missed = Misses(*(np.empty(n) for _ in Misses._fields))
     crowding = Crowding(
         10**6, 10**6, np.full(n, most), np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int64)
     )

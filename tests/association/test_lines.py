@@ -31,7 +31,7 @@ def exact(sensor, place=TRUE):
 
 def grown(steps, motion=MOTION):
     """Return the tree after reports, one (time, sensor, measurement) each."""
-    rule = window_rule(motion, (SURVIVAL, np.inf, np.inf), 2, crossing_time=4.0)
+    rule = window_rule(motion, (SURVIVAL, np.inf, np.inf, np.inf, np.inf), 2, crossing_time=4.0)
     tree, before = AssociationTree(rule, WIDE), None
     sensors = [WEST, EAST, POINT, POLAR, RATE]
     for slot, (time, sensor, measurement) in enumerate(steps):
@@ -162,7 +162,9 @@ def test_a_sensor_hardly_faster_than_its_objects_cannot_tell_where_they_are():
     """From a moving place, bearings one after the other cross; so do those of what moves."""
     found = []
     for speed in (100.0, 400.0):
-        rule = window_rule(MOTION, (SURVIVAL, np.inf, np.inf), 2, crossing_time=4.0)
+        rule = window_rule(
+            MOTION, (SURVIVAL, np.inf, np.inf, np.inf, np.inf), 2, crossing_time=4.0
+        )
         tree = AssociationTree(rule, WIDE)
         gaze = radar("gaze", Kind.BEARING, sigma=1e-3, position=None)
         for slot, time in enumerate((0.0, 2.0)):

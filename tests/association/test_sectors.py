@@ -56,6 +56,14 @@ def test_what_is_swept_is_what_both_hold(seed):
         assert not sees(both, np.degrees(first) + 1.0, distance=950.0)
 
 
+def test_a_whole_turn_cuts_no_sector_that_passes_north():
+    view = FieldOfView(tuple(PLACE), 0.0, 900.0).coverage()
+    both = swept(view, PLACE, (np.radians(330.0), np.radians(45.0)))
+    assert [sees(both, azimuth) for azimuth in (320, 335, 355, 5, 14, 20)] == [
+        False, True, True, True, True, False,
+    ]  # fmt: skip
+
+
 def test_a_sector_of_a_sensor_that_sees_everything_is_about_the_sensor():
     scan = Scan(1.0, "radar", [[500.0, 0.3]], moments=[0.5])
     coverage = looked(turning(), scan, start=0.0).coverage

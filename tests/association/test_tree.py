@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
-from trackweave.association._pruning import crossings
+from trackweave.association._pruning import accumulate_prices, crossings
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 from trackweave.errors import InvalidInputError
+from trackweave.solvers import Exact, solve
 
 TIMES = [0.0, 1.0, 1.0, 2.0, 3.0]
 
@@ -174,15 +175,52 @@ def test_the_worst_sequences_give_way_under_a_cap():
     assert capped.totals().min() == pytest.approx(best, abs=3.0)
 
 
-def test_what_is_believed_stays_under_the_least_cap():
-    window = Windows(3, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
-    best = {}
-    for cap in (1, 10**9):
-        tree = window.tree(GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, cap))
-        own, totals = tree.nodes.family[: tree.n_nodes], tree.totals()
-        known = np.flatnonzero(tree.track >= 0)
-        best[cap] = [totals[own == family].min() for family in known]
-    assert best[1] == pytest.approx(best[10**9], abs=0.5)
+def least(tree):
+    """Return what the best hypothesis of a tree costs."""
+    slots = tree.slots()
+    return solve(tree.problem(slots, np.arange(slots[0].shape[0])), Exact()).cost
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_believed_stays_under_the_least_cap(seed):
+    """What is left explains more than that both tracks end at once."""
+    window = Windows(seed, n_known=2, times=[0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    narrow = window.tree(GrowthLimits(1e9, 10**9, 1e9, 10**9, 1e9, 1))
+    assert narrow.n_nodes < window.tree().n_nodes / 4
+    assert least(narrow) < 2.0 * window.rule.end_cost
+
+
+LEAST = {
+    "margin": GrowthLimits(margin=1e-9, new_margin=1e-9, new_ceiling=1e-9),
+    "keep": GrowthLimits(keep=1, new_keep=1),
+    "cap": GrowthLimits(max_nodes=1),
+}
+
+
+@pytest.mark.parametrize("limits", LEAST.values(), ids=LEAST)
+@pytest.mark.parametrize("seed", range(6))
+def test_every_track_can_live_on_unseen_whatever_the_limits(seed, limits):
+    """Its best sequence without the last scan's reports stays, and may grow on."""
+    window = Windows(seed, n_known=2, times=[0.0, 1.0, 2.0, 3.0])
+    *before, last = window.inputs()[0]
+    tree = AssociationTree(window.rule, limits)
+    tree.add_tracks(window.beginning())
+    grow(tree, window, before)
+    _, missed = tree._propose(last)
+    best = best_alive(tree, missed.tail)
+    grow(tree, window, [last])
+    tail = tree.nodes.tail[: tree.n_nodes].copy()
+    tail[np.isin(tree.nodes.report[: tree.n_nodes], last.slot)] = np.inf
+    np.testing.assert_allclose(best_alive(tree, tail), best)
+
+
+def best_alive(tree, tail):
+    """Return how the best living sequence of each of two tracks ranks."""
+    n = tree.n_nodes
+    priced = np.empty(n)
+    accumulate_prices(tree.nodes, n, priced)
+    rank = tree.nodes.cost[:n] + tail + priced
+    return [rank[tree.nodes.family[:n] == family].min() for family in range(2)]
 
 
 def test_grows_beyond_its_first_room():
@@ -202,13 +240,19 @@ def test_an_empty_scan_charges_every_sequence_a_miss():
     window = Windows(3, n_known=1)
     tree = window.tree()
     before, tails = tree.n_nodes, tree.nodes.tail[: tree.n_nodes].copy()
+    in_sight = 1 - tree.nodes.hidden[:before]
     data = window.inputs()[0][-1]
     later = data.time + 1.0
-    empty = without_reports(data)._replace(time=later, reference=later, new_instant=True)
+    empty = without_reports(data)._replace(
+        time=later, reference=later, new_instant=True, hiding=0.1, showing=0.2
+    )
     tree.grow(empty, np.empty(0))
     assert tree.n_nodes == before
-    charged = empty.survival_cost - np.log(1 - empty.detection_probability)
+    in_sight = 0.9 * in_sight + 0.2 * (1 - in_sight)
+    missed = 1 - empty.detection_probability * in_sight
+    charged = empty.survival_cost - np.log(missed)
     np.testing.assert_allclose(tree.nodes.tail[:before] - tails, charged)
+    np.testing.assert_allclose(tree.nodes.hidden[:before], (1 - in_sight) / missed)
 
 
 def test_a_tree_without_anything_is_a_problem_without_anything():

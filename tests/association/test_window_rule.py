@@ -21,7 +21,7 @@ SENSOR = Sensor("radar", 10.0, 0.9, 1e-5, 1.0)
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_gate_lets_its_share_of_own_reports_through(dim):
-    rule = window_rule(MOTION, (0.999, 5.0, 50.0), dim)
+    rule = window_rule(MOTION, (0.999, 7.0, 5.0, 50.0, 50.0), dim)
     nothing = Scan(0.0, "radar", np.empty((0, dim)))
     data, _ = scan_input(nothing, SENSOR, 0.0, Context(MOTION, dim))
     assert chi2.cdf(data.gate, dim) == pytest.approx(GATE_PROBABILITY)

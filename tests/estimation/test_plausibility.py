@@ -7,7 +7,7 @@ import numpy as np
 from estimation.test_estimate import scene, table
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import Estimates, believable, estimate
-from trackweave.estimation.estimate import covered_by
+from trackweave.estimation.covering import covered_by
 from trackweave.estimation.frames import scan_period
 
 

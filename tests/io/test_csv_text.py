@@ -74,9 +74,6 @@ def test_keeps_more_rows_than_a_chunk_in_order():
             b"time;x;y\n1;2;3\n",
             "r.csv, header: one column 'time;x;y'; expected columns separated by commas",
         ),
-        (b"a,b\n1,2\n3\n", "r.csv, row 2: 1 cell; expected 2 as in the header"),
-        (b"a,b\n1,2\n\n3,4,5\n", "r.csv, row 2: 3 cells; expected 2 as in the header"),
-        (b"a,b\n1,2,3\n4\n", "r.csv, row 1: 3 cells; expected 2 as in the header"),
         (
             b'a,b\n1,2\n3,"4\n5,6\n',
             "r.csv, row 2: a quotation mark that is never closed; expected a closing one",
@@ -104,8 +101,21 @@ def test_says_what_is_wrong_with_the_text(data, message):
     assert refusal(data) == message
 
 
-def test_leaves_out_rows_of_the_wrong_length_when_told_to_skip():
-    table = parse_csv(b"a,b\n1\n1,2\n1,2,3\n4,5\n", "r.csv", "skip")
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"a,b\n1,2\n3\n", "r.csv, row 2: 1 cell; expected 2 as in the header"),
+        (b"a,b\n1,2\n\n3,4,5\n", "r.csv, row 2: 3 cells; expected 2 as in the header"),
+        (b"a,b\n1,2,3\n4,5\n", "r.csv, row 1: 3 cells; expected 2 as in the header"),
+    ],
+)
+def test_says_which_rows_have_the_wrong_length(data, message):
+    (bad,) = parse_csv(data, "r.csv").skipped
+    assert bad.message("r.csv") == message
+
+
+def test_sets_rows_of_the_wrong_length_aside():
+    table = parse_csv(b"a,b\n1\n1,2\n1,2,3\n4,5\n", "r.csv")
     assert table.row.tolist() == [2, 4]
     assert [bad.row for bad in table.skipped] == [1, 3]
 

@@ -9,7 +9,9 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.io.frames_out import reports_frame
 from trackweave.io.reports import read_reports
+from trackweave.io.truth import read_truth
 
 
 @pytest.fixture
@@ -245,3 +247,94 @@ def test_reads_recorded_aircraft(shared):
     assert len(reports) == 6052
     assert reports.frame is not None
     assert "icao24" in reports.carried
+
+
+class TestBadRows:
+    """What is said of rows that cannot be used."""
+
+    def test_one_bad_row_names_the_way_on(self, write):
+        with pytest.raises(DataFormatError) as caught:
+            read_reports(write("time,x,y\n0,1,2\n1,1,no\n"))
+        assert str(caught.value) == (
+            "reports.csv, row 2, column y: no; expected a finite number; --on-bad-row skip "
+            '(in Python on_bad_row="skip") leaves out what is bad'
+        )
+
+    def test_all_are_counted_and_the_first_named_whatever_is_wrong(self, write):
+        rows = ["0,1,2", "0,1", "0,1,no", "0,no,2", "0,1,2,3", "zap,1,2", "0,,2", "1,1,1"]
+        with pytest.raises(DataFormatError) as caught:
+            read_reports(write("\n".join(["time,x,y", *rows])))
+        assert str(caught.value).startswith("reports.csv, row 2: 2 cells; expected 3 as in the ")
+        assert "; 6 rows are bad in all (2, 3, 4, 5, 6, …); --on-bad-row skip" in str(caught.value)
+
+    def test_skipping_is_no_advice_where_it_leaves_nothing(self, write):
+        with pytest.raises(DataFormatError, match=r"--on-bad-row skip .* would leave no row"):
+            read_reports(write("time,x,y\n0,1,no\n0,no,2\n"))
+
+    def test_who_has_no_choice_is_given_none(self, write):
+        write("time,target,x,y\n0,a,1,2\n0,b,no,2\n1,a,no,1\n")
+        with pytest.raises(DataFormatError) as caught:
+            read_truth("reports.csv")
+        assert str(caught.value).endswith("; 2 rows are bad in all (2, 3)")
+
+
+class TestNotAvailable:
+    """Codes for a position that a ship does not know."""
+
+    @pytest.mark.parametrize("code", ["91,181", "91.0,8", "47,181.000"])
+    def test_each_code_sets_a_row_aside(self, code, write):
+        reports = read_reports(write(f"time,lat,lon\n0,47,8\n1,{code}\n2,47.001,8\n"))
+        assert reports.report.tolist() == ["1", "3"]
+        assert reports.skipped == ()
+        assert reports.unavailable.report.tolist() == ["2"]
+        assert np.isnan(reports.unavailable.measurement).all()
+        (note,) = reports.notes
+        assert note.startswith('lat, lon: 1 of 3 rows hold the codes for "not available"')
+
+    def test_they_change_nothing_of_the_others(self, write):
+        good = "time,lat,lon,sensor\n0,47,8,b\n1,47.001,8,b\n"
+        alone = read_reports(write(good))
+        reports = read_reports(write(good + "0.5,91,181,a\n"))
+        assert reports.sensors == alone.sensors == ("b",)
+        assert reports.frame == alone.frame
+        assert np.array_equal(reports.measurement, alone.measurement)
+        assert alone.unavailable is None
+        assert alone.notes == ()
+
+    def test_where_longitudes_go_round_181_is_one(self, write):
+        reports = read_reports(write("time,lat,lon\n0,-17,180.5\n1,-17,181\n2,91,181\n"))
+        assert reports.report.tolist() == ["1", "2"]
+        assert reports.unavailable.report.tolist() == ["3"]
+
+    @pytest.mark.parametrize(
+        "row", ["1,90.5,8", "1,47,", "1,91,", "1,,181", "1,95,181", "x,91,181"]
+    )
+    def test_other_rows_are_bad_as_before(self, row, write):
+        with pytest.raises(DataFormatError, match="row 2"):
+            read_reports(write(f"time,lat,lon\n0,47,8\n{row}\n2,47,8\n"))
+
+    def test_a_table_of_nothing_else_is_refused(self, write):
+        with pytest.raises(DataFormatError, match='all rows hold codes for "not available"'):
+            read_reports(write("time,lat,lon\n0,91,181\n1,91,181\n"))
+
+    def test_a_position_on_a_plane_knows_no_codes(self, write):
+        reports = read_reports(write("time,x,y,lat,lon\n0,91,181,91,181\n"))
+        assert reports.measurement.tolist() == [[91.0, 181.0]]
+
+    def test_beside_a_radar_only_the_ships_row_is_set_aside(self, write):
+        reports = read_reports(
+            write(
+                "time,sensor,lat,lon,range_m,azimuth_deg\n0,ais,47,8,,\n1,radar,,,500,10\n"
+                "2,ais,91,181,,\n3,radar,,,520,10\n"
+            )
+        )
+        assert reports.report.tolist() == ["1", "2", "4"]
+        assert reports.unavailable.sensors == ("ais",)
+
+    def test_they_are_written_as_they_came(self, write):
+        reports = read_reports(write("time,lat,lon,name\n2,47,8,a\n1,91,181,b\n0,47.001,8,c\n"))
+        written = reports_frame(reports)
+        assert written["name"].to_list() == ["a", "b", "c"]
+        again = read_reports(written)
+        assert again.report.tolist() == reports.report.tolist()
+        assert again.unavailable.report.tolist() == ["2"]

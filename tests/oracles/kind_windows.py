@@ -4,7 +4,8 @@ import numpy as np
 
 from oracles import sensing
 from oracles.kinds import GATE, Mixture, Setting, View, locates
-from oracles.windows import SURVIVAL, WIDE
+from oracles.sequences import Hiding
+from oracles.windows import LIFE, SURVIVAL, WIDE
 from trackweave.association.beginning import Beginning
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
@@ -26,7 +27,7 @@ class KindWindow:
             "unscented": False, "widths": {}, "moving": False, "turning": 0.0, "n_known": 0,
             "n_false": 1, "names": (), "max_misses": np.inf,
         } | options  # fmt: skip
-        lifecycle = (SURVIVAL, self.options["max_misses"], np.inf)
+        lifecycle = (SURVIVAL, np.inf, self.options["max_misses"], np.inf, np.inf)
         self.rule = window_rule(
             motion, lifecycle, dim, unscented=self.options["unscented"], crossing_time=4.0
         )
@@ -41,7 +42,7 @@ class KindWindow:
         for place, time in enumerate(times):
             sensor = sensors[place % len(sensors)]
             waited = 0.0 if last is None else time - last
-            self.views.append(self._view(time, sensor, -np.log(SURVIVAL) * waited))
+            self.views.append(self._view(time, sensor, waited))
             last = time
         self.known = [self._known(times[0] - 2.0) for _ in range(self.options["n_known"])]
 
@@ -55,7 +56,8 @@ class KindWindow:
         weight = self.rng.dirichlet(np.ones(modes))
         return Mixture(mean, root @ root.transpose(0, 2, 1), weight), time
 
-    def _view(self, time, sensor, survival_cost):
+    def _view(self, time, sensor, waited):
+        survival_cost, hiding = -np.log(SURVIVAL) * waited, Hiding(*LIFE.hiding(waited))
         rng, dim, turning = self.rng, self.dim, self.options["turning"]
         width = self.options["widths"].get(sensor.name, sensor.measurement.n_components(dim))
         count = 2 + self.options["n_false"]
@@ -87,7 +89,7 @@ class KindWindow:
         )  # fmt: skip
         separation = 0.5 * sensor.scan_period if turning else 0.0
         reference = time - turning / 2 if turning else None
-        return View(scan, sensor, LOG_DENSITY, survival_cost, reference, separation)
+        return View(scan, sensor, LOG_DENSITY, survival_cost, reference, separation, hiding)
 
     def inputs(self):
         """Return what ``grow`` takes of each view, and which report each slot is."""
@@ -100,6 +102,7 @@ class KindWindow:
             )  # fmt: skip
             data, order = scan_input(view.scan, view.sensor, view.survival_cost, context)
             numbers = slot + np.arange(len(order))
+            data = data._replace(hiding=view.hiding.hiding, showing=view.hiding.showing)
             inputs.append(data._replace(slot=numbers, new_instant=time != before))
             reports += [(place, int(index)) for index in order]
             slot, before = slot + len(order), time
@@ -126,7 +129,8 @@ class KindWindow:
             covariance=np.array([s.covariance for s in states]).reshape(count, modes, size, size),
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
-            chances=zero, tail=zero, misses=zero, identity=nobody, former=nobody, sensor=nobody,
+            chances=zero, tail=zero, hidden=zero, misses=zero, identity=nobody, former=nobody,
+            sensor=nobody,
             is_line=np.zeros(count, dtype=np.int64), slot=nobody,
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from oracles import motion, sensing
-from oracles.sequences import share
+from oracles.sequences import Hiding, share
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
 from trackweave.filters import _states
@@ -29,6 +29,7 @@ class View:
     survival_cost: float = 0.0
     reference: float | None = None
     separation: float = 0.0
+    hiding: Hiding = field(default_factory=Hiding)
 
     @property
     def sees_everything(self):
@@ -236,7 +237,8 @@ def covered(view, state, rule, since):
 def price(views, choice, setting, known=None):
     """Return what a sequence costs, None if it breaks a rule; as ``sequences.score`` does."""
     rule, dim = setting.rule, setting.rule.dim
-    cost = tail = misses = 0.0
+    cost = living = misses = 0.0
+    sight, hidden = 1.0, 0.0
     state = time = counted = None
     said, seen_by = [], {}
     given_up = False
@@ -251,8 +253,10 @@ def price(views, choice, setting, known=None):
             cost -= evidence(view, index)
         else:
             seen = sensor.detection_probability * covered(view, state, rule, time)
+            living += view.survival_cost
+            sight, hidden = view.hiding.moved(sight, hidden)
             if index is None:
-                tail += view.survival_cost - math.log(1 - seen)
+                sight *= 1 - seen
                 before = counted[1] if counted and counted[0] == now else 0.0
                 chance = max(0.0, seen / sensor.detection_probability - before)
                 counted = (now, before + chance)
@@ -269,17 +273,19 @@ def price(views, choice, setting, known=None):
             distance, log_likelihood, after = compare(view, index, there, rule)
             if distance > chi2.ppf(GATE, width):
                 return None
-            cost += tail + view.survival_cost + math.log(sensor.clutter_density / seen)
+            cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
             state = after
-        tail = misses = 0.0
+        living = misses = 0.0
+        sight, hidden = 1.0, 0.0
         time, counted = view.moment(index), (now, 1.0)
         seen_by[sensor.name] = time
         if view.scan.identity is not None and view.scan.identity[index] >= 0:
             said.append(int(view.scan.identity[index]))
     assert state.mean.shape[1] >= 2 * dim
     end = -math.log(1 - setting.survival)
+    tail = living - math.log(sight + hidden)
     return Price(cost, cost + (end if given_up else min(tail, end)), state)
 
 

@@ -12,6 +12,21 @@ from trackweave.models.sensors import Sensor
 
 
 @dataclass
+class Hiding:
+    """How probably an object since the last scan was hidden, or came in sight again."""
+
+    hiding: float = 0.0
+    showing: float = 0.0
+
+    def moved(self, sight, hidden):
+        """Return the probabilities to be in sight and hidden after it."""
+        return (
+            sight * (1 - self.hiding) + hidden * self.showing,
+            hidden * (1 - self.showing) + sight * self.hiding,
+        )
+
+
+@dataclass
 class Look:
     """A scan as the oracle sees it: positions in the order in which they came."""
 
@@ -21,6 +36,7 @@ class Look:
     sigmas: np.ndarray
     log_density: float
     survival_cost: float = 0.0
+    hiding: Hiding = field(default_factory=Hiding)
 
     @property
     def sees_everything(self):
@@ -79,7 +95,8 @@ def score(looks, choice, rules, known=None):
 
     ``choice`` holds for each look the index of its report in the sequence, None for a miss.
     """
-    cost = tail = misses = 0.0
+    cost = living = misses = 0.0
+    sight, hidden = 1.0, 0.0
     counted = None
     mean = covariance = time = None
     if known is not None:
@@ -101,8 +118,10 @@ def score(looks, choice, rules, known=None):
         interval = look.time - time
         ahead, spread = kalman.predict(mean, covariance, interval, rules.process_noise)
         seen = detection * share(look, ahead, spread)
+        living += look.survival_cost
+        sight, hidden = look.hiding.moved(sight, hidden)
         if index is None:
-            tail += look.survival_cost - math.log(1 - seen)
+            sight *= 1 - seen
             before = counted[1] if counted and counted[0] == look.time else 0.0
             chance = max(0.0, seen / detection - before)
             counted = (look.time, before + chance)
@@ -117,11 +136,13 @@ def score(looks, choice, rules, known=None):
             return None
         if kalman.squared_distance(ahead, spread, position, sigma) > rules.gate:
             return None
-        cost += tail + look.survival_cost + math.log(clutter / seen)
+        cost += living + math.log(clutter / (seen * sight))
         cost -= kalman.log_likelihood(ahead, spread, position, sigma)
         mean, covariance = kalman.update(ahead, spread, position, sigma)
-        tail = misses = 0.0
+        living = misses = 0.0
+        sight, hidden = 1.0, 0.0
         time, counted = look.time, (look.time, 1.0)
+    tail = living - math.log(sight + hidden)
     ending = rules.end_cost if given_up else min(tail, rules.end_cost)
     return Scored(cost, cost + ending, mean, covariance)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import chi2
 
-from oracles.sequences import Known, Look, Rules
+from oracles.sequences import Hiding, Known, Look, Rules
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
@@ -12,12 +12,15 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
+from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.opening import begun
 
 WIDE = GrowthLimits(
     margin=1e9, keep=10**9, new_margin=1e9, new_keep=10**9, new_ceiling=1e9, max_nodes=10**6
 )
 SURVIVAL = 0.999
+# Objects hide often here, so that it shows.
+LIFE = Lifecycle(hidden_share=0.3, mean_silence=4.0)
 GATES = {dim: float(chi2.ppf(GATE_PROBABILITY, dim)) for dim in (2, 3)}
 MOTION = ConstantVelocity(process_noise=0.5, max_speed=30.0)
 
@@ -28,7 +31,7 @@ class Windows:
     def __init__(self, seed, *, dim=2, n_known=0, views=False, max_misses=np.inf, times=None):
         rng = np.random.default_rng(seed)
         self.dim = dim
-        self.lifecycle = (SURVIVAL, max_misses, np.inf)
+        self.lifecycle = (SURVIVAL, np.inf, max_misses, np.inf, np.inf)
         self.rule = window_rule(MOTION, self.lifecycle, dim)
         self.rules = Rules(
             MOTION.process_noise, MOTION.velocity_variance(dim), MOTION.max_speed,
@@ -67,7 +70,8 @@ class Windows:
         last = getattr(self, "_last", None)
         self._last = time
         waited = 0.0 if last is None else time - last
-        return Look(time, sensor, positions, sigmas, self.log_density, -np.log(SURVIVAL) * waited)
+        living, hiding = -np.log(SURVIVAL) * waited, Hiding(*LIFE.hiding(waited))
+        return Look(time, sensor, positions, sigmas, self.log_density, living, hiding)
 
     def inputs(self):
         """Return what ``grow`` takes of each look, and which report each slot is."""
@@ -77,7 +81,10 @@ class Windows:
             context = Context(MOTION, self.dim, sensor=self.sensors.index(look.sensor))
             data, order = scan_input(scan, look.sensor, look.survival_cost, context)
             data = data._replace(
-                slot=slot + np.arange(len(order)), new_instant=look.time != before
+                slot=slot + np.arange(len(order)),
+                new_instant=look.time != before,
+                hiding=look.hiding.hiding,
+                showing=look.hiding.showing,
             )
             inputs.append(data)
             reports += [(place, int(index)) for index in order]

@@ -87,6 +87,16 @@ def test_scans_proven_optimal_are_told_apart(monkeypatch: pytest.MonkeyPatch) ->
     assert axes.get_yticklabels()[0].get_text() == "0"
 
 
+def test_what_is_best_of_what_was_kept_is_not_drawn_as_proven(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gap, proven = np.array([0.0, 0.0, 0.2]), np.array([True, False, False])
+    scans = series(3, gap=gap, proven=proven, reports=np.full(3, 3.0))
+    sheet = drawn(monkeypatch, Scene(report_table(9), track_table(1)), scans)
+    words = [text.get_text() for text in sheet.figure.axes[3].get_legend().get_texts()]
+    assert words == ["proven optimal (1)", "optimal among kept (1)", "still open (1)"]
+
+
 def test_very_many_tracks_become_a_band(monkeypatch: pytest.MonkeyPatch) -> None:
     few = drawn(monkeypatch, Scene(report_table(9), track_table(5)), series())
     many = drawn(monkeypatch, Scene(report_table(9), track_table(100)), series())

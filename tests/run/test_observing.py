@@ -126,3 +126,43 @@ def test_says_nothing_of_bearings_whose_sensor_is_known() -> None:
     assert not any("bearings" in note for note in settings.notes)
     settings, _ = settle(table(bearings), load_configuration({"sensors": {"default": known}}))
     assert any("cross nowhere" in note for note in settings.notes)
+
+
+def two_radars(reach: float) -> ReportTable:
+    """Return reports of two radars 3 km apart, the first with a reach."""
+    rng = np.random.default_rng(1)
+    n, places = 1200, np.array([[0.0, 0.0], [3000.0, 0.0]])
+    place, sensor = rng.uniform([-1000, -1000], [4000, 1000], (n, 2)), np.arange(n) % 2
+    offset = place - places[sensor]
+    away = np.linalg.norm(offset, axis=1)
+    frame = pl.DataFrame({
+        "time": np.repeat(np.arange(n // 10), 10).astype(float),
+        "sensor": np.array(["a", "b"])[sensor],
+        "range_m": away,
+        "azimuth_deg": np.degrees(np.arctan2(*offset.T)) % 360,
+    })  # fmt: skip
+    return read_reports(frame.filter((away < reach) | (sensor == 1)))
+
+
+def test_a_reach_that_nobody_told_is_estimated_and_said() -> None:
+    told = {
+        **GIVEN,
+        "sensors": {
+            "default": {**SENSOR, "sigma": {"range_m": 5.0, "azimuth_deg": 0.1}},
+            "a": {"position": [0.0, 0.0]},
+            "b": {"position": [3000.0, 0.0]},
+        },
+    }
+    settings, _ = settle(two_radars(1500.0), load_configuration(told))
+    first, second = settings.sensors
+    assert first.field_of_view is not None
+    assert 1500.0 <= first.field_of_view.max_range < 1550.0
+    assert second.field_of_view is None
+    assert settings.sources["sensors.a.field_of_view"] == "estimated"
+    assert settings.values["sensors"]["a"]["field_of_view"].keys() == {"max_range_m"}
+    (note,) = [note for note in settings.notes if "no field_of_view is given" in note]
+    assert note.startswith("sensor a: ")
+    told["sensors"]["a"]["field_of_view"] = {"max_range_m": 9e8}
+    settings, _ = settle(two_radars(1500.0), load_configuration(told))
+    assert settings.sensors[0].field_of_view.max_range == 9e8
+    assert not any("no field_of_view is given" in note for note in settings.notes)

@@ -35,3 +35,8 @@ def test_what_nothing_is_known_of_has_no_gap() -> None:
             "worst_gap": None,
             "worst_distance": None,
         }
+
+
+def test_what_is_best_of_what_was_kept_does_not_count_as_proven() -> None:
+    among = entry(-10.0, -10.0, Status.OPTIMAL_AMONG_KEPT)
+    assert certainty_of([among, entry(-10.0, -10.0, Status.OPTIMAL)], "scans")["proven_scans"] == 1

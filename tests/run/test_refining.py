@@ -59,9 +59,11 @@ def test_pauses_are_waited_for() -> None:
                 places.append([300.0 * target + rng.normal(0, 2), 5.0 * scan + rng.normal(0, 2)])
     found = estimates_for(table(times, places), load_configuration(None))
     assert found is not None
-    assert found.delete_after_misses is not None
-    assert found.delete_after_misses > 7
-    assert found.sensors["A"].detection_probability < 0.9
+    # Hidden for seven scans of thirty, and never missed otherwise.
+    assert found.hidden_share == pytest.approx(7 / 30, rel=0.3)
+    assert found.mean_silence == pytest.approx(7.0, rel=0.3)
+    assert found.sensors["A"].detection_probability > 0.9
+    assert found.delete_after_misses is None
 
 
 def test_sensors_that_mark_other_parts_of_an_object_still_agree() -> None:
@@ -115,3 +117,22 @@ def test_odd_reports_give_finite_positive_values(name: str) -> None:
     values = numbers(found)
     assert np.all(np.isfinite(values))
     assert min(values) > 0
+
+
+@pytest.mark.parametrize("moment", [0.0, 24.0])
+def test_the_fast_few_among_the_slow_set_the_greatest_speed(moment: float) -> None:
+    rng = np.random.default_rng(1)
+    times, places = [], []
+    start = rng.uniform(-200, 200, (30, 2))
+    way = rng.uniform(0, 7, 30)
+    slow = 1.5 * np.stack([np.sin(way), np.cos(way)], axis=1)
+    for time in np.arange(300) / 10:
+        for target in np.flatnonzero(rng.random(30) < 0.9):
+            times.append(float(time))
+            places.append(start[target] + slow[target] * time + rng.normal(0, 0.3, 2))
+        if moment <= time < moment + 5:
+            times.append(float(time))
+            places.append(np.array([-70.0, 40.0 + 28 * (time - moment)]) + rng.normal(0, 0.3, 2))
+    found = estimates_for(table(times, places), load_configuration(None))
+    assert found is not None
+    assert 28.0 < found.max_speed < 45.0

@@ -114,9 +114,36 @@ def test_without_a_deadline_none_costs_anything() -> None:
     assert run["totals"]["scans_cut_short"] == run["totals"]["pruned_by_deadline"] == 0
 
 
+def test_what_is_best_of_too_little_is_not_called_optimal() -> None:
+    """Two objects beside each other, and room for one sequence of each track."""
+    near = columns()
+    near["y"] = np.where(near["y"] > 150.0, near["y"] - 295.0, near["y"])
+    narrow = {**CONFIG, "growth": {"keep": 1, "new_keep": 1}}
+    result = tracked(pl.DataFrame(near), narrow)
+    scans, totals = result.run["scans"], result.run["totals"]
+    worst = [scan["pruned_probability"]["worst"] for scan in scans]
+    assert totals["worst_pruned_probability"] == max(worst) > 0.01
+    for scan, share in zip(scans, worst, strict=True):
+        assert (scan["status"] == "optimal") == (share <= 0.01)
+        assert scan["status"] in {"optimal", "optimal among kept"}
+        assert share <= scan["pruned_probability"]["sum"]
+    assert totals["scans_optimal_among_kept"] == len(scans) - totals["proven_scans"] > 0
+    assert f"{totals['scans_optimal_among_kept']} among what was kept" in repr(result)
+
+
+def test_of_the_best_hypothesis_alone_nobody_knows_what_was_pruned() -> None:
+    best = {**CONFIG, "growth": {"new_ceiling": 0.01}, "output": {"estimate": "best"}}
+    scans = tracked(pl.DataFrame(columns()), best).run["scans"]
+    assert scans[0]["pruned_probability"] == {"worst": 0.0, "sum": 0.0}
+    assert any(scan["pruned_probability"] is None for scan in scans)
+    for scan in scans:
+        assert (scan["pruned_probability"] is None) == (scan["status"] == "optimal among kept")
+
+
 def test_reports_beyond_number_at_one_place_are_told_in_a_note() -> None:
     count = 400
-    values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": np.full(3 * count, 5.0)}
+    # Equal ones would be copies of one report.
+    values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": 5.0 + 1e-6 * np.arange(3 * count)}
     config = {
         "sensors": {"default": {"sigma": 10.0, "scan_period": 1.0}},
         "growth": {"max_nodes": 3_000},

@@ -5,9 +5,9 @@ import pytest
 
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
-from trackweave.models.rotation import Rotation
+from trackweave.models.rotation import FollowedRotation, Rotation
 from trackweave.run.scans import complete_scans, scan_ends
-from trackweave.run.turns import turn_ends, with_turns
+from trackweave.run.turns import N_SECTORS, Sectors, turn_ends, with_turns
 
 TURN = Rotation(4.0)
 
@@ -93,3 +93,27 @@ def test_a_radar_that_is_silent_for_an_hour_misses_at_most_a_hundred_turns():
     silent = [scan.time for scan in scans if len(scan) == 0 and 4.9 < scan.time <= 3605.0]
     assert len(silent) == 100 * 8
     assert sum(time < 1000.0 for time in silent) == 50 * 8
+
+
+def test_sectors_of_a_steady_beam_are_eighths():
+    time = np.sort(np.random.default_rng(1).uniform(0, 100, 300))
+    sectors = Sectors(TURN, time)
+    np.testing.assert_array_equal(sectors.number, np.floor(time / 0.5))
+    np.testing.assert_array_equal(sectors.ends(sectors.number), (sectors.number + 1) * 0.5)
+
+
+def test_sectors_of_a_followed_beam_are_cut_between_reports():
+    rng = np.random.default_rng(1)
+    turns = np.arange(101.0)
+    knots = np.concatenate([[0.0], np.cumsum(rng.uniform(3.9, 4.1, 100))])
+    beam = FollowedRotation(4.0, 0.0, 1, knots, turns)
+    time = np.sort(rng.uniform(0, knots[-1], 2500))
+    sectors = Sectors(beam, time)
+    ends, begins = sectors.ends(sectors.number), sectors.ends(sectors.number - 1)
+    assert np.all((begins <= time) & (time < ends))
+    assert [sectors.end(number) for number in sectors.number[:9]] == ends[:9].tolist()
+    swept = beam.turned(ends) - beam.turned(begins)
+    assert np.all((swept >= 0.5 / N_SECTORS) & (swept <= 1.5 / N_SECTORS))
+    # In sixteenths of a turn with some two reports each there is a gap to cut in.
+    room = beam.turned(time) - beam.turned(begins), beam.turned(ends) - beam.turned(time)
+    assert np.mean(np.minimum(*room) < 0.005) < 0.01

@@ -13,6 +13,7 @@ from trackweave.solvers import Greedy
 from trackweave.trackers import clock_guard
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
 from trackweave.trackers.fused_plots import FusedPlotsTracker
+from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import HELD, LATE
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
@@ -222,7 +223,8 @@ def test_refuses_another_max_ahead(make, wrong):
 def test_known_tracks_count_again_after_a_first_scan_that_was_wrong(make):
     from trackers.test_contract import known
 
-    target = make(priors=known((7,)))
+    lasting = Lifecycle(hidden_share=0.0, survival=0.999999)
+    target = make(priors=known((7,)), lifecycle=lasting)
     (first,) = run(target, [scan(DAY, [])])
     assert first.time == DAY
     after = run(target, [scan(1.0 + time, []) for time in range(3)])

@@ -184,7 +184,7 @@ def test_empty_lists_fit_whatever_comes_after(make, dim):
 
 
 def test_known_tracks_are_there_from_the_first_scan_and_new_names_go_on_behind(make):
-    target = make(priors=known((7, 3)))
+    target = make(priors=known((7, 3)), lifecycle=Lifecycle(hidden_share=0.0, survival=0.999999))
     target.step(scan(0.5, []), rng=np.random.default_rng(1))
     hypothesis = run(target, [scan(time, [(900.0, 900.0)]) for time in (1.0, 2.0, 3.0)])[-1]
     assert {3, 7} <= set(hypothesis.tracks.track.tolist())
@@ -193,7 +193,8 @@ def test_known_tracks_are_there_from_the_first_scan_and_new_names_go_on_behind(m
 
 @pytest.mark.parametrize("misses", [2, 4])
 def test_a_confirmed_track_coasts_and_ends_after_so_many_misses(make, misses):
-    target = make(lifecycle=Lifecycle(delete_after_misses=misses))
+    lasting = Lifecycle(delete_after_misses=misses, hidden_share=0.0, survival=0.999999)
+    target = make(lifecycle=lasting)
     seen = [scan(time, [(5.0 * time, 0.0)]) for time in range(6)]
     hypotheses = run(target, seen + [scan(6 + time, []) for time in range(misses)])
     assert hypotheses[5].tracks.status.tolist() == [CONFIRMED]

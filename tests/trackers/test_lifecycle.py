@@ -109,34 +109,80 @@ def test_a_track_that_comes_back_in_time_keeps_its_name():
     assert len({name for each in hypotheses[3:] for name in each.tracks.track.tolist()}) == 1
 
 
-def test_a_lost_object_is_taken_up_again_under_a_new_name():
+def back_after(missed, **life):
+    """Return the tracks before an object's silence of so many scans, in it, and behind it."""
+    end = 8 + missed
     scans = [at(float(time)) for time in range(8)]
-    scans += [scan(float(time), []) for time in range(8, 18)]
-    scans += [at(float(time)) for time in range(18, 26)]
-    hypotheses = run(tracker(), scans)
-    before, after = hypotheses[7].tracks, hypotheses[-1].tracks
-    assert len(before) == len(after) == 1
+    scans += [scan(float(time), []) for time in range(8, end)]
+    scans += [at(float(time)) for time in range(end, end + 8)]
+    lifecycle = Lifecycle(new_target_density=1e-9, **life)
+    hypotheses = run(tracker(lifecycle=lifecycle), scans)
+    return [each.tracks for each in (hypotheses[7], hypotheses[end - 1], hypotheses[-1])]
+
+
+def test_a_silence_hides_a_track_and_its_name_stays_open():
+    before, silent, after = back_after(30)
+    assert [len(before), len(silent), len(after)] == [1, 0, 1]
+    assert after.track.tolist() == before.track.tolist()
+    assert after.hits.tolist() == [16]
+
+
+@pytest.mark.parametrize("life", [{"delete_after_misses": 5}, {"rejoin": 20.0}])
+def test_a_name_is_closed_when_it_was_told_to_be(life):
+    before, silent, after = back_after(30, **life)
+    assert [len(before), len(silent), len(after)] == [1, 0, 1]
     assert after.track[0] > before.track[0]
 
 
+def test_the_name_of_an_object_that_is_surely_gone_is_closed():
+    target = tracker(lifecycle=Lifecycle(mean_silence=5.0))
+    run(target, [at(float(time)) for time in range(8)])
+    (silent,) = run(target, [scan(8.0, [])])
+    assert silent.n_sequences > 0
+    last = run(target, [scan(float(time), []) for time in range(9, 120)])[-1]
+    assert last.n_sequences == 0
+
+
 @pytest.mark.parametrize("estimate", ["average", "best"])
-def test_misses_end_a_confirmed_track_and_nothing_sooner(estimate):
-    """With the usual survival the best explanation is an end after three misses already."""
+def test_a_track_is_shown_while_its_object_more_probably_lives_in_sight(estimate):
+    """By the forward recursion of the chain, here by hand: alive, and in sight, or over."""
+    life = Lifecycle(hidden_share=0.05, mean_silence=10.0)
     target = MultiHypothesisTracker(
         motion=ConstantVelocity(0.1, 20.0),
         sensors=[Sensor("radar", 5.0, 0.9, 1e-7, scan_period=1.0)],
-        lifecycle=Lifecycle(delete_after_misses=5),
+        lifecycle=life,
         estimate=estimate,
     )
     rng = np.random.default_rng(2)
     for time in range(12):
         place = np.array([[10.0 * time, 0.0]]) + rng.normal(0, 5.0, (1, 2))
         target.step(Scan(float(time), "radar", place), rng=rng)
-    shown = []
+    hiding, showing = life.hiding(1.0)
+    sight, hidden, shown, expected = 1.0, 0.0, [], []
     for time in range(12, 18):
         tracks = target.step(Scan(float(time), "radar", np.empty((0, 2))), rng=rng).tracks
         shown.append(tracks.status.tolist())
-    assert shown == [[COASTING]] * 4 + [[], []]
+        sight, hidden = (
+            0.1 * (sight * (1 - hiding) + hidden * showing),
+            hidden * (1 - showing) + sight * hiding,
+        )
+        sight, hidden = 0.999 * sight, 0.999 * hidden
+        expected.append([COASTING] if sight >= 0.5 * (sight + hidden + 0.001) else [])
+    assert shown == expected
+    assert [] in expected
+    assert [COASTING] in expected
+
+
+@pytest.mark.parametrize(("share", "silence"), [(0.01, 60.0), (0.3, 5.0), (0.0, 1.0)])
+def test_hiding_over_two_steps_is_that_over_both(share, silence):
+    life = Lifecycle(hidden_share=share, mean_silence=silence)
+
+    def step(waited):
+        hiding, showing = life.hiding(waited)
+        return np.array([[1 - hiding, hiding], [showing, 1 - showing]])
+
+    np.testing.assert_allclose(step(1.5) @ step(7.0), step(8.5))
+    assert life.hiding(1e9) == pytest.approx((share, 1.0 - share if share else 0.0))
 
 
 def test_out_of_sight_a_track_coasts_but_not_for_ever():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.domain.scans import Scan
+from trackweave.errors import InvalidInputError
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
@@ -72,3 +73,63 @@ def test_without_any_period_a_track_ends_after_ten_minutes_unseen(silence):
         last = following.step(scan, rng=rng)
     followed = np.abs(last.tracks.mean[:, 0]) < 1e4
     assert bool(followed.any()) == (silence < 600.0)
+
+
+def shared(scans):
+    """Return a tracker after two objects shared stamps for a minute, a third had none."""
+    following = MultiHypothesisTracker(
+        motion=ConstantVelocity(1e-4, 5.0),
+        sensors=[Sensor("transponder", 3.0, 0.2, 1e-8, scans=scans)],
+        lifecycle=Lifecycle(new_target_density=1e-7, initial_target_density=1e-5),
+    )
+    for time in range(5):
+        spots = [[0.0, 0.0], [500.0, 0.0], [0.0, 500.0]]
+        following.step(Scan(float(time), "transponder", spots))
+    for time in range(5, 60):
+        last = following.step(Scan(float(time), "transponder", [[0.0, 0.0], [500.0, 0.0]]))
+    return last.tracks
+
+
+def test_stamps_that_others_share_are_no_misses_where_the_sensor_does_not_scan():
+    assert len(shared(scans=False)) == 3
+
+
+@pytest.mark.parametrize("scans", [None, True])
+def test_several_reports_of_one_time_are_a_scan_where_nobody_says_otherwise(scans):
+    assert len(shared(scans)) == 2
+
+
+def test_a_lone_report_of_a_sensor_that_scans_is_a_miss_for_others():
+    assert Sensor("camera", scans=True).tells_silence(1)
+    assert not Sensor("camera").tells_silence(1)
+    assert Sensor("camera", scans=False).tells_silence(0)
+
+
+def test_a_sensor_that_does_not_scan_has_no_scan_period():
+    with pytest.raises(InvalidInputError, match="scans: False; expected True"):
+        Sensor("transponder", scan_period=2.0, scans=False)
+
+
+def test_scans_taken_in_together_tell_what_they_tell_one_by_one():
+    def following():
+        return MultiHypothesisTracker(
+            motion=ConstantVelocity(0.1, 20.0),
+            sensors=[Sensor("transponder", 3.0, 0.2, 1e-8, scans=False)],
+            window=12,
+            lifecycle=Lifecycle(new_target_density=1e-7, initial_target_density=1e-5),
+        )
+
+    scans = list(lone_reports(np.random.default_rng(1), period=2.0))
+    single, several = following(), following()
+    for scan in scans:
+        one_by_one = single.step(scan)
+    for first in range(0, len(scans), 3):
+        together = several.step(scans[first : first + 3])
+    assert together.time == one_by_one.time
+    np.testing.assert_allclose(together.tracks.mean, one_by_one.tracks.mean, rtol=1e-6)
+
+
+def test_refuses_scans_together_that_are_not_in_order():
+    scans = list(lone_reports(np.random.default_rng(1), period=2.0))[:3]
+    with pytest.raises(InvalidInputError, match="each later than the last"):
+        tracker(scan_period=None).step(scans[::-1])

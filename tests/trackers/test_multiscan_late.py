@@ -1,9 +1,21 @@
 """Scans that come late, in parts, or too late."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from oracles.scenes import WIDE, all_assignments, groups, run, scan, scene, sensor, tracker
+from oracles.scenes import (
+    LIFECYCLE,
+    WIDE,
+    all_assignments,
+    groups,
+    run,
+    scan,
+    scene,
+    sensor,
+    tracker,
+)
 from trackweave.domain.scans import Scan
 from trackweave.models.coverage import FieldOfView
 from trackweave.trackers.window import Window
@@ -93,7 +105,9 @@ def test_late_scans_forget_no_misses_however_long_ago():
     """A track that its only sensor missed thrice, which then falls silent."""
     views = [FieldOfView((east, 0.0), max_range=1_000.0) for east in (0.0, 50_000.0)]
     pair = [sensor(name, field_of_view=view) for name, view in zip("ab", views, strict=True)]
-    target, rng = tracker(*pair, window=Window(2, 6)), np.random.default_rng(0)
+    lasting = replace(LIFECYCLE, survival=0.999999, hidden_share=1e-3)
+    target = tracker(*pair, window=Window(2, 6), lifecycle=lasting)
+    rng = np.random.default_rng(0)
     for second in range(26):
         if second < 8:
             seen = [(100.0 + second, 200.0)] if second < 5 else []

@@ -15,14 +15,7 @@ from trackweave.association._gating import (
     within_reach,
 )
 from trackweave.association._lines import BEARING, begin_line, cross_line
-from trackweave.association._nodes import (
-    Candidates,
-    Misses,
-    Nodes,
-    ScanInput,
-    State,
-    WindowRule,
-)
+from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     compare,
@@ -66,8 +59,7 @@ def propose(
     """
     motion = rule.motion
     n_reports, n_components = scan.measurement.shape
-    state = room_for_state(motion)
-    expected = room_for_expectation(motion, n_components)
+    state, expected = room_for_state(motion), room_for_expectation(motion, n_components)
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     crowding.left_out[:], crowding.dearest[0] = 0, -1
@@ -78,6 +70,9 @@ def propose(
     for node in range(n_nodes):
         begin = count
         missed.tail[node] = nodes.tail[node]
+        hidden = nodes.hidden[node]
+        hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
+        missed.hidden[node] = hidden
         missed.misses[node] = nodes.misses[node]
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
         if nodes.tail[node] == math.inf:
@@ -181,7 +176,7 @@ def propose(
                     + scan.survival_cost
                     - log_likelihood
                     + scan.log_clutter
-                    - math.log(seen)
+                    - math.log(seen * (1.0 - hidden))
                     - scan.evidence[index]
                     + identity_cost(
                         scan.identity[index], nodes.identity[node], nodes.former[node],
@@ -191,12 +186,16 @@ def propose(
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
-            missed.tail[node] -= math.log(1.0 - seen)
+            silence = 1.0 - seen * (1.0 - hidden)
+            missed.tail[node] -= math.log(silence)
+            missed.hidden[node] = hidden / silence
             chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
             missed.counted[node] += chance
             missed.misses[node] += chance * scan.pace
-        if missed.misses[node] >= rule.max_misses or (
-            scan.time - nodes.time[node] > rule.max_unseen
+        if (
+            missed.tail[node] > rule.most_tail
+            or missed.misses[node] >= rule.max_misses
+            or scan.time - nodes.time[node] > rule.max_unseen
         ):
             missed.tail[node] = math.inf
     return count
@@ -291,6 +290,7 @@ def append_children(
         nodes.is_line[child] = 0
         nodes.cost[child] = candidates.cost[entry]
         nodes.tail[child] = 0.0
+        nodes.hidden[child] = 0.0
         nodes.misses[child] = 0.0
         nodes.counted[child] = 1.0
         nodes.price[child] = 0.0
@@ -342,6 +342,7 @@ def append_roots(
         nodes.sensor[node] = scan.sensor
         nodes.is_line[node] = 0
         nodes.tail[node] = 0.0
+        nodes.hidden[node] = 0.0
         nodes.misses[node] = 0.0
         nodes.counted[node] = 1.0
         nodes.price[node] = 0.0

@@ -27,6 +27,7 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.is_line[to] = source.is_line[row]
         target.cost[to] = source.cost[row]
         target.tail[to] = source.tail[row]
+        target.hidden[to] = source.hidden[row]
         target.misses[to] = source.misses[row]
         target.counted[to] = source.counted[row]
         target.chances[to] = source.chances[row]

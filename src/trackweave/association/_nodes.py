@@ -17,7 +17,8 @@ class Nodes(NamedTuple):
     ``report`` is the last report's slot in the window, -1 where a track from before the window
     starts. ``chosen`` is 1 for the last hypothesis's sequences. ``cost`` is what the sequence
     costs up to its last report and ``tail`` what the scans since then add while the object lives
-    [nats]. ``misses`` counts the chances to be seen since the last report, where all sensors of
+    [nats]; ``hidden`` is how probable it is, if it lives, that no sensor can see it now.
+    ``misses`` counts the chances to be seen since the last report, where all sensors of
     one instant give one chance, of which ``counted`` is the share already counted at this
     instant; ``chances`` counts those up to and with the last report, from the object's first.
     ``price`` is what holding the last report against others is worth [nats], as far as they were
@@ -43,6 +44,7 @@ class Nodes(NamedTuple):
     is_line: IntArray
     cost: FloatArray
     tail: FloatArray
+    hidden: FloatArray
     misses: FloatArray
     counted: FloatArray
     chances: FloatArray
@@ -86,7 +88,9 @@ class ScanInput(NamedTuple):
     a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
     the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
-    ``identity_gain``, one of another costs ``identity_loss`` [nats].
+    ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
+    in sight was hidden with probability ``hiding``, and a hidden one came in sight with
+    ``showing``.
     """
 
     kind: int
@@ -117,6 +121,8 @@ class ScanInput(NamedTuple):
     detection_probability: float
     log_clutter: float
     survival_cost: float
+    hiding: float
+    showing: float
     coverage: Coverage
 
 
@@ -126,14 +132,17 @@ class WindowRule(NamedTuple):
     motion: MotionRule
     crossing_time: float
     end_cost: float
+    most_tail: float
     max_misses: float
     max_unseen: float
+    max_shown: float
 
 
 class Misses(NamedTuple):
     """What each sequence becomes if the scan has no report of it."""
 
     tail: FloatArray
+    hidden: FloatArray
     misses: FloatArray
     counted: FloatArray
 
@@ -194,7 +203,9 @@ def allocate(capacity: int, modes: int, size: int) -> Nodes:
     whole = (
         "parent", "report", "family", "hits", "chosen", "identity", "former", "sensor", "is_line",
     )  # fmt: skip
-    real = ("cost", "tail", "misses", "counted", "chances", "price", "belief", "time")
+    real = (
+        "cost", "tail", "hidden", "misses", "counted", "chances", "price", "belief", "time",
+    )  # fmt: skip
     return Nodes(
         **{name: column(dtype=np.int64) for name in whole},
         **{name: column() for name in real},

@@ -86,16 +86,39 @@ def behind_best(group: IntArray, rank: FloatArray, is_new: np.ndarray) -> FloatA
 
 
 @jit
-def spare_best(family: IntArray, rank: FloatArray, spared: np.ndarray, behind: FloatArray) -> None:
-    """Let the best of each spared family lie behind nothing, in place."""
-    best = np.full(spared.shape[0], -1)
+def best_of(family: IntArray, rank: FloatArray, count: int) -> IntArray:
+    """Return the entry of the least rank of each family, the first of equals.
+
+    -1 for a family that has no entry with a finite one.
+    """
+    best = np.full(count, -1)
     for entry in range(family.shape[0]):
         own = family[entry]
-        if spared[own] and (best[own] < 0 or rank[entry] < rank[best[own]]):
+        if rank[entry] < (rank[best[own]] if best[own] >= 0 else math.inf):
             best[own] = entry
-    for entry in best:
-        if entry >= 0:
-            behind[entry] = -math.inf
+    return best
+
+
+@jit
+def second_gains(
+    family: IntArray, report: IntArray, rank: FloatArray, without: FloatArray, n_reports: int
+) -> FloatArray:
+    """Return what each report is worth to the family that gains second most by it, at least 0.
+
+    A family gains by how much its best rank ``without`` a report lies above that with this one.
+    """
+    most, second = np.zeros(n_reports), np.zeros(n_reports)
+    winner = np.full(n_reports, -1)
+    for entry in range(family.shape[0]):
+        own, index = family[entry], report[entry]
+        gain = without[own] - rank[entry]
+        if own == winner[index]:
+            most[index] = max(most[index], gain)
+        elif gain > most[index]:
+            second[index], most[index], winner[index] = most[index], gain, own
+        else:
+            second[index] = max(second[index], gain)
+    return second
 
 
 @jit

@@ -27,6 +27,8 @@ class Beginning:
         Reports taken so far, and chances to be seen from the first report on.
     tail, misses
         Cost [nats] and number of the chances missed since ``time``.
+    hidden
+        How probable it is then that an object that lives is where no sensor can see it.
     identity, former, sensor
         Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
     is_line
@@ -43,6 +45,7 @@ class Beginning:
     hits: IntArray
     chances: FloatArray
     tail: FloatArray
+    hidden: FloatArray
     misses: FloatArray
     identity: IntArray
     former: IntArray

@@ -31,6 +31,8 @@ class Beliefs:
         For each node the edge of its family and last report, shape (nodes,); -1 without report.
     edge_probability
         That the edge's report belongs to the edge's family, shape (edges,).
+    claims
+        Odds of all families together for each report that some sequence has, shape (reports,).
     existence
         That the family's object lives, shape (families,).
         An object on a line, seen by a bearing alone, counts for nothing.
@@ -42,6 +44,7 @@ class Beliefs:
     probability: FloatArray
     edge: IntArray
     edge_probability: FloatArray
+    claims: FloatArray
     existence: FloatArray
     mean: FloatArray
     covariance: FloatArray
@@ -82,6 +85,7 @@ def believe(
         nodes, n, tree.track < 0, edges, n_reports, weight, max_iterations,
         probability, edge_probability,
     )  # fmt: skip
+    claims = _claims(nodes.price[:n], edges, edge_probability, n_reports)
     if known is not None:
         sum_edges(nodes, n, edges, known, edge_probability)
     _, size = n_modes_and_size(tree.rule.motion)
@@ -95,4 +99,19 @@ def believe(
     # Sums of many shares of one can come out above it by rounding.
     for chance in (probability, edge_probability, existence):
         np.minimum(chance, 1.0, out=chance)
-    return Beliefs(probability, edges.of_node, edge_probability, existence, mean, covariance)
+    return Beliefs(
+        probability, edges.of_node, edge_probability, claims, existence, mean, covariance
+    )
+
+
+def _claims(
+    price: FloatArray, edges: Edges, edge_probability: FloatArray, n_reports: int
+) -> FloatArray:
+    """Return what all families together would give for each report, as odds."""
+    own = np.zeros(edges.report.shape[0])
+    has = edges.of_node >= 0
+    own[edges.of_node[has]] = price[has]
+    share = np.minimum(edge_probability, 1.0 - 1e-9)
+    claims = np.zeros(n_reports)
+    np.add.at(claims, edges.report, share / (1.0 - share) * np.exp(own))
+    return claims

@@ -17,11 +17,14 @@ class Status(StrEnum):
     >>> tw.Status.OPTIMAL == "optimal"
     True
     >>> [status.value for status in tw.Status]
-    ['optimal', 'feasible', 'infeasible', 'unknown']
+    ['optimal', 'optimal among kept', 'feasible', 'infeasible', 'unknown']
     """
 
     OPTIMAL = "optimal"
     """The bound proves that no answer costs less."""
+    OPTIMAL_AMONG_KEPT = "optimal among kept"
+    """The same of what a tracker kept: it left out more than 1 % of a track's probability, or
+    nobody knows how much."""
     FEASIBLE = "feasible"
     """Every rule is kept; the certificate's gap says how much better an answer could be."""
     INFEASIBLE = "infeasible"

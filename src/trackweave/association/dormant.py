@@ -1,6 +1,7 @@
 """Components that no scan concerns for a while: put aside, so that nobody goes over them."""
 
 import copy
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
@@ -36,7 +37,8 @@ class _Components:
     """The components put aside, a row each.
 
     ``first`` and ``count`` say where its nodes are, ``first_family`` and ``n_families`` where its
-    families; ``living`` is what living on had cost until then, ``cost`` what its part of the
+    families; ``living`` is what living on had cost until then and ``settling`` how far, in powers
+    of e, who was hidden then had become as anybody [nats, 1], ``cost`` what its part of the
     answer costs [nats], and ``debt`` under which number its gap is owed, -1 for none.
     """
 
@@ -45,6 +47,7 @@ class _Components:
     first_family: IntArray
     n_families: IntArray
     living: FloatArray
+    settling: FloatArray
     cost: FloatArray
     debt: IntArray
     time: FloatArray
@@ -56,7 +59,9 @@ class _Components:
     def none(cls) -> Self:
         """Return no components."""
         zero, nothing, place = np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 2))
-        return cls(zero, zero, zero, zero, nothing, nothing, zero, nothing, place, place, nothing)
+        return cls(
+            zero, zero, zero, zero, nothing, nothing, nothing, zero, nothing, place, place, nothing
+        )
 
     def joined(self, other: Self) -> Self:
         """Return these and others behind them."""
@@ -93,7 +98,7 @@ class Dormant:
         self._rule = rule
         self._horizon = horizon
         self._components = _Components.none()
-        self._living = 0.0
+        self._living = self._settling = self._usually_hidden = 0.0
         self._last_time = -np.inf
         self._debts: dict[int, float] = {}
         self._next_debt = 0
@@ -164,6 +169,9 @@ class Dormant:
             told = self._concerned(self._components.whereabouts(), scan, slack)
             self._take(tree, told, scan.time)
         self._living += scan.survival_cost
+        if scan.hiding > 0.0:
+            self._settling -= math.log1p(-min(scan.hiding + scan.showing, 1.0 - 1e-12))
+            self._usually_hidden = scan.hiding / (scan.hiding + scan.showing)
         self._last_time = scan.time
 
     def bring_back(self, tree: AssociationTree, time: float) -> None:
@@ -197,6 +205,7 @@ class Dormant:
             first_family=np.empty(0, dtype=np.int64),
             n_families=np.bincount(label, minlength=count)[is_over],
             living=np.full(n_put, self._living),
+            settling=np.full(n_put, self._settling),
             cost=cost[is_over],
             debt=np.full(n_put, self._owed(gap)),
             **{name: getattr(known, name)[is_over] for name in Whereabouts._fields},
@@ -237,6 +246,9 @@ class Dormant:
         span = tree.take_in(self.nodes, rows, parent, families)
         tree.nodes.family[span] -= np.repeat(shift, taken.count)
         tree.nodes.tail[span] += np.repeat(self._living - taken.living, taken.count)
+        settled = np.exp(np.repeat(taken.settling - self._settling, taken.count))
+        hidden = tree.nodes.hidden[span]
+        hidden += (1.0 - settled) * (self._usually_hidden - hidden)
         slept = np.repeat(taken.time != time, taken.count)
         tree.nodes.counted[span][slept] = 0.0
         nodes = self.nodes

@@ -13,7 +13,8 @@ __all__ = ["GrowthLimits"]
 class GrowthLimits:
     """What bounds the growth of an association tree.
 
-    Sequences are ranked by their cost plus what their reports are worth to others.
+    Sequences are ranked by their cost plus what their reports are worth to others. Beginnings stay
+    whatever the limits, and of each track the best sequence that lives on without a report.
 
     Parameters
     ----------
@@ -27,7 +28,7 @@ class GrowthLimits:
         How far above the price of its first report such a sequence's rank may lie [nats].
     max_nodes
         Greatest number of sequences looked at together; the worst ranked give way, never a
-        beginning or the best sequence of a track. What no scan concerns is not among them.
+        track's best. What no scan concerns is not among them.
 
     Raises
     ------

@@ -21,21 +21,21 @@ from trackweave.association._nodes import (
     part_of,
     workspace,
 )
+from trackweave.association._pruned import Cut
 from trackweave.association._pruning import (
-    accumulate_prices,
     behind_best,
+    best_of,
     crossings,
     keep_ancestors,
     keep_below,
     part_ties,
-    rank_bounds,
-    spare_best,
 )
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
+from trackweave.association.pruning import Fate, Offer, bounds_of, cut_of, offered
 
 __all__ = ["AssociationTree"]
 
@@ -64,6 +64,8 @@ class AssociationTree(NodeRoom):
         """Sequences that the limits let stay, but not ``most`` since that was set."""
         self.n_pruned = 0
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
+        self.cut: Cut | None = None
+        """What of that the last scan left out; None as soon as nobody asks any more."""
 
     def limit(self, most: int) -> None:
         """Set the greatest number of sequences for now, and count from 0 what gives way to it."""
@@ -125,40 +127,42 @@ class AssociationTree(NodeRoom):
         candidates, missed = self._propose(scan)
         n_old, n_new = self.n_nodes, scan.measurement.shape[0]
         nodes = self.nodes
-        priced = np.empty(n_old)
-        accumulate_prices(nodes, n_old, priced)
-        group = self._groups(candidates)
-        alive = nodes.cost[:n_old] + missed.tail + priced
-        ended = nodes.cost[:n_old] + np.minimum(missed.tail, self.rule.end_cost) + priced
-        grown = candidates.cost + priced[candidates.node]
-        rank = np.concatenate([ended, grown])
-        bound, room, is_new = self._bounds(candidates, group, rank)
+        offer = offered(nodes, candidates, missed, self.track < 0, self.rule.end_cost)
+        group = self._groups(offer)
+        bound, room, is_new = bounds_of(offer, group, self.families, self.limits)
         bound = bound[group]
-        excess = rank - bound
+        excess = offer.rank - bound
         part_ties(group, excess, room)
+        # What begins stays whatever the cap, and of each track how it may live on unseen.
         excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
-        parent = np.concatenate([nodes.parent[:n_old], candidates.node])
-        # Beginnings, of excess minus infinity, stay whatever the cap.
+        unseen = self._best_believed(offer.family[:n_old], offer.alive)
+        excess[unseen] = -np.inf
         kept = excess <= 0.0
-        keep_ancestors(parent, parent.shape[0], kept)
+        keep_ancestors(offer.parent, kept.shape[0], kept)
         n_kept, usual = int(np.count_nonzero(kept)), self._room_beside(n_new)
         most = min(usual, max(0, self.most - n_new))
         if n_kept > most:
-            behind = behind_best(group, rank, is_new)
+            behind = behind_best(group, offer.rank, is_new)
             behind[np.isneginf(excess)] = -np.inf
-            spare_best(self._family_of(candidates), rank, self._believed(), behind)
-            n_gone = give_way(kept, parent, behind, most)
+            behind[self._best_believed(offer.family, offer.rank)] = -np.inf
+            n_gone = give_way(kept, offer.parent, behind, most)
             self.n_given_way += max(0, n_gone - max(0, n_kept - usual))
         chosen = np.flatnonzero(kept[n_old:])
-        stopped = np.isfinite(missed.tail) & (alive > bound[:n_old])
+        is_open = offer.alive <= bound[:n_old]
+        is_open[unseen] = True
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
-        self.n_pruned += int(np.count_nonzero(stopped & kept[:n_old]))
-        nodes.tail[:n_old] = np.where(alive <= bound[:n_old], missed.tail, np.inf)
-        nodes.misses[:n_old] = missed.misses
-        nodes.counted[:n_old] = missed.counted
+        self.n_pruned += int(np.count_nonzero(np.isfinite(missed.tail) & ~is_open & kept[:n_old]))
+        self.cut = cut_of(
+            nodes, candidates._replace(report=scan.slot[candidates.report]), missed,
+            Fate(kept, is_open), self.rule.end_cost,
+        )  # fmt: skip
+        nodes.tail[:n_old] = np.where(is_open, missed.tail, np.inf)
+        for name in ("hidden", "misses", "counted"):
+            getattr(nodes, name)[:n_old] = getattr(missed, name)
         self._reserve(chosen.shape[0] + n_new)
         append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
         self.n_nodes += chosen.shape[0]
+        self.nodes.price[n_old : self.n_nodes] = offer.price[chosen]
         self._append_roots(scan, log_density)
         begun = np.ones(self.n_nodes - n_old, dtype=np.bool_)
         self._compact(np.concatenate([kept[:n_old], begun]))
@@ -310,48 +314,26 @@ class AssociationTree(NodeRoom):
         """Return how many sequences the limits let stay beside so many beginnings."""
         return max(0, room_in(self.limits, is_crowded=self.is_crowded) - n_new)
 
-    def _family_of(self, candidates: Candidates) -> IntArray:
-        """Return the family of each sequence, then of each candidate."""
-        family = self.nodes.family[: self.n_nodes]
-        return np.concatenate([family, family[candidates.node]])
-
-    def _believed(self) -> NDArray[np.bool_]:
-        """Tell which families are of tracks: from before the window, or in the last answer."""
-        believed = self.track >= 0
-        n = self.n_nodes
+    def _best_believed(self, family: IntArray, rank: FloatArray) -> IntArray:
+        """Return the entry that ranks best of each track from before or in the last answer."""
+        believed, n = self.track >= 0, self.n_nodes
         believed[self.nodes.family[:n][self.nodes.chosen[:n] == 1]] = True
-        return believed
+        best = best_of(family, rank, self.n_families)
+        return best[believed & (best >= 0)]
 
-    def _groups(self, candidates: Candidates) -> IntArray:
-        """Return for each sequence, then each candidate, among which it has to hold its own."""
+    def _groups(self, offer: Offer) -> IntArray:
+        """Return for each sequence and child among which it has to hold its own."""
         # An object seen by its bearing alone is somewhere else with each second report: below
         # a line, what each of them begins is as good as an object of its own.
         nodes, n = self.nodes, self.n_nodes
-        family = self._family_of(candidates)
         if self.general is None or not np.any(nodes.is_line[:n]):
-            return family
-        parent = np.concatenate([nodes.parent[:n], candidates.node])
-        return crossings(parent, nodes.is_line[:n], family, self.n_families)
-
-    def _bounds(
-        self, candidates: Candidates, group: IntArray, rank: FloatArray
-    ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
-        """Return the worst rank that each group keeps, how many sequences, and if it is new."""
-        limits, family = self.limits, np.arange(self.n_families)
-        if group.max(initial=-1) >= self.n_families:
-            family = np.zeros(group.max() + 1, dtype=np.int64)
-            family[: self.n_families] = np.arange(self.n_families)
-            family[group] = self._family_of(candidates)
-        is_new = self.track[family] < 0
-        keep = np.where(is_new, limits.new_keep, limits.keep)
-        margin = np.where(is_new, limits.new_margin, limits.margin)
-        ceiling = np.where(is_new, self.families.start_cost[family] + limits.new_ceiling, np.inf)
-        return rank_bounds(group, rank, margin, keep, ceiling), keep, is_new
+            return offer.family
+        return crossings(offer.parent, nodes.is_line[:n], offer.family, self.n_families)
 
     def _propose(self, scan: ScanInput) -> tuple[Candidates, Misses]:
         self._own()
         n = self.n_nodes
-        missed = Misses(np.empty(n), np.empty(n), np.empty(n))
+        missed = Misses(*(np.empty(n) for _ in Misses._fields))
         # What was proposed last tells best how much will be now; too little costs a second go.
         room, general = max(self._room, n + 64), self.general_for(scan)
         is_new = self.track[self.nodes.family[:n]] < 0

@@ -36,17 +36,17 @@ def waited(
 
     Returns
     -------
-    The tracks with tails and misses as they are then.
+    The tracks with tails, misses and how probably they are hidden as they are then.
     """
     count = beginning.track.shape[0]
     tree = AssociationTree(rule, GrowthLimits())
     tree.add_tracks(beginning)
     nodes = tree.nodes
     nodes.counted[:count] = first > 0
-    patient = rule._replace(max_misses=np.inf, max_unseen=np.inf)
+    patient = rule._replace(most_tail=np.inf, max_misses=np.inf, max_unseen=np.inf)
     nobody = Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
     for place, scan in enumerate(scans):
-        missed = Misses(np.empty(count), np.empty(count), np.empty(count))
+        missed = Misses(*(np.empty(count) for _ in Misses._fields))
         unseen = without_reports(scan)
         general = tree.general_for(unseen)
         crowding = crowding_of(nodes, count, tree.track < 0, tree.limits)
@@ -54,4 +54,5 @@ def waited(
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]
-    return replace(beginning, tail=nodes.tail[:count].copy(), misses=nodes.misses[:count].copy())
+    waiting = {name: getattr(nodes, name)[:count].copy() for name in ("tail", "hidden", "misses")}
+    return replace(beginning, **waiting)

@@ -53,7 +53,7 @@ class Context(NamedTuple):
 
 def window_rule(
     motion: Motion,
-    lifecycle: tuple[float, float, float],
+    lifecycle: tuple[float, float, float, float, float],
     dim: int,
     *,
     unscented: bool = False,
@@ -66,8 +66,9 @@ def window_rule(
     motion
         How objects move.
     lifecycle
-        Probability of survival per scan period; number of misses in a row, and seconds without a
-        report, after which an object is not looked for any more.
+        Probability of survival per scan period; and when an object is not looked for any more: by
+        how much more probable it is that it is gone [nats], after how many misses in a row, and
+        after how many seconds without a report; and for how many its track is shown then.
     dim
         Number of spatial dimensions.
     unscented
@@ -79,13 +80,16 @@ def window_rule(
     -------
     The rule.
     """
-    survival, max_misses, max_unseen = lifecycle
+    survival, gone, max_misses, max_unseen, max_shown = lifecycle
+    end_cost = -math.log(1.0 - survival)
     return WindowRule(
         motion=motion.rule(dim, unscented=unscented),
         crossing_time=float(crossing_time),
-        end_cost=-math.log(1.0 - survival),
+        end_cost=end_cost,
+        most_tail=end_cost + gone,
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
+        max_shown=float(max_shown),
     )
 
 
@@ -146,8 +150,7 @@ def scan_input(
         time=float(scan.time),
         reference=float(scan.time if start is None else (start + scan.time) / 2),
         new_instant=True,
-        # A lone report of a sensor that does not scan says nothing of other objects.
-        is_silence_telling=sensor.scan_period is not None or count != 1,
+        is_silence_telling=sensor.tells_silence(count),
         has_moments=scan.moments is not None,
         is_located=is_located,
         separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,
@@ -170,6 +173,8 @@ def scan_input(
         detection_probability=float(sensor.detection_probability),
         log_clutter=math.log(sensor.clutter_density),
         survival_cost=float(survival_cost),
+        hiding=0.0,
+        showing=0.0,
         coverage=coverage,
     ), order
 
@@ -245,7 +250,9 @@ def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
     if scan.platform is not None and scan.platform.size:
         platform = np.atleast_2d(scan.platform)[0]
         coverage = coverage._replace(position=platform[:2].copy())
-    if sensor.rotation is None or start is None or end - start >= sensor.rotation.period:
+    if sensor.rotation is None or start is None:
+        return coverage
+    if sensor.rotation.turned(end) - sensor.rotation.turned(start) >= 1.0 - 1e-9:
         return coverage
     return swept(coverage, platform[:2], sensor.rotation.sector(start, end))
 
@@ -278,7 +285,10 @@ def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float])
     from_first = max(0.0, min(width, own_width - ahead))
     from_own = max(0.0, min(own_width, width - behind))
     bounds = coverage.bounds.copy()
-    if from_first >= from_own:
+    if own_width >= 2 * np.pi:
+        # A whole turn begins nowhere: it must not cut the sector that passes its first edge.
+        bounds[2:] = first, width
+    elif from_first >= from_own:
         bounds[2:] = first, from_first
     else:
         bounds[2:] = own_first, from_own

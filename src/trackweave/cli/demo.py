@@ -94,6 +94,7 @@ def _compare(scene: Simulation, result: TrackingResult[Any]) -> dict[str, Any]:
         "mean_gap": totals["mean_gap"],
         "worst_gap": totals["worst_gap"],
         "proven_scans": totals["proven_scans"],
+        "scans_optimal_among_kept": totals["scans_optimal_among_kept"],
         "scans": totals["scans"],
         "cpu_ms_per_scan": timing["median_cpu_ms"],
     }
@@ -111,6 +112,7 @@ def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
         ("identity switches", str(found["switches"])),
         ("reports assigned rightly", "–" if share is None else f"{100 * share:.1f} %"),
         ("scans proven optimal", f"{found['proven_scans']} of {found['scans']}"),
+        ("scans optimal among kept", str(found["scans_optimal_among_kept"])),
         ("worst gap to the bound", "–" if gap is None else f"{100 * gap:.2g} %"),
         ("time per scan (median)", f"{found['cpu_ms_per_scan']:.1f} ms"),
     ]

@@ -13,6 +13,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.output_file import OutputFile
 from trackweave.io.reports import read_reports
+from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
 
 __all__ = ["InitRequest", "run_init"]
@@ -52,9 +53,12 @@ def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
     )
     if len(reports) == 0:
         raise InvalidInputError(f"{request.reports}: no rows; expected at least one report")
-    settings, estimates = settle(reports, load_configuration(None), to_be_edited=True)
+    configuration = load_configuration(None)
+    doubles, (settings, estimates) = doubles_of(
+        reports, lambda once: settle(once, configuration, to_be_edited=True)
+    )
     # What a run takes where nobody says a seed.
-    notes = (*reports.notes, *settings.notes)
+    notes = (*reports.notes, *doubles.notes(), *settings.notes)
     settings = replace(settings, values={**settings.values, "seed": 0}, notes=notes)
     text = commented_toml(
         settings,

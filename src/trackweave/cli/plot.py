@@ -151,13 +151,16 @@ def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, in
 
 def _series(run: RunFiles) -> ScanSeries:
     time, reports, gap = run.scans("time", "reports", "gap")
-    is_optimal = [scan.get("status") == Status.OPTIMAL for scan in run.record["scans"]]
+    is_proven = [
+        scan["status"] == Status.OPTIMAL if "status" in scan else scan["gap"] == 0.0
+        for scan in run.record["scans"]
+    ]
     return ScanSeries(
         time=time,
         reports=reports,
-        assigned=assigned_per_scan(run.record["scans"], time, run.assignments),
+        assigned=assigned_per_scan(run.record, time, run.assignments),
         gap=gap,
-        proven=(gap == 0.0) | np.array(is_optimal, dtype=np.bool_),
+        proven=np.array(is_proven, dtype=np.bool_),
         cpu_ms=run.cpu_ms(),
         known=run.tracks,
         iso_time=run.iso_time,

@@ -69,6 +69,9 @@ class Settings:
         How the plots of an instant are fused before; None where they are not.
     max_ahead
         How far a scan's time may jump ahead of all others [s].
+    together
+        For how long reports of sensors that do not look are gathered before they are searched
+        [s]; None for each time by itself.
     """
 
     motion: Motion
@@ -87,6 +90,7 @@ class Settings:
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
     plots: PlotSettings | None = None
     max_ahead: float = MAX_AHEAD
+    together: float | None = None
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -111,6 +115,8 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     for name in names:
         own = section_of(configuration, name)
         needed = {key for key in ESTIMATED_OF_SENSOR if getattr(own, key) is None}
+        if own.scans is False:
+            needed.discard("scan_period")
         if own.clutter_per_scan is not None and own.field_of_view is not None:
             needed.discard("clutter_density")
         if needed:
@@ -196,10 +202,11 @@ def fill(
     )
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
-    motion = motion_of(ledger, told, min(periods, default=1.0))
+    ways = estimates.ways if estimates else None
+    motion = motion_of(ledger, told, min(periods, default=1.0), ways)
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
-        depth=ledger.choose(("window", "depth"), default=Window().depth),
+        depth=ledger.choose(("window", "depth"), estimates and estimates.depth, Window().depth),
         max_scans=ledger.choose(
             ("window", "max_scans"), estimates and estimates.max_scans, Window().max_scans
         ),
@@ -207,7 +214,7 @@ def fill(
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)
     max_ahead = ledger.choose(("live", "max_ahead"), default=MAX_AHEAD)
-    period = ledger.choose(("output", "period"))
+    period = ledger.choose(("output", "period"), estimates and estimates.period)
     tracker, doubts = tracker_of_ledger(ledger)
     plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
@@ -222,7 +229,7 @@ def fill(
         ledger.choose(("output", "estimate"), default="average"),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
-        max_ahead,
+        max_ahead, estimates.together if estimates else None,
     )  # fmt: skip
 
 
@@ -265,6 +272,17 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
             estimates and estimates.delete_after_misses,
             usual.delete_after_misses,
         ),
+        hidden_share=ledger.choose(
+            ("lifecycle", "hidden_share"),
+            estimates and estimates.hidden_share,
+            usual.hidden_share,
+        ),
+        mean_silence=ledger.choose(
+            ("lifecycle", "mean_silence"),
+            estimates and estimates.mean_silence,
+            usual.mean_silence,
+        ),
+        rejoin=ledger.choose(("lifecycle", "rejoin")),
         new_target_density=ledger.choose(
             ("lifecycle", "new_target_density"),
             estimates and estimates.new_target_density,

@@ -56,6 +56,15 @@ class Ledger:
             return self.enter(path, estimated, "estimated")
         return self.enter(path, default, "default")
 
+    def said(self, path: Sequence[str]) -> Any:
+        """Return what the file says of a key, or else the preset; None for nothing."""
+        for given in (self.file, self.preset):
+            for name in _names(path):
+                value = value_at(given, name)
+                if value is not None:
+                    return value
+        return None
+
     def enter(self, path: Sequence[str], value: Any, source: str) -> Any:
         """Enter a value that has been chosen already; return it."""
         table = self.values

@@ -1,6 +1,7 @@
 """From the keys of ``[motion]`` to how objects move."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from trackweave.config.ledger import Ledger, value_at
 from trackweave.config.motion_sections import MODELS
@@ -27,7 +28,10 @@ SPEED_UP, FADE = 10.0, 10.0
 
 
 def motion_of(
-    ledger: Ledger, estimated: tuple[float | None, float | None], period: float
+    ledger: Ledger,
+    estimated: tuple[float | None, float | None],
+    period: float,
+    ways: Mapping[str, Any] | None = None,
 ) -> Motion:
     """Return how objects move, and enter each value.
 
@@ -39,6 +43,8 @@ def motion_of(
         Process noise [m²/s³] and greatest speed [m/s] as the reports tell, None for nothing.
     period
         The shortest time from scan to scan [s].
+    ways
+        Between which ways objects change as the reports tell, with keys as in ``[motion.imm]``.
 
     Returns
     -------
@@ -50,19 +56,23 @@ def motion_of(
         If there are more or fewer sojourn times than ways to move.
     """
     path = ("motion",)
-    model = ledger.choose((*path, "model"), default=_VELOCITY)
+    model = ledger.choose((*path, "model"), ways and "imm", _VELOCITY)
     noise, speed = estimated
     if model in {_VELOCITY, _TURN, "imm"}:
         ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
     ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
-    return _imm(ledger, period) if model == "imm" else _mode(ledger, path, model, period)
+    return (
+        _imm(ledger, period, ways or {}) if model == "imm" else _mode(ledger, path, model, period)
+    )
 
 
-def _imm(ledger: Ledger, period: float) -> Imm:
+def _imm(ledger: Ledger, period: float, ways: Mapping[str, Any]) -> Imm:
     path = ("motion", "imm")
-    names = ledger.choose((*path, "models"), default=[_VELOCITY, _TURN])
+    names = ledger.choose((*path, "models"), ways.get("models"), [_VELOCITY, _TURN])
+    if names != ways.get("models"):
+        ways = {}
     usual = [USUAL_STAY, *[USUAL_MANOEUVRE] * (len(names) - 1)]
-    times = ledger.choose((*path, "sojourn_time"), default=usual)
+    times = ledger.choose((*path, "sojourn_time"), ways.get("sojourn_time"), usual)
     if len(times) != len(names):
         raise InvalidInputError(
             f"motion.imm.sojourn_time: {len(times)} times; expected {len(names)}, one for each "
@@ -70,12 +80,16 @@ def _imm(ledger: Ledger, period: float) -> Imm:
         )
     models = []
     for name in names:
-        kind = ledger.choose((*path, name, "model"), default=name)
-        models.append(_mode(ledger, (*path, name), kind, period))
+        own = ways.get(name, {})
+        kind = ledger.choose((*path, name, "model"), own.get("model"), name)
+        noise = own.get("process_noise") if own.get("model") == kind else None
+        models.append(_mode(ledger, (*path, name), kind, period, noise))
     return Imm(tuple(models), tuple(times))
 
 
-def _mode(ledger: Ledger, path: Sequence[str], kind: str, period: float) -> Mode:
+def _mode(
+    ledger: Ledger, path: Sequence[str], kind: str, period: float, noise: float | None = None
+) -> Mode:
     """Return one way to move; what its table leaves out is as in ``[motion]``, or usual."""
 
     def choose(key: str, usual: float) -> float:
@@ -100,7 +114,7 @@ def _mode(ledger: Ledger, path: Sequence[str], kind: str, period: float) -> Mode
     if kind == _ACCELERATION:
         acceleration = choose("max_acceleration", speed / SPEED_UP)
         jerk = 2 * acceleration**2 / 5 / FADE
-        noise = ledger.choose((*path, *own), default=jerk)
-        return ConstantAcceleration(float(noise), speed, acceleration)
-    walk = ledger.choose((*path, *own), default=speed**2 * period / 9)
+        shaken = ledger.choose((*path, *own), noise, jerk)
+        return ConstantAcceleration(float(shaken), speed, acceleration)
+    walk = ledger.choose((*path, *own), noise, speed**2 * period / 9)
     return RandomWalk(float(walk), speed)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
 
 __all__ = ["UNKNOWN_SENSOR", "ObservedSensor"]
@@ -33,6 +34,10 @@ class ObservedSensor:
         Time from scan to scan [s], None where it does not scan.
     rotation
         How its beam turns, as far as reports tell.
+    is_turn_sure
+        Whether they show so.
+    field_of_view
+        Where it sees, as far as its silence tells; None for everywhere.
     """
 
     measurement: MeasurementKind = MeasurementKind.POSITION
@@ -44,6 +49,8 @@ class ObservedSensor:
     reports_per_scan: float = 1.0
     scan_period: float | None = None
     rotation: Rotation | None = None
+    is_turn_sure: bool = True
+    field_of_view: FieldOfView | None = None
 
 
 UNKNOWN_SENSOR = ObservedSensor()

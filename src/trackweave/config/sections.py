@@ -146,7 +146,18 @@ class LifecycleSection(Section):
     """How probable an object must be for its track to be confirmed at once; 1 = never."""
 
     delete_after_misses: Count | None = None
-    """Misses in succession that end a track."""
+    """Misses in succession that end a track; left out = when its object is probably gone."""
+
+    hidden_share: (
+        Annotated[float, Field(ge=0, le=0.9), Expected("a number from 0 to 0.9")] | None
+    ) = None
+    """Share of their time for which objects are where no sensor can see them; 0 = never."""
+
+    mean_silence: Seconds | None = None
+    """How long they are hidden then, on average [s]."""
+
+    rejoin: Seconds | None = None
+    """For so long a track may be taken up again [s]; left out = as is probable."""
 
     new_target_density: (
         Annotated[Density, Expected("a number > 0 per m² (m³) and scan")] | None

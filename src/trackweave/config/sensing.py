@@ -22,7 +22,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["section_of", "sensor_of"]
+__all__ = ["is_period", "section_of", "sensor_of", "view_keys"]
 
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
@@ -33,6 +33,8 @@ USUAL_SIGMA = {
     "bearing_deg": 1.0,
 }
 USUAL_RANGE_SHARE = 0.01
+# A period that is told is one found in the reports if it differs by less than this share.
+PERIOD_AGREES = 0.002
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
@@ -91,9 +93,11 @@ def sensor_of(
             f"sensors.{name}.position: left out; expected where the sensor stands, [x, y] in "
             f"metres, because its {columns} count from there (or columns sensor_x,sensor_y)"
         )
-    view = choose("field_of_view")
+    view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(ledger, section, (name, found, seen))
     rotation, period = _rotation(ledger, (name, found, seen))
+    likely_scans = True if period is not None or rotation is not None else found and found.scans
+    scans = choose("scans", likely_scans)
     likely = None if found is None or found.strength is None else asdict(found.strength)
     strength = choose("strength", likely)
     return Sensor(
@@ -102,12 +106,13 @@ def sensor_of(
         detection_probability=detection,
         clutter_density=clutter,
         scan_period=period,
-        field_of_view=None if view is None else _field_of_view(section, position),
+        field_of_view=None if view is None else _field_of_view(view, position),
         measurement=kind,
         position=None if position is None else tuple(position),
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
+        scans=scans,
     )
 
 
@@ -134,6 +139,30 @@ def section_of(configuration: Configuration, name: str) -> SensorSection:
     elif update.get("clutter_per_scan") is not None:
         update["clutter_density"] = None
     return usual.model_copy(update=update)
+
+
+def view_keys(view: FieldOfView | None) -> dict[str, Any] | None:
+    """Return a field of view as the keys of a file.
+
+    Parameters
+    ----------
+    view
+        The field of view; None for everywhere.
+
+    Returns
+    -------
+    The keys that bound something; None for none.
+    """
+    if view is None:
+        return None
+    keys: dict[str, Any] = {}
+    if math.isfinite(view.max_range):
+        keys["max_range_m"] = view.max_range
+    if view.azimuth_deg != (0.0, 360.0):
+        keys["azimuth_deg"] = list(view.azimuth_deg)
+    if view.polygon is not None:
+        keys["polygon"] = [list(corner) for corner in view.polygon]
+    return keys
 
 
 def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[Any, Any]:
@@ -223,6 +252,8 @@ def _rotation(
     name, found, seen = sensor
     turning = seen.rotation
     likely = found.scan_period if found else seen.scan_period
+    if ledger.said(("sensors", name, "scans")) is False:
+        turning = likely = None
     period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
     word = None
     if turning is not None:
@@ -230,6 +261,9 @@ def _rotation(
     word = ledger.choose(("sensors", name, "rotation"), word, "none")
     if word == "none":
         return None, period
+    if turning is not None and period and not is_period(period, turning):
+        # The reports' own times and directions measure it better than any data sheet.
+        period = ledger.enter(("sensors", name, "scan_period"), turning.period, "estimated")
     if turning is None:
         raise InvalidInputError(
             f'sensors.{name}.rotation: "{word}"; expected "none", because its reports do not '
@@ -238,8 +272,25 @@ def _rotation(
     return turning, period
 
 
-def _field_of_view(section: SensorSection, position: Sequence[float] | None) -> FieldOfView:
-    view = section.field_of_view or FieldOfViewSection()
+def is_period(told: float, turning: Rotation) -> bool:
+    """Tell whether a scan period is that of a turn which reports show.
+
+    Parameters
+    ----------
+    told
+        The scan period [s].
+    turning
+        The turn.
+
+    Returns
+    -------
+    Whether they agree, as far as a data sheet can tell.
+    """
+    return abs(turning.period / told - 1.0) <= PERIOD_AGREES
+
+
+def _field_of_view(keys: Mapping[str, Any], position: Sequence[float] | None) -> FieldOfView:
+    view = FieldOfViewSection.model_validate(keys)
     east, north = (position or (0.0, 0.0))[:2]
     turn = view.azimuth_deg or (0.0, 360.0)
     return FieldOfView(

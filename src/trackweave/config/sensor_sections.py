@@ -172,6 +172,10 @@ class SensorSection(Section):
     scan_period: Seconds | None = None
     """Time from scan to scan, or of a turn [s]."""
 
+    scans: Annotated[bool, Expected("true or false")] | None = None
+    """Whether it looks, so that what it does not report was missed; false for one that hears
+    objects report themselves, each at its own pace, as AIS does."""
+
     rotation: (
         Annotated[
             Literal["clockwise", "counter-clockwise", "none"],
@@ -193,7 +197,7 @@ class SensorSection(Section):
     """Where the sensor stands, x, y[, z] [m]."""
 
     field_of_view: FieldOfViewSection | None = None
-    """Where it sees; left out = everywhere."""
+    """Where it sees; left out = as its silence tells beside other sensors, else everywhere."""
 
     strength: StrengthSection | None = None
     """What the strength of its reports tells; left out = nothing."""
@@ -204,7 +208,11 @@ class SensorSection(Section):
     """Chance that a report's identity is another than its object's was."""
 
     @model_validator(mode="after")
-    def _one_kind_of_clutter(self) -> "SensorSection":
+    def _fits_together(self) -> "SensorSection":
         if self.clutter_density is not None and self.clutter_per_scan is not None:
             raise ValueError("clutter_density or clutter_per_scan, not both")
+        if self.scans is False and not (
+            self.scan_period is None and self.rotation in (None, "none")
+        ):
+            raise ValueError("scans = true with a scan_period or a rotation")
         return self

@@ -110,6 +110,9 @@ class ReportTable:
     row
         Number of each report's data record in what was read, from 1, shape (reports,); None where
         the reports came in the order that they have here.
+    unavailable
+        Reports whose position is a code for "not available": their measurements are NaN, and
+        they are of no scan; None where there are none.
     report_type
         The polars type of the whole numbers that all identifiers are, None where they are text.
 
@@ -147,6 +150,7 @@ class ReportTable:
     notes: tuple[str, ...] = ()
     row: IntArray | None = None
     report_type: Any = None
+    unavailable: "ReportTable | None" = None
 
     __repr__ = summary
 
@@ -161,6 +165,17 @@ class ReportTable:
     def kind_of(self, sensor: int) -> MeasurementKind:
         """Return what a sensor measures, by its index."""
         return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
+
+    def rows_told(self) -> IntArray | None:
+        """Return the number of each row with a report, those not available too; None as ``row``.
+
+        Returns
+        -------
+        Numbers of data records, unavailable ones behind the others.
+        """
+        if self.row is None or self.unavailable is None or self.unavailable.row is None:
+            return self.row
+        return np.concatenate([self.row, self.unavailable.row])
 
     def part(self, rows: IntArray) -> "ReportTable":
         """Return some rows, in the order asked for, without the columns that pass through.

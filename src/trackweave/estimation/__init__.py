@@ -1,8 +1,10 @@
 """Learns from reports what nobody has said: noise, clutter, detection, speed, turns."""
 
+from trackweave.estimation.coverage import covered, fields_of_view
 from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.echoes import without_echoes
-from trackweave.estimation.estimate import Estimates, SensorEstimate, digits, estimate
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.plausibility import believable
 from trackweave.estimation.refine import (
     Followed,
@@ -18,8 +20,10 @@ __all__ = [
     "SensorEstimate",
     "bearing_sensor",
     "believable",
+    "covered",
     "digits",
     "estimate",
+    "fields_of_view",
     "refined",
     "stretch_of",
     "sure_tracks",

@@ -1,6 +1,8 @@
 """Tracks that are beyond doubt, and what can be measured on them."""
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import chdtr, digamma, gammaln
@@ -10,7 +12,14 @@ from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["Chains", "ball_volume", "chains_of", "detection_share", "local_density"]
+__all__ = [
+    "Chains",
+    "ball_volume",
+    "chains_of",
+    "detection_share",
+    "local_density",
+    "speed_of_few",
+]
 
 SEGMENT = 6
 STRIDE = 3
@@ -18,6 +27,10 @@ MAX_CHAINS = 300
 MIN_SEGMENTS = 10
 # A segment counts when chance would make fewer than this many as straight for each report.
 FALSE_SEGMENTS_PER_REPORT = 0.0005
+# What is left makes fewer false segments than this in all; the few are hardly noisier than the
+# many, and seen twice. So few others lie within the noise, or no line of them tells anything; the
+# fastest of all count where so few lie within reach that hardly any segment is none.
+FALSE_OF_FEW, AS_NOISY, ALIKE, THIN, EMPTY = 0.01, 5.0, 1.25, 0.003, 0.02
 # A predicted place is followed up to this many standard deviations, for so many misses.
 GATE = 3.5
 MAX_MISSES = 2
@@ -57,6 +70,8 @@ class _Segment:
     start: int
     points: FloatArray
     residual: float
+    index: IntArray
+    chance: float
 
 
 def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
@@ -159,6 +174,77 @@ def detection_share(
     return float(share.mean()), float(np.hypot(share.std() / np.sqrt(share.size), crowd / 2))
 
 
+def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | None:
+    """Return how fast the few are that are faster than the many.
+
+    Reports that line up at the speed of the many are laid aside. What is left is looked through
+    as far about each report as there is one other on average. Where hardly any other lies within
+    reach of the many, the fastest among them count too.
+
+    Parameters
+    ----------
+    blocks
+        A sensor's scans.
+    speed
+        Greatest speed of the many [m/s].
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³].
+
+    Returns
+    -------
+    The greatest speed that is seen twice [m/s]; None for none.
+    """
+    speeds = []
+    for frames in blocks:
+        many, left = _left_over(frames, speed, density)
+        if len(left) < SEGMENT or not many:
+            continue
+        noise = float(np.median([segment.residual for segment in many]))
+        interval = float(np.median(np.diff(frames.time)))
+        count = sum(position.shape[0] for position in left.position)
+        thin = density * count / sum(position.shape[0] for position in frames.position)
+        dim = left.position[0].shape[1]
+        if thin * float(ball_volume(math.sqrt(noise), dim)) > THIN:
+            continue
+        wide = float((thin * ball_volume(1.0, dim)) ** (-1 / dim)) / interval
+        for start in range(0, len(left) - SEGMENT + 1, STRIDE):
+            chosen = start + np.arange(SEGMENT)
+            times = left.time[chosen]
+            # Over steps much shorter than the usual, noise looks like speed.
+            steps = np.diff(times)
+            if steps.min() > interval / 2 and steps.sum() < 2 * SEGMENT * interval:
+                speeds += [
+                    _speed(times, piece.points)
+                    for piece in _sure_segments(left, start, chosen, wide, thin)
+                    if piece.residual < AS_NOISY * noise and piece.chance < FALSE_OF_FEW / count
+                ]
+        if density * float(ball_volume(speed * interval, dim)) < EMPTY:
+            speeds += [
+                _speed(frames.time[one.start : one.start + SEGMENT], one.points)
+                for one in many
+                if one.residual < AS_NOISY * noise
+            ]
+    # One by itself may be chance: what goes on so fast makes another.
+    speeds = sorted(speeds)
+    again = [v for before, v in pairwise(speeds) if v < ALIKE * before]
+    return max(again, default=None)
+
+
+def _left_over(frames: Frames, speed: float, density: float) -> tuple[list[_Segment], Frames]:
+    """Return what lines up at a speed, and scans without it, empty ones left out."""
+    left = [np.ones(position.shape[0], dtype=bool) for position in frames.position]
+    found = []
+    for start in range(0, len(frames) - SEGMENT + 1, STRIDE):
+        chosen = start + np.arange(SEGMENT)
+        for segment in _sure_segments(frames, start, chosen, speed, density):
+            found.append(segment)
+            for scan, index in zip(chosen, segment.index, strict=True):
+                left[scan][index] = False
+    kept = [scan for scan, one in enumerate(left) if one.any()]
+    others = [frames.position[scan][left[scan]] for scan in kept]
+    return found, Frames(frames.time[kept], others, frames.share)
+
+
 def _sure_segments(
     frames: Frames, start: int, chosen: IntArray, speed: float, density: float
 ) -> list[_Segment]:
@@ -178,6 +264,8 @@ def _sure_segments(
             start,
             np.array([part.position[k][index] for k, index in enumerate(pieces[piece])]),
             float(rss[piece]) / (freedom * dim),
+            pieces[piece],
+            float(chance[piece]),
         )
         for piece in sure
     ]

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, sure_tracks
 
@@ -75,11 +75,14 @@ def _component_noise(
             )
             / np.sqrt(known)[:, None]
         )
-    residual = np.concatenate(parts) if parts else np.empty((0, 2))
-    if residual.shape[0] < FEWEST_RESIDUALS:
+    count = np.array([part.shape[0] for part in parts])
+    if count.sum() < FEWEST_RESIDUALS:
         return None
-    spread = 1.4826 * np.median(np.abs(residual), axis=0)
-    return tuple(bounded(float(value), 1e-6) for value in spread)
+    # Robust within a track, and not over tracks: some objects are noisier than most, and theirs
+    # have to lie in the gate too.
+    spread = np.array([1.4826 * np.median(np.abs(part), axis=0) for part in parts])
+    usual = np.sqrt(np.average(spread**2, axis=0, weights=count))
+    return tuple(bounded(float(value), 1e-6) for value in usual)
 
 
 def _fitted(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:

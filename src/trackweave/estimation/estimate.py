@@ -1,21 +1,31 @@
 """What a configuration leaves out, estimated from the reports."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.chains import Chains, ball_volume, chains_of, detection_share
+from trackweave.estimation.chains import (
+    Chains,
+    ball_volume,
+    chains_of,
+    detection_share,
+    speed_of_few,
+)
+from trackweave.estimation.covering import covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import Frames, frames_of
+from trackweave.estimation.lone import LoneReports, judged, lone_reports
+from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
+from trackweave.estimation.looking import Looking
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
-from trackweave.estimation.trees import tree_of
-from trackweave.models.strength import StrengthModel
 
-__all__ = ["Estimates", "SensorEstimate", "bounded", "covered_by", "digits", "estimate"]
+__all__ = ["WIDER", "estimate"]
 
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
@@ -23,93 +33,10 @@ DETECTION_RANGE = (0.5, 0.98)
 # Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
 USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
 SURE_LENGTH = 8
-FEWEST_IN_HULL = 10
-# With so many unrelated reports where a successor may be, false segments line up.
+# With so many unrelated reports about a successor, false segments line up.
 CROWDED = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class SensorEstimate:
-    """What one sensor's reports tell of it.
-
-    Parameters
-    ----------
-    scan_period
-        Time from scan to scan [s]; None where it does not scan.
-    sigma
-        Standard deviation of a report along an axis [m]; or of each number of a report, as a
-        tuple [m, rad, m/s].
-    detection_probability
-        Chance that a scan reports an object.
-    clutter_density
-        False alarms per m² (m³) and scan.
-    covered
-        Area [m²] or volume [m³] from which its reports come.
-    n_objects
-        Objects present at a time, on average.
-    density
-        Reports per m² (m³) and scan; 0 for unknown.
-    disagreement
-        By how much else it puts objects elsewhere than other sensors do, as a standard
-        deviation along an axis that is part of ``sigma`` [m].
-    strength
-        What the strength of its reports tells of their origin; None for nothing.
-    """
-
-    scan_period: float | None
-    sigma: float | tuple[float, ...]
-    detection_probability: float
-    clutter_density: float
-    covered: float
-    n_objects: float
-    density: float = 0.0
-    disagreement: float = 0.0
-    strength: StrengthModel | None = None
-
-    @property
-    def plane_sigma(self) -> float:
-        """Standard deviation along an axis [m]: sigma, or the first of its numbers."""
-        return self.sigma[0] if isinstance(self.sigma, tuple) else self.sigma
-
-
-@dataclass(frozen=True, slots=True)
-class Estimates:
-    """What the reports tell.
-
-    Parameters
-    ----------
-    sensors
-        Estimates by name of the sensor.
-    process_noise
-        Power spectral density of the acceleration along an axis [m²/s³].
-    max_speed
-        Greatest speed of an object [m/s].
-    new_target_density
-        Objects newly present per m² (m³) and scan.
-    initial_target_density
-        Objects present per m² (m³) at a time.
-    delete_after_misses
-        Misses in succession after which hardly any object comes back; None for unknown.
-    max_scans
-        Scans of all sensors that a window should hold; None for the usual number.
-    doubts
-        Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
-    remarks
-        On what a value rests and how sure it is, by its key in a configuration file.
-    notes
-        Sentences on what was left out or not believed.
-    """
-
-    sensors: Mapping[str, SensorEstimate]
-    process_noise: float
-    max_speed: float
-    new_target_density: float
-    initial_target_density: float
-    delete_after_misses: int | None = None
-    max_scans: int | None = None
-    doubts: Mapping[str, str] = field(default_factory=dict)
-    remarks: Mapping[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+# Above the greatest speed that is seen.
+WIDER = 1.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,12 +46,19 @@ class _Findings:
     sensor: SensorEstimate
     process_noise: float | None
     max_speed: float | None
+    speed_of_few: float
     doubt: str | None
-    n_scans: int
+    times: float
     note: str | None
+    lone: LoneReports | None = None
+    ways: Mapping[str, Any] | None = None
 
 
-def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> Estimates:
+def estimate(
+    reports: ReportTable,
+    sigma: Mapping[str, float] | None = None,
+    scanning: Mapping[str, bool] | None = None,
+) -> Estimates:
     """Return estimates of everything that a tracker needs to know and can learn from reports.
 
     Sensors are looked at one by one: how far apart successors lie, which reports line up over
@@ -137,14 +71,18 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         At least one report.
     sigma
         Standard deviations that are known, by name of the sensor [m].
+    scanning
+        Whether sensors look, by name, where it is known.
 
     Returns
     -------
     Finite, positive values, however odd the reports are.
     """
-    known = dict(sigma or {})
+    known, scans = dict(sigma or {}), dict(scanning or {})
     findings = {
-        name: _look_at(reports, index, known.get(name) or _reported_sigma(reports, index))
+        name: _found(
+            reports, index, known.get(name) or _reported_sigma(reports, index), scans.get(name)
+        )
         for index, name in enumerate(reports.sensors)
         if np.any(reports.sensor == index)
     }
@@ -154,10 +92,13 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
     fallback = next(iter(findings.values())).sensor
     period = fallback.scan_period or 1.0
     present = [found.sensor.n_objects / found.sensor.covered for found in findings.values()]
-    # Of those present, each began at some time of the recording, or of the last fifty scans.
-    times = [min(max(found.n_scans, 10), 50) for found in findings.values()]
+    times = [found.times for found in findings.values()]
+    few = max(found.speed_of_few for found in findings.values())
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
+    max_speed = max(max_speed, WIDER * few)
     sensors = {name: found.sensor for name, found in findings.items()}
+    lone = [(found.lone, found.ways) for found in findings.values() if found.lone is not None]
+    only_lone = rhythm_of(lone, reports.time) if len(lone) == len(findings) else {}
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
@@ -167,7 +108,9 @@ def estimate(reports: ReportTable, sigma: Mapping[str, float] | None = None) -> 
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
         initial_target_density=bounded(max(present), 1e-30),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
+        speed_of_few=few,
         notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
+        **only_lone,
     )
 
 
@@ -194,56 +137,60 @@ def _reconciled(
     return sensors
 
 
-def bounded(value: float, least: float = 1e-9) -> float:
-    """Return a value that a configuration takes: the data's scale may be anything.
-
-    Parameters
-    ----------
-    value
-        Any number.
-    least
-        Least value that makes sense. Must be positive.
-
-    Returns
-    -------
-    A number between, rounded.
-    """
-    return digits(float(np.clip(value, least, 1e8)))
+def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | None) -> _Findings:
+    """Return what one sensor's reports tell, whether it looks or not."""
+    if scans is True:
+        return _look_at(reports, index, sigma)
+    seen, threads, rows = judged(reports, index)
+    scans = seen.scans if scans is None else scans
+    if scans is not False:
+        found = _look_at(reports, index, sigma)
+        return replace(found, sensor=replace(found.sensor, scans=scans))
+    position = reports.measurement[rows]
+    lone = lone_reports(reports.time[rows], position, threads, sigma)
+    return _of_lone(lone, seen, position, sigma)
 
 
-def digits(value: float, count: int = 4) -> float:
-    """Return a value without digits that no estimate can be sure of.
-
-    Parameters
-    ----------
-    value
-        Any finite number.
-    count
-        How many significant digits stay.
-
-    Returns
-    -------
-    The rounded number.
-    """
-    return float(f"{value:.{count}g}")
+def _of_lone(
+    lone: LoneReports, seen: Looking, position: FloatArray, sigma: float | None
+) -> _Findings:
+    """Return what a sensor's reports tell that does not look; its second is its scan."""
+    typical = lone.sigma or sigma or spacing_of(position) * 0.01
+    covered = covered_by(position, typical)
+    values = LoneValues.of(lone, typical, covered, position.shape[1])
+    sensor = SensorEstimate(
+        scan_period=None,
+        sigma=bounded(typical, 1e-6),
+        detection_probability=digits(values.detection),
+        clutter_density=digits(float(np.clip(values.clutter, 1e-30, 1e10))),
+        covered=covered,
+        n_objects=lone.n_objects,
+        scans=False,
+    )
+    times = lone.n_objects / covered / values.coming
+    note = note_on_lone(lone, seen)
+    return _Findings(
+        sensor, values.process, lone.max_speed, 0.0, None, times, note, lone, values.ways
+    )
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
-    """Return what one sensor's reports tell."""
+    """Return what the reports of a sensor tell that looks."""
     rows = reports.sensor == index
     position = reports.measurement[rows]
     blocks, period = frames_of(reports, index)
     n_scans = sum(len(block) for block in blocks)
     per_scan = sum(p.shape[0] for block in blocks for p in block.position) / max(n_scans, 1)
-    typical = sigma or _spacing(position) * 0.01
+    typical = sigma or spacing_of(position) * 0.01
     covered = covered_by(position, typical)
     share = blocks[0].share if blocks else 1.0
     density = per_scan / (covered * share)
     stands_out = reach(blocks)
-    chains, seen = None, None
+    chains, seen, few = None, None, 0.0
     if stands_out is not None:
         chains = chains_of(blocks, stands_out[0], density)
         seen = detection_share(blocks, stands_out[0], density)
+        few = speed_of_few(blocks, stands_out[0], density) or 0.0
     process = None
     if chains is not None:
         sigma, process = _noise(chains, density, (sigma, typical), period)
@@ -265,20 +212,11 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         found,
         process,
         _max_speed(chains, stands_out),
+        few,
         _doubt(blocks, stands_out, chains, density),
-        n_scans,
-        _note_on_area(position, covered),
-    )
-
-
-def _note_on_area(position: FloatArray, covered: float) -> str | None:
-    """Return what is taken for the area of many reports that span none."""
-    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
-        return None
-    unit = "m²" if position.shape[1] == 2 else "m³"
-    return (
-        "its reports lie on a line or at one place, so that no area tells how dense they are; "
-        f"{covered:.3g} {unit} about them stand in"
+        # Of those present, each began at some time of the recording, or of the last fifty scans.
+        min(max(n_scans, 10), 50),
+        note_on_area(position, covered),
     )
 
 
@@ -335,7 +273,7 @@ def _max_speed(chains: Chains | None, stands_out: tuple[float, float] | None) ->
     """Return a speed that hardly any object exceeds."""
     if chains is not None:
         # The fastest tenth holds most of the segments that are none.
-        return float(1.25 * np.quantile(chains.speed, 0.9)) or None
+        return float(WIDER * np.quantile(chains.speed, 0.9)) or None
     return None if stands_out is None else stands_out[0]
 
 
@@ -344,49 +282,3 @@ def _reported_sigma(reports: ReportTable, index: int) -> float | None:
     carried = reports.sigma[reports.sensor == index]
     carried = carried[np.isfinite(carried)]
     return float(np.median(carried)) if carried.size else None
-
-
-def _spacing(position: FloatArray) -> float:
-    """Return the usual distance from a report to its nearest neighbour elsewhere [m]."""
-    places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
-    if places.shape[0] < 2:
-        return 100.0
-    distance, _ = tree_of(places).query(places, k=2)
-    return max(float(np.median(distance[:, 1])), 1e-4)
-
-
-def covered_by(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim), at least one.
-    sigma
-        Their usual noise [m].
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
-    dim = position.shape[1]
-    # Reports in one place or on a line still come from a surrounding as wide as their noise.
-    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
-    box = float(np.prod(sides))
-    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
-    # The outermost of n reports lie about 1/n of a side within the edges.
-    margin = (1 + 2 / position.shape[0]) ** dim
-    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
-
-
-def _hull(position: FloatArray) -> float | None:
-    """Return the area or volume of the reports' hull, None where they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    places = np.unique(position, axis=0)
-    if places.shape[0] <= position.shape[1]:
-        return None
-    try:
-        return float(ConvexHull(places).volume)
-    except QhullError:
-        return None

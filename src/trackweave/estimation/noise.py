@@ -23,8 +23,14 @@ CALMER = 4.0
 WIDER, LONGER = 1.7, 1.5
 
 
-def noise_of_chains(
-    time: FloatArray, position: FloatArray, sigma: float, density: float, *, fixed: bool = False
+def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to take it
+    time: FloatArray,
+    position: FloatArray,
+    sigma: float,
+    density: float,
+    *,
+    fixed: bool = False,
+    follows_turns: bool = True,
 ) -> tuple[float, float]:
     """Return the noise under which a Kalman filter finds chains of reports least surprising.
 
@@ -40,6 +46,9 @@ def noise_of_chains(
         Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
     fixed
         Whether sigma is known and only the process noise is sought.
+    follows_turns
+        Whether the process noise grows until sharp turns are followed; not where some of what
+        is far off is of other objects.
 
     Returns
     -------
@@ -51,7 +60,7 @@ def noise_of_chains(
         return sigma, 0.0
     sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
     # Sharp turns are rare, and yet no track should be lost in one.
-    for _ in range(MOST_DOUBLINGS):
+    for _ in range(MOST_DOUBLINGS if follows_turns else 0):
         far, all_own = _far_off(step, places, (sigma**2, process, density))
         # A single one of few reports tells nothing.
         if far <= max(FAR_SHARE * all_own, 1.0):

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import is_absurd_period
 from trackweave.estimation.trees import tree_of
 

@@ -1,16 +1,19 @@
 """What tracks that were made of a stretch of the reports tell."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
-from trackweave.estimation.estimate import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.coverage import in_view
+from trackweave.estimation.estimate import WIDER
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.noise import calm_noise, noise_of_chains
+from trackweave.estimation.silences import long_pauses, silences
+from trackweave.models.coverage import FieldOfView
 
 __all__ = [
     "DETECTION_RANGE",
@@ -25,9 +28,8 @@ REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_den
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
-# A track of so many reports is beyond doubt.
-SURE_HITS = 6
-LASTING_HITS = 12
+# Tracks of so many reports are beyond doubt, and last.
+SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
 SEEN = 0.6
 LEAST_CHAINS_REPORTS = 40
@@ -37,13 +39,6 @@ LONGEST_CHAIN = 60
 USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
 DETECTION_RANGE = (0.3, 0.96)
 PIECE = 5
-# Misses after which tracks end: never fewer than the first, never more scans than the second.
-LEAST_PATIENCE, MOST_PATIENCE = 5, 15
-FEWEST_PAUSES = 5
-# Pauses longer than this on average are more than chance.
-BURSTS = 1.5
-LEAST_BEARABLE = 0.75
-RETURNED = 0.95
 WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
@@ -60,10 +55,13 @@ class Followed:
         Track of each report, -1 for none, shape (reports,).
     looks
         When each sensor scanned [s], ascending, by its name; with or without reports.
+    views
+        Where sensors see that do not see everywhere, by name.
     """
 
     track: IntArray
     looks: Mapping[str, FloatArray]
+    views: Mapping[str, FieldOfView] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,6 +134,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     for index, name in enumerate(reports.sensors):
         if name not in sensors or not np.any(reports.sensor == index):
             continue
+        if sensors[name].scans is False:
+            continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
             sensors[name] = _clutter(sensors[name], tracks, reports, index)
@@ -149,7 +149,10 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         # Objects are the same for all sensors; what one sees besides is its own wandering.
         estimates = replace(estimates, process_noise=bounded(min(noises)))
     if speed is not None:
-        estimates = replace(estimates, max_speed=bounded(speed))
+        # The few that are faster may all come at other times.
+        speed = bounded(max(speed, WIDER * estimates.speed_of_few))
+        estimates = replace(estimates, max_speed=speed)
+    share, silence = _silences(tracks, reports, _of_scans(followed, estimates))
     new, present = _coming(estimates, tracks, reports, followed)
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
     said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
@@ -157,10 +160,22 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         estimates,
         remarks={**estimates.remarks, **dict.fromkeys([*REFINED, *keys], said)},
         sensors=sensors,
-        delete_after_misses=_patience(tracks, reports, followed),
+        hidden_share=digits(share),
+        mean_silence=digits(silence),
         new_target_density=new,
         initial_target_density=present,
     )
+
+
+def _of_scans(followed: Followed, estimates: Estimates) -> Followed:
+    """Return the same with the looks alone of sensors that look."""
+    known = estimates.sensors
+    looks = {
+        name: times
+        for name, times in followed.looks.items()
+        if name not in known or known[name].scans is not False
+    }
+    return replace(followed, looks=looks)
 
 
 def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[Track]:
@@ -213,6 +228,8 @@ def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed:
     for index in np.unique(reports.sensor[track.rows]):
         name = reports.sensors[index]
         time = reports.time[track.rows[reports.sensor[track.rows] == index]]
+        if estimates.sensors[name].scans is False and time.size >= SURE_HITS:
+            return True
         looks = np.searchsorted(followed.looks[name], [time[0], time[-1]])
         share = time.size / (looks[1] - looks[0] + 1)
         if time.size >= SURE_HITS - 2 and share >= SEEN * USUAL_DETECTION:
@@ -230,40 +247,26 @@ def _detection(
     """Return a sensor with its chance of detection and its clutter as the tracks tell."""
     index = reports.sensors.index(name)
     looks = followed.looks[name]
-    hits = chances = 0
     pauses: list[int] = []
     for track in tracks:
-        # The first and the last report are why the track is there, and say nothing.
-        first, last = np.searchsorted(looks, [track.begin, track.end])
         own = reports.time[track.rows[reports.sensor[track.rows] == index]]
-        # A turn's scan counts as of its end, its reports as of their own times.
-        seen = np.isin(np.arange(first + 1, last), np.searchsorted(looks, own))
-        hits += int(np.count_nonzero(seen))
-        chances += seen.size
-        runs = np.diff(np.flatnonzero(np.r_[True, seen, True])) - 1
-        pauses += runs[runs > 0].tolist()
+        # A turn's scan counts as of its end, its reports as of their own times. The first and
+        # the last report of a track are why it is there, and say nothing.
+        ends = np.searchsorted(looks, [track.begin, track.end])
+        first, last = np.minimum(ends, looks.size - 1)
+        seen = np.isin(np.arange(first, last + 1), np.searchsorted(looks, own))
+        seen[[0, -1]] = True
+        if name in followed.views:
+            inner = looks[first : last + 1]
+            seen = seen[seen | in_view(followed.views[name], reports, index, track.rows, inner)]
+        pauses += (np.diff(np.flatnonzero(seen)) - 1).tolist()
+    missed = np.array(pauses, dtype=np.int64)
+    hits = max(0, missed.size - len(tracks))
+    # What was hidden for long was not missed.
+    missed = missed[~long_pauses(missed, hits + int(missed.sum()))]
     usual = USUAL_DETECTION * USUAL_CHANCES
-    share = (hits + usual) / (chances + USUAL_CHANCES)
-    share = min(share, _bearable(np.array(pauses), chances))
+    share = (hits + usual) / (hits + int(missed.sum()) + USUAL_CHANCES)
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))
-
-
-def _bearable(pauses: IntArray, chances: int) -> float:
-    """Return the chance of detection under which long pauses cost what they are worth.
-
-    Misses that come one by one are rightly priced one by one. Where they come in rows, behind
-    another object or over a horizon, the price of each must be lower, or tracks end in the row.
-
-    Returns
-    -------
-    A probability; 1 where pauses are few or short.
-    """
-    if pauses.size < FEWEST_PAUSES or pauses.mean() < BURSTS:
-        return 1.0
-    long = float(np.quantile(pauses, 0.9))
-    begin, stay = pauses.size / max(chances, 1), 1 - 1 / float(pauses.mean())
-    cost = (-math.log(begin) - (long - 1) * math.log(stay)) / long
-    return max(1 - math.exp(-cost), LEAST_BEARABLE)
 
 
 def _clutter(
@@ -298,23 +301,17 @@ def _clutter(
     )
 
 
-def _patience(tracks: list[Track], reports: ReportTable, followed: Followed) -> int | None:
-    """Return after how many misses hardly any object came back, None where none was lost."""
-    looks = np.unique(np.concatenate(list(followed.looks.values())))
-    pauses = []
+def _silences(
+    tracks: list[Track], reports: ReportTable, followed: Followed
+) -> tuple[float, float]:
+    """Return the share of their time for which objects are hidden, and how long on average."""
+    looks = np.unique(np.concatenate([np.empty(0), *followed.looks.values()]))
+    gaps = []
     for track in tracks:
-        passed = np.searchsorted(looks, np.unique(reports.time[track.rows]))
-        pauses += [pause for pause in np.diff(passed) - 1 if pause > 0]
-    if len(pauses) < FEWEST_PAUSES:
-        return None
-    usual = math.ceil(float(np.quantile(pauses, RETURNED))) + 2
-    return int(np.clip(usual, LEAST_PATIENCE, MOST_PATIENCE * _looks_per_turn(followed)))
-
-
-def _looks_per_turn(followed: Followed) -> float:
-    """Return how many scans of all sensors there are to one of the slowest."""
-    counts = [times.size for times in followed.looks.values() if times.size > 1]
-    return sum(counts) / min(counts) if counts else 1.0
+        time = reports.time[track.rows]
+        look, first = np.unique(np.searchsorted(looks, time), return_index=True)
+        gaps.append((np.diff(time[first]), np.diff(look) - 1))
+    return silences(gaps)
 
 
 def _coming(
@@ -368,9 +365,10 @@ def _noise(
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
-    """Return a speed that hardly any object exceeds."""
-    speeds = []
+    """Return a speed that hardly any object exceeds, be it of the many or of the few."""
+    speeds, usual = [], [0.0]
     for track in tracks:
+        own: list[float] = []
         # Each piece is of one sensor: between two that disagree, objects seem to jump.
         order = np.argsort(reports.sensor[track.rows], kind="stable")
         of = reports.sensor[track.rows[order]]
@@ -381,5 +379,10 @@ def _speed(tracks: list[Track], reports: ReportTable) -> float | None:
                 centred = time[piece] - time[piece].mean()
                 if np.ptp(centred) > 1e-6:
                     velocity = centred @ place[piece] / np.dot(centred, centred)
-                    speeds.append(float(np.linalg.norm(velocity)))
-    return 1.3 * float(np.quantile(speeds, 0.97)) if len(speeds) >= 10 else None
+                    own.append(float(np.linalg.norm(velocity)))
+        speeds += own
+        if track.rows.size >= LASTING_HITS and own:
+            usual.append(float(np.median(own)))
+    if len(speeds) < 10:
+        return None
+    return 1.3 * max(float(np.quantile(speeds, 0.97)), *usual)

@@ -3,13 +3,19 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.estimation.following import followed_rotation
 from trackweave.models.rotation import Rotation
 
-__all__ = ["rotation_of"]
+__all__ = ["rotation_of", "wanders"]
 
 FEWEST_REPORTS = 12
 # From so many successive reports the turn is found; then it is followed through the others.
 FIRST_REPORTS = 240
+# Of a beam that wanders only so few follow a steady turn.
+FIRST_STRETCHES = (240, 120, 60)
+LEAST_TURNS_FOLLOWED = 8.0
+# A turn is followed where so many reports together are off by more than this [rad].
+REPORTS_PER_GROUP, FEWEST_GROUPS, UNSTEADY = 12, 6, 0.03
 # A report this near the beam fits [rad], and so many have to.
 NEAR = 0.25
 LEAST_SHARE = 0.7
@@ -31,7 +37,9 @@ def rotation_of(
     period: float | None = None,
     direction: int | None = None,
 ) -> Rotation | None:
-    """Return the steady turn that says at each report's time where the report came from.
+    """Return the turn that says at each report's time where the report came from.
+
+    A steady one where that fits; else one that is followed from turn to turn.
 
     Parameters
     ----------
@@ -51,6 +59,16 @@ def rotation_of(
     """
     if time.size < FEWEST_REPORTS:
         return None
+    steady = _steady(time, azimuth, period, direction)
+    if steady is not None and not wanders(time, azimuth, steady):
+        return steady
+    return _wandering(time, azimuth, period, direction) or steady
+
+
+def _steady(
+    time: FloatArray, azimuth: FloatArray, period: float | None, direction: int | None
+) -> Rotation | None:
+    """Return the turn of constant period that the reports follow from the first to the last."""
     origin = float(time[0])
     elapsed = time - origin
     count = min(FIRST_REPORTS, elapsed.size)
@@ -65,6 +83,59 @@ def rotation_of(
         return None
     sense = 1 if rate > 0 else -1
     return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), sense)
+
+
+def _wandering(
+    time: FloatArray, azimuth: FloatArray, period: float | None, direction: int | None
+) -> Rotation | None:
+    """Return the turn of a beam whose speed wanders, begun where it is steady for long enough."""
+    elapsed = time - time[0]
+    for count in sorted({min(count, time.size) for count in FIRST_STRETCHES}, reverse=True):
+        rates = _possible_rates(float(elapsed[count - 1]), count, period, direction)
+        rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
+        if rate is None:
+            continue
+        rate, phase = _followed(elapsed[:count], azimuth[:count], rate, count)
+        if rate == 0 or (direction or rate) * rate < 0:
+            continue
+        found = followed_rotation(time, azimuth, rate, phase)
+        if found is None or found.turned(time[-1]) - found.turned(time[0]) < LEAST_TURNS_FOLLOWED:
+            continue
+        if np.mean(np.abs(_off(time, azimuth, found)) < NEAR) >= LEAST_SHARE:
+            return found
+    return None
+
+
+def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
+    """Tell whether reports lie off a turn by more than chance, now ahead of it, now behind.
+
+    Parameters
+    ----------
+    time
+        Time of each report [s], ascending.
+    azimuth
+        Where each came from [rad, clockwise from north].
+    rotation
+        The turn.
+
+    Returns
+    -------
+    Whether successive reports' common deviation is more than the edge of a sector may be off.
+    """
+    off = _off(time, azimuth, rotation)
+    near = off[np.abs(off) < 2 * NEAR]
+    n_groups = near.size // REPORTS_PER_GROUP
+    if n_groups < FEWEST_GROUPS:
+        return False
+    groups = near[: n_groups * REPORTS_PER_GROUP].reshape(n_groups, REPORTS_PER_GROUP)
+    chance = groups.var(axis=1, ddof=1).mean() / REPORTS_PER_GROUP
+    return bool(groups.mean(axis=1).var(ddof=1) - chance > UNSTEADY**2)
+
+
+def _off(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> FloatArray:
+    """Return how far reports came from where the beam was, ahead of it [rad]."""
+    beam = rotation.phase + rotation.direction * 2 * np.pi * rotation.turned(time)
+    return np.asarray(np.angle(np.exp(1j * rotation.direction * (azimuth - beam))))
 
 
 def _possible_rates(

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.estimate import Estimates, digits
+from trackweave.estimation.estimates import Estimates, digits
 from trackweave.estimation.refine import Followed, sure_tracks
 from trackweave.models.strength import StrengthModel
 

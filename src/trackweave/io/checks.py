@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
 from trackweave.io.columns import (
@@ -20,6 +20,10 @@ from trackweave.io.tables import OnBadRow, RawTable
 from trackweave.io.times import Times, read_times
 
 __all__ = ["LONGEST_NAME", "Range", "RowChecks"]
+
+# As many bad rows are named; all are counted.
+_MOST_NAMED = 5
+_SKIPPING = '--on-bad-row skip (in Python on_bad_row="skip")'
 
 # 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
 _LATEST_S = 1e11
@@ -70,6 +74,7 @@ class RowChecks:
         self._table = table
         self._reasons: list[tuple[str, str]] = []
         self._complaint = np.full(len(table), -1, dtype=np.int64)
+        self._aside = np.zeros(len(table), dtype=np.bool_)
 
     @property
     def name(self) -> str:
@@ -90,8 +95,13 @@ class RowChecks:
 
     @property
     def good(self) -> BoolArray:
-        """Rows without a complaint so far."""
-        return self._complaint < 0
+        """Rows that can be used as far as is known."""
+        return (self._complaint < 0) & ~self._aside
+
+    @property
+    def aside(self) -> BoolArray:
+        """Rows set aside that are without a complaint so far."""
+        return (self._complaint < 0) & self._aside
 
     def __len__(self) -> int:
         return len(self._table)
@@ -139,10 +149,14 @@ class RowChecks:
         expected
             What should be there.
         """
-        fresh = where & self.good
+        fresh = where & (self._complaint < 0)
         if fresh.any():
             self._complaint[fresh] = len(self._reasons)
             self._reasons.append((column, expected))
+
+    def set_aside(self, where: BoolArray) -> None:
+        """Take rows for right that say nothing, and cannot be used."""
+        self._aside |= where
 
     def numbers(
         self,
@@ -233,13 +247,15 @@ class RowChecks:
             self.refuse(name, column.is_null().to_numpy(), expected)
         return column
 
-    def finish(self, on_bad_row: OnBadRow) -> tuple[BadRow, ...]:
+    def finish(self, on_bad_row: OnBadRow, *, may_skip: bool = False) -> tuple[BadRow, ...]:
         """Return the rows that are left out, or refuse the table.
 
         Parameters
         ----------
         on_bad_row
             Whether a bad row is an error or is left out.
+        may_skip
+            Whether a user could have chosen, which a refusal then says.
 
         Returns
         -------
@@ -250,15 +266,35 @@ class RowChecks:
         DataFormatError
             If a row is bad while bad rows are errors, or no row is good.
         """
-        bad = np.flatnonzero(~self.good)
-        if bad.size and on_bad_row == "fail":
-            raise DataFormatError(self._bad_row(int(bad[0])).message(self.name))
+        bad = np.flatnonzero(self._complaint >= 0)
+        none_left = not self.good.any()
+        if on_bad_row == "fail" and (bad.size or self._table.skipped):
+            raise DataFormatError(self._refusal(bad, may_skip, none_left))
         skipped = (*self._table.skipped, *(self._bad_row(int(place)) for place in bad))
         in_order = tuple(sorted(skipped, key=lambda bad_row: bad_row.row))
-        if bad.size == len(self) and in_order:
+        if none_left and in_order:
             first = in_order[0].message(self.name)
             raise DataFormatError(f"{first} (and none of the other rows is usable)")
+        if none_left and self._aside.any():
+            raise DataFormatError(
+                f'{self.name}: all rows hold codes for "not available"; expected a position'
+            )
         return in_order
+
+    def _refusal(self, bad: IntArray, may_skip: bool, none_left: bool) -> str:
+        """Return what is said of the first bad row, and of how many there are."""
+        firsts = [*self._table.skipped[:1], *(self._bad_row(int(place)) for place in bad[:1])]
+        first = min(firsts, key=lambda bad_row: bad_row.row)
+        numbers = sorted([*(b.row for b in self._table.skipped), *self._table.row[bad].tolist()])
+        parts = [first.message(self.name)]
+        if len(numbers) > 1:
+            named = ", ".join(map(str, numbers[:_MOST_NAMED]))
+            more = ", …" if len(numbers) > _MOST_NAMED else ""
+            parts.append(f"{len(numbers):,} rows are bad in all ({named}{more})")
+        if may_skip:
+            does = "would leave no row" if none_left else "leaves out what is bad"
+            parts.append(f"{_SKIPPING} {does}")
+        return "; ".join(parts)
 
     def _checked(
         self, name: str, numbers: Numbers, within: Range, *, optional: bool

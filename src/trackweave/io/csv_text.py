@@ -15,7 +15,7 @@ import polars as pl
 
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
-from trackweave.io.tables import OnBadRow, RawTable
+from trackweave.io.tables import RawTable
 
 __all__ = ["parse_csv", "parse_csv_carefully"]
 
@@ -23,10 +23,11 @@ _CHUNK_ROWS = 65_536
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
-def parse_csv(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -> RawTable:
+def parse_csv(data: bytes, name: str) -> RawTable:
     """Return the columns of a CSV file as text, null where a cell is empty.
 
-    Blank lines are no records: they are passed over and not counted.
+    Blank lines are no records: they are passed over and not counted. Rows with too few or too
+    many cells are in ``skipped``.
 
     Parameters
     ----------
@@ -34,8 +35,6 @@ def parse_csv(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -> RawTable
         The file's content: UTF-8, with or without a byte order mark.
     name
         What messages call the file.
-    on_bad_row
-        Whether a row with too few or too many cells is an error or is left out.
 
     Returns
     -------
@@ -44,16 +43,16 @@ def parse_csv(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -> RawTable
     Raises
     ------
     DataFormatError
-        If the text is not UTF-8, has no header or a name twice in it, has quotation marks that
-        are never closed, or a row of the wrong length while bad rows are errors.
+        If the text is not UTF-8, has no header or a name twice in it, or has quotation marks
+        that are never closed.
     """
     data = data.removeprefix(_BYTE_ORDER_MARK).strip(b"\r\n")
     _require_text(data, name)
     plain = _parse_plain(data, name)
-    return plain if plain is not None else parse_csv_carefully(data, name, on_bad_row)
+    return plain if plain is not None else parse_csv_carefully(data, name)
 
 
-def parse_csv_carefully(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -> RawTable:
+def parse_csv_carefully(data: bytes, name: str) -> RawTable:
     """Return the columns of a CSV file, reading it record by record.
 
     Parameters
@@ -62,8 +61,6 @@ def parse_csv_carefully(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -
         UTF-8 text without a byte order mark.
     name
         What messages call the file.
-    on_bad_row
-        Whether a row with too few or too many cells is an error or is left out.
 
     Returns
     -------
@@ -83,10 +80,8 @@ def parse_csv_carefully(data: bytes, name: str, on_bad_row: OnBadRow = "fail") -
     chunk: list[list[str]] = []
     for number, cells in enumerate(records, start=1):
         if len(cells) != len(names):
-            bad = BadRow(number, None, _count(len(cells)), f"{len(names)} as in the header")
-            if on_bad_row == "fail":
-                raise DataFormatError(bad.message(name))
-            skipped.append(bad)
+            wanted = f"{len(names)} as in the header"
+            skipped.append(BadRow(number, None, _count(len(cells)), wanted))
             continue
         chunk.append(cells)
         numbers.append(number)

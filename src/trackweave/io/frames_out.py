@@ -12,6 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.io.measured_out import geodetic_columns, measured_columns, number_columns
+from trackweave.io.positions import NO_LATITUDE, NO_LONGITUDE
 from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.times import datetime_column
 
@@ -91,8 +92,18 @@ def assignments_frame(
 
     Returns
     -------
-    ``report,time,sensor,track,probability`` and the carried columns; null = none.
+    ``report,time,sensor,track,probability`` and the carried columns; null = none. Reports that
+    are not available have a row too.
     """
+    found = _assigned_rows(reports, track, probability)
+    if reports.unavailable is not None:
+        found = pl.concat([found, _assigned_rows(reports.unavailable, {}, None)])
+    return _as_they_came(found, reports)
+
+
+def _assigned_rows(
+    reports: ReportTable, track: Mapping[int, int] | IntArray, probability: FloatArray | None
+) -> pl.DataFrame:
     numbers = np.full(len(reports), -1, dtype=np.int64)
     if isinstance(track, Mapping):
         numbers[np.fromiter(track.keys(), np.int64, len(track))] = np.fromiter(
@@ -108,7 +119,7 @@ def assignments_frame(
         pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
     ]
-    return _as_they_came(_frame([*columns, *_carried_columns(reports, columns)]), reports)
+    return _frame([*columns, *_carried_columns(reports, columns)])
 
 
 def reports_frame(reports: ReportTable) -> pl.DataFrame:
@@ -123,8 +134,19 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
     -------
     ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]`` or what else is measured, then
     ``sigma_x,…``, where the sensor was, and ``scan`` where there are any, and the carried
-    columns. Rows are in the order in which the reports came.
+    columns. Rows are in the order in which the reports came; positions that are not available
+    are written as AIS does.
     """
+    found = _report_rows(reports)
+    if reports.unavailable is not None:
+        unknown = _report_rows(reports.unavailable).with_columns(
+            lat=pl.lit(NO_LATITUDE), lon=pl.lit(NO_LONGITUDE)
+        )
+        found = pl.concat([found, unknown], how="diagonal").select(found.columns)
+    return _as_they_came(found, reports)
+
+
+def _report_rows(reports: ReportTable) -> pl.DataFrame:
     columns = [
         _identifier_column(reports),
         time_column("time", reports.time, iso_time=reports.iso_time),
@@ -133,7 +155,7 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
     ]
     if reports.scan is not None:
         columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
-    return _as_they_came(_frame([*columns, *_carried_columns(reports, columns)]), reports)
+    return _frame([*columns, *_carried_columns(reports, columns)])
 
 
 def truth_frame(
@@ -174,9 +196,10 @@ def _frame(columns: list[pl.Series]) -> pl.DataFrame:
 
 
 def _as_they_came(frame: pl.DataFrame, reports: ReportTable) -> pl.DataFrame:
-    if reports.row is None or np.all(np.diff(reports.row) > 0):
+    row = reports.rows_told()
+    if row is None or np.all(np.diff(row) > 0):
         return frame
-    return frame[np.argsort(reports.row)]
+    return frame[np.argsort(row)]
 
 
 def _identifier_column(reports: ReportTable) -> pl.Series:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from trackweave.arrays import IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.io.columns import typed_column
 from trackweave.io.encoding import to_native
@@ -112,18 +113,21 @@ def with_index(assignments: Any, came: Any, reports: ReportTable) -> Any:
     """
     if not hasattr(came, "iloc") or reports.kind != "pandas":
         return assignments
-    assert reports.row is not None
-    every = len(reports) == len(came)
-    return assignments.set_axis(
-        came.index if every else came.index[np.sort(reports.row) - 1], axis=0
-    )
+    every = len(assignments) == len(came)
+    return assignments.set_axis(came.index if every else came.index[_rows(reports) - 1], axis=0)
 
 
 def _place_of_rows(reports: ReportTable, n_rows: int) -> pl.Series:
     """Return where among the reports, in the order in which they came, each row stands if any."""
-    assert reports.row is not None
-    place = pl.Series([None], dtype=pl.Int64).new_from_index(0, n_rows)
-    return place.scatter(np.sort(reports.row) - 1, np.arange(len(reports)))
+    place, rows = pl.Series([None], dtype=pl.Int64).new_from_index(0, n_rows), _rows(reports)
+    return place.scatter(rows - 1, np.arange(rows.size))
+
+
+def _rows(reports: ReportTable) -> IntArray:
+    """Return the numbers of the rows with a report, ascending."""
+    rows = reports.rows_told()
+    assert rows is not None
+    return np.sort(rows)
 
 
 def _with_columns(frame: pl.DataFrame, found: pl.DataFrame) -> pl.DataFrame:

@@ -14,13 +14,13 @@ from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.platforms import read_heading
 from trackweave.io.polar import AZIMUTH, angles, choose_components, read_polar
-from trackweave.io.positions import has_positions, read_positions
+from trackweave.io.positions import has_positions, not_available, read_positions
 
 __all__ = ["Measured", "read_measured"]
 
 _SIGMA = Range(*NOISE_M, expected="a positive number", positive=True)
 _SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
-_POSITION, _RANGE, _BEARING, _NOTHING = range(4)
+_POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN = range(5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +59,8 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
     """Return what each row measures.
 
     A row is a position where it has one, otherwise a range with its azimuth, otherwise a
-    bearing. All rows of a sensor are of one kind. An elevation or a range rate counts where all
-    rows of its sensor have one.
+    bearing; one whose position is the code for "not available" is set aside. All rows of a sensor
+    are of one kind. An elevation or a range rate counts where all rows of its sensor have one.
 
     The tracking space has three dimensions where every sensor of positions has heights and every
     sensor of ranges elevations. Otherwise heights are left out, and ranges with elevations
@@ -80,8 +80,10 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
     Numbers, noise and kinds of all rows.
     """
     group = _groups(checks)
+    unknown = (group == _POSITION) & not_available(checks, frame)
+    checks.set_aside(unknown)
     if not np.isin(group, (_RANGE, _BEARING)).any():
-        positions = read_positions(checks, frame)
+        positions = read_positions(checks, frame, ~unknown if unknown.any() else None)
         sigma = _position_sigma(checks, positions.values.shape[1])
         columns = (*positions.columns, *_SIGMA_COLUMNS[: positions.values.shape[1]])
         return Measured(
@@ -90,6 +92,7 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
     _refuse_nothing(checks, group)
     names, sensor = np.unique(text_array(sensors).astype(str), return_inverse=True)
     _refuse_two_kinds(checks, group, (names, sensor))
+    group[unknown] = _UNKNOWN
     return _mixed(checks, group, (names, sensor), frame)
 
 

@@ -15,6 +15,8 @@ __all__ = [
     "DISTANCE",
     "LATITUDE",
     "LONGITUDE",
+    "NO_LATITUDE",
+    "NO_LONGITUDE",
     "TRACK_COVARIANCE",
     "TRACK_PLACE",
     "TRACK_SPEED",
@@ -22,6 +24,7 @@ __all__ = [
     "choose_frame",
     "frame_about",
     "has_positions",
+    "not_available",
     "read_positions",
     "require_origin",
 ]
@@ -33,6 +36,8 @@ TRACK_PLACE, TRACK_SPEED = Range(-1e15, 1e15), Range(-1e12, 1e12)
 TRACK_COVARIANCE = Range(-1e36, 1e36)
 LATITUDE = Range(-90.0, 90.0)
 LONGITUDE = Range(-180.0, 360.0)
+# What AIS sends for a position that the ship does not know.
+NO_LATITUDE, NO_LONGITUDE = 91.0, 181.0
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
 _FARTHEST_DEG = 30.0
 _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
@@ -60,6 +65,32 @@ class Positions:
 def has_positions(names: set[str]) -> bool:
     """Tell whether a table with columns of these names has positions."""
     return {"x", "y"} <= names or {"lat", "lon"} <= names
+
+
+def not_available(checks: RowChecks, frame: LocalFrame | None) -> BoolArray:
+    """Tell in which rows latitude or longitude is the code for "not available".
+
+    Where other longitudes are beyond 180 degrees too, 181 is one of them.
+
+    Parameters
+    ----------
+    checks
+        The table.
+    frame
+        As ``read_positions`` takes it.
+
+    Returns
+    -------
+    One truth value per row; False throughout where positions are ``x,y``.
+    """
+    if not _are_geodetic(set(checks.names), frame):
+        return np.zeros(len(checks), dtype=np.bool_)
+    latitude, longitude = (read_numbers(checks.column(name)).values for name in ("lat", "lon"))
+    unknown: BoolArray = (latitude == NO_LATITUDE) & ~np.isnan(longitude)
+    beyond = (longitude > 180.0) & (longitude <= LONGITUDE.high) & ~unknown
+    if np.all(longitude[beyond] == NO_LONGITUDE):
+        unknown |= beyond & (np.abs(latitude) <= LATITUDE.high)
+    return unknown
 
 
 def read_positions(
@@ -97,13 +128,12 @@ def read_positions(
         If the table has no such columns.
     """
     names = set(checks.names)
-    geodetic = {"lat", "lon"} <= names
-    if {"x", "y"} <= names and not (geodetic and frame):
+    if _are_geodetic(names, frame):
+        return _geodetic(checks, frame, among)
+    if {"x", "y"} <= names:
         columns = ("x", "y", "z") if checks.filled("z") else ("x", "y")
         values = [checks.numbers(name, within, among=among) for name in columns]
         return Positions(np.stack(values, axis=-1), columns, None)
-    if geodetic:
-        return _geodetic(checks, frame, among)
     # Half of a pair: name the half that is missing.
     for first, second in (("x", "y"), ("y", "x"), ("lat", "lon"), ("lon", "lat")):
         if first in names:
@@ -112,6 +142,11 @@ def read_positions(
         f"{checks.name}, columns x and y: missing; expected position columns {_EXPECTED} "
         f"({checks.listed_columns})"
     )
+
+
+def _are_geodetic(names: set[str], frame: LocalFrame | None) -> bool:
+    """Tell whether positions are latitudes and longitudes, not coordinates on a plane."""
+    return {"lat", "lon"} <= names and not ({"x", "y"} <= names and frame is None)
 
 
 def frame_about(checks: RowChecks, projection: Projection) -> LocalFrame | None:

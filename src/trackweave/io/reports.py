@@ -1,7 +1,8 @@
 """Tables of reports, from files and from other libraries."""
 
 from collections.abc import Mapping
-from typing import Any, get_args
+from dataclasses import replace
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import polars as pl
@@ -14,7 +15,7 @@ from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
-from trackweave.io.platforms import read_platforms
+from trackweave.io.platforms import Platforms, read_platforms
 from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
 from trackweave.io.times import with_common_times
@@ -48,6 +49,9 @@ def read_reports(
     and ``target``. All columns but the measurement, also unknown ones, are carried along. Where
     a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin``
     is given and ``x,y`` when not; a row with a position is one, whatever else it holds.
+
+    Rows whose latitude is 91 or whose longitude is 181, which AIS sends for "not available", are
+    in ``unavailable`` of the result.
 
     Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
     Tracking is in three dimensions only where every report has an altitude. The altitude itself
@@ -88,7 +92,7 @@ def read_reports(
     (array([1., 2.]), array([2, 1]))
     """
     return reports_in(
-        load_table(source, on_bad_row),
+        load_table(source),
         frame_origin=frame_origin,
         frame_projection=frame_projection,
         on_bad_row=on_bad_row,
@@ -116,6 +120,7 @@ def reports_in(
     The reports, sorted by time, then sensor, then row.
     """
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
+    checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     table, frame = with_time(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
@@ -128,43 +133,85 @@ def reports_in(
     sensor_names = _sensor_names(checks)
     measured = read_measured(checks, sensor_names, frame)
     on_plane = measured.frame is None and {"x", "y"} <= set(measured.columns)
-    platforms = read_platforms(checks, measured.frame or frame, on_plane=on_plane)
-    strength = _optional(checks, "strength", _STRENGTH)
-    height = _optional(checks, "height_m", _HEIGHT)
-    scan = checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None
-    identifiers = _identifiers(checks, table)
-    skipped = checks.finish(on_bad_row)
+    read = _Read(
+        sensor_names,
+        measured,
+        read_platforms(checks, measured.frame or frame, on_plane=on_plane),
+        _optional(checks, "strength", _STRENGTH),
+        _optional(checks, "height_m", _HEIGHT),
+        checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None,
+        _identifiers(checks, table),
+    )
+    skipped = checks.finish(on_bad_row, may_skip=True)
 
-    good = np.flatnonzero(checks.good)
-    sensors, code = numbered(sensor_names.gather(good))
-    moment, moved = with_common_times(time[good])
+    usable, aside = np.flatnonzero(checks.good), np.flatnonzero(checks.aside)
+    moment, moved = with_common_times(time[usable])
+    unavailable = None
+    if aside.size:
+        unavailable = _reports_of(checks, table, read, (aside, time[aside]))
+        nothing = np.full_like(unavailable.measurement, np.nan)
+        unavailable = replace(unavailable, measurement=nothing, iso_time=iso_time)
+    return replace(
+        _reports_of(checks, table, read, (usable, moment)),
+        iso_time=iso_time,
+        skipped=skipped,
+        notes=(*table.notes, *measured.notes, *moved, *_note_on_unavailable(checks)),
+        unavailable=unavailable,
+    )
+
+
+class _Read(NamedTuple):
+    """What was read of each row."""
+
+    sensors: pl.Series
+    measured: Measured
+    platforms: Platforms
+    strength: FloatArray | None
+    height: FloatArray | None
+    scan: FloatArray | None
+    identifiers: pl.Series
+
+
+def _reports_of(
+    checks: RowChecks, table: RawTable, read: _Read, some: tuple[IntArray, FloatArray]
+) -> ReportTable:
+    """Return some rows, of which the times are given, as reports in their order."""
+    rows, moment = some
+    sensors, code = numbered(read.sensors.gather(rows))
     order = np.lexsort((code, moment))
-    rows = good[order]
+    rows, code = rows[order], code[order]
     identity, identities = _identities(checks, rows)
+    measured, scan, platform = read.measured, read.scan, read.platforms.values
     return ReportTable(
         time=moment[order],
-        sensor=code[order],
+        sensor=code,
         sensors=sensors,
         measurement=measured.values[rows],
         sigma=measured.sigma[rows],
-        report=text_array(identifiers.gather(rows)),
+        report=text_array(read.identifiers.gather(rows)),
         scan=None if scan is None else scan[rows].astype(np.int64),
         carried=_carried(checks, table, measured, rows),
-        frame=measured.frame or platforms.frame,
-        iso_time=iso_time,
-        skipped=skipped,
+        frame=measured.frame or read.platforms.frame,
         kind=table.kind,
-        kinds=_kinds(measured.kind, rows, code[order]),
+        kinds=_kinds(measured.kind, rows, code),
         space=0 if measured.kind is None else measured.space,
-        platform=None if platforms.values is None else platforms.values[rows],
+        platform=None if platform is None else platform[rows],
         identity=identity,
         identities=identities,
-        strength=None if strength is None else strength[rows],
-        height=None if height is None else height[rows],
-        notes=(*table.notes, *measured.notes, *moved),
+        strength=None if read.strength is None else read.strength[rows],
+        height=None if read.height is None else read.height[rows],
         row=table.row[rows],
         report_type=_type_of_identifiers(table),
     )
+
+
+def _note_on_unavailable(checks: RowChecks) -> list[str]:
+    """Return a sentence on rows that hold codes for "not available", if any do."""
+    count = int(checks.aside.sum())
+    return [
+        f'lat, lon: {count:,} of {len(checks):,} rows hold the codes for "not available" '
+        "(latitude 91, longitude 181); they are of no track"
+    ] * (count > 0)
 
 
 def _sensor_names(checks: RowChecks) -> pl.Series:
@@ -200,13 +247,13 @@ def _identities(checks: RowChecks, rows: IntArray) -> tuple[IntArray | None, tup
 
 
 def _identifiers(checks: RowChecks, table: RawTable) -> pl.Series:
-    """Return each report's identifier; one that an earlier good row has is a fault."""
+    """Return each report's identifier; one that an earlier right row has is a fault."""
     if "report" not in checks.names:
         return pl.Series("report", table.row).cast(pl.String)
     identifiers = checks.text("report", "an identifier")
-    good = np.flatnonzero(checks.good)
+    right = np.flatnonzero(checks.good | checks.aside)
     again = np.zeros(len(checks), dtype=bool)
-    again[good] = ~identifiers.gather(good).is_first_distinct().to_numpy()
+    again[right] = ~identifiers.gather(right).is_first_distinct().to_numpy()
     checks.refuse("report", again, "an identifier that no row before has")
     return identifiers
 

@@ -172,6 +172,10 @@ def read_run(directory: Path) -> RunFiles:
     for key, values in (("time", time), ("reports", reports)):
         if not np.isfinite(values).all():
             raise DataFormatError(_strange(directory, record, key))
+    copies = record.get("doubles", [])
+    is_list = isinstance(copies, list) and all(isinstance(each, dict) for each in copies)
+    if not is_list or any("report" not in each for each in copies):
+        raise DataFormatError(_strange(directory, record, "doubles"))
     return run
 
 

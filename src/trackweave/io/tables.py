@@ -6,7 +6,7 @@ import zlib
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import polars as pl
@@ -14,7 +14,6 @@ import polars as pl
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
-from trackweave.fields import checked_choice
 
 __all__ = [
     "ENDINGS",
@@ -56,7 +55,8 @@ class RawTable:
     row
         Number of each row's data record, 1 for the first after the header.
     skipped
-        Rows that have too few or too many cells to be placed in columns.
+        Rows that have too few or too many cells to be placed in columns, or a day that no
+        calendar has; ``columns`` is without them.
     kind
         Library that the table came from: "polars" (also for files), "pandas" or "pyarrow".
     time_name
@@ -84,17 +84,13 @@ class RawTable:
         return (f"column {self.time_name}: taken for time, for there is no column time",)
 
 
-def load_table(
-    source: TableSource, on_bad_row: OnBadRow = "fail", *, may_be_empty: bool = False
-) -> RawTable:
+def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
     """Return the raw columns of a file or of a table of another library.
 
     Parameters
     ----------
     source
         A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
-    on_bad_row
-        Whether a row with too few or too many cells is an error or is left out.
     may_be_empty
         Whether a table without rows is one.
 
@@ -105,19 +101,18 @@ def load_table(
     Raises
     ------
     InvalidInputError
-        If the source is no table, or ``on_bad_row`` is another word.
+        If the source is no table.
     DataFormatError
         If the source cannot be read as a table, or has no rows where it must have some.
     """
-    checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     if isinstance(source, str | os.PathLike):
-        table = _load_file(Path(source), on_bad_row)
+        table = _load_file(Path(source))
     else:
         from trackweave.io.frames_in import from_native
 
         table = from_native(source)
     for column in table.columns.get_columns():
-        _require_calendar(table, column.name, column)
+        table = _within_calendar(table, column.name)
     if len(table) == 0 and not table.skipped and not may_be_empty:
         raise DataFormatError(f"{table.name}: no data rows; expected at least one")
     return table
@@ -166,7 +161,7 @@ def file_ending(path: Path) -> str:
     raise DataFormatError(f"{path}: unknown file ending; expected {', '.join(ENDINGS)}")
 
 
-def _load_file(path: Path, on_bad_row: OnBadRow) -> RawTable:
+def _load_file(path: Path) -> RawTable:
     name = str(path)
     ending, data = _read_bytes(path)
     if ending == ".parquet":
@@ -177,7 +172,7 @@ def _load_file(path: Path, on_bad_row: OnBadRow) -> RawTable:
         raise DataFormatError(f"{name}: gzip data; expected text, or a name that ends in .csv.gz")
     from trackweave.io.csv_text import parse_csv
 
-    return parse_csv(data, name, on_bad_row)
+    return parse_csv(data, name)
 
 
 def _read_bytes(path: Path) -> tuple[str, bytes]:
@@ -232,28 +227,46 @@ def _parse_parquet(data: bytes, name: str) -> RawTable:
     return RawTable(name, frame, np.arange(1, frame.height + 1))
 
 
-def _require_calendar(table: RawTable, name: str, column: pl.Series) -> None:
-    """Refuse dates, times and durations that no calendar has: what shows them panics later."""
+def _within_calendar(table: RawTable, name: str) -> RawTable:
+    """Return a table without rows whose days no calendar has: what shows them panics later."""
+    column = table.columns[name]
+    days, bad, expected = _strange_days(table.name, name, column)
+    if bad.size == 0:
+        return table
+    skipped = [
+        BadRow(int(table.row[place]), name, f"{days[int(place)]:.15g} days", expected)
+        for place in bad
+    ]
+    keep = np.ones(len(table), dtype=np.bool_)
+    keep[bad] = False
+    return replace(
+        table,
+        columns=table.columns.filter(keep),
+        row=table.row[keep],
+        skipped=tuple(sorted((*table.skipped, *skipped), key=lambda bad_row: bad_row.row)),
+    )
+
+
+def _strange_days(source: str, name: str, column: pl.Series) -> tuple[pl.Series, IntArray, str]:
+    """Return days, where no calendar has them, and what has; refuse such days inside of lists."""
     kind = column.dtype
+    inner: list[pl.Series] = []
     if isinstance(kind, pl.List | pl.Array):
-        inner = column.explode()
-        _require_calendar(table, name, inner.drop_nulls())
+        inner = [column.explode().drop_nulls()]
     elif isinstance(kind, pl.Struct):
-        for part in column.struct.fields:
-            _require_calendar(table, name, column.struct.field(part))
-    elif isinstance(kind, pl.Date | pl.Datetime | pl.Duration):
-        unit = _PER_DAY[getattr(kind, "time_unit", None)]
-        days = column.to_physical().cast(pl.Float64) / unit
-        first, last = _DURATION if isinstance(kind, pl.Duration) else _YEARS
-        bad = np.flatnonzero(((days < first) | (days > last)).fill_null(value=False).to_numpy())
+        inner = [column.struct.field(part) for part in column.struct.fields]
+    for part in inner:
+        days, bad, expected = _strange_days(source, name, part)
         if bad.size:
-            whole = len(column) == len(table)
-            row = f"row {table.row[bad[0]]}, " if whole else ""
-            words = "a duration" if isinstance(kind, pl.Duration) else "a day from 1970"
-            raise DataFormatError(
-                f"{table.name}, {row}column {name}: {days[int(bad[0])]:.15g} days; expected "
-                f"{words} of {first} to {last} days"
-            )
+            found = f"{days[int(bad[0])]:.15g} days"
+            raise DataFormatError(f"{source}, column {name}: {found}; expected {expected}")
+    if not isinstance(kind, pl.Date | pl.Datetime | pl.Duration):
+        return column, np.empty(0, dtype=np.int64), ""
+    days = column.to_physical().cast(pl.Float64) / _PER_DAY[getattr(kind, "time_unit", None)]
+    first, last = _DURATION if isinstance(kind, pl.Duration) else _YEARS
+    bad = np.flatnonzero(((days < first) | (days > last)).fill_null(value=False).to_numpy())
+    words = "a duration" if isinstance(kind, pl.Duration) else "a day from 1970"
+    return days, bad, f"{words} of {first} to {last} days"
 
 
 def _first_line(err: Exception) -> str:

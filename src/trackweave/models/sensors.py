@@ -33,8 +33,7 @@ class Sensor:
         False alarms per unit of what is measured (m², m³, m·rad, rad …) and scan. Must be
         positive.
     scan_period
-        Seconds from scan to scan, None for a sensor that does not scan: a single report of it
-        says nothing of other objects, and makes no track miss a chance. Must be positive.
+        Seconds from scan to scan; None where there is no such time. Must be positive.
     field_of_view
         What it covers, about ``position`` or where its scans say that it is; None for
         everywhere.
@@ -48,6 +47,12 @@ class Sensor:
         What the strength of its reports says; None for nothing.
     identity_error
         Chance that a report's identity is another than its object's was, in (0, 1).
+    scans
+        Whether it scans: what a scan of it covers and does not report was missed. False for one
+        that hears objects report themselves, as AIS does: its reports say nothing of other
+        objects, however many share a time. None for what a scan shows: that of a sensor with a
+        ``scan_period``, and one of several reports, tells what was missed; a lone report does
+        not. An empty scan always does.
 
     Raises
     ------
@@ -81,6 +86,7 @@ class Sensor:
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
     identity_error: float = 0.01
+    scans: bool | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_text(plain(self.name), "name"))
@@ -95,6 +101,11 @@ class Sensor:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
+        told = (self.scan_period, self.rotation)
+        if self.scans is False and told != (None, None):
+            raise InvalidInputError(
+                "scans: False; expected True for a sensor with a scan_period or a rotation"
+            )
         if self.measurement is MeasurementKind.RANGE_RATE:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
         if self.position is not None and len(self.position) not in {2, 3}:
@@ -107,6 +118,24 @@ class Sensor:
         if self.position is not None:
             platform[: len(self.position)] = self.position
         return platform
+
+    def tells_silence(self, n_reports: int) -> bool:
+        """Tell whether a scan says anything of objects that it does not report.
+
+        Parameters
+        ----------
+        n_reports
+            How many reports it holds.
+
+        Returns
+        -------
+        As ``scans`` says, or the scan itself shows.
+        """
+        if n_reports == 0:
+            return True
+        if self.scans is None:
+            return self.scan_period is not None or n_reports > 1
+        return self.scans
 
     def sigmas(self, dim: int) -> FloatArray:
         """Return the standard deviation of each number of a report [m, rad, m/s].

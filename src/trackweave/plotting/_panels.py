@@ -193,14 +193,18 @@ def _draw_gap(axes: Axes, curves: Curves, times: TimeAxis) -> None:
     series = curves.series
     when, gap = times.of(series.time), np.clip(series.gap, LEAST_GAP, GREATEST_GAP)
     proven, unknown = series.proven, ~series.proven & np.isnan(series.gap) & (series.reports > 0)
-    still = ~proven & ~np.isnan(gap)
+    among = ~proven & (series.gap <= LEAST_GAP)
+    still = ~proven & ~among & ~np.isnan(gap)
     exponents = np.log10(gap[still]) if still.any() else np.array([-2.0, 0.0])
     low, high = np.floor(exponents.min()) - 1.0, max(np.ceil(exponents.max()), 0.0)
     axes.set_yscale("log")
     axes.set_ylim(10 ** (low - 0.4), 10 ** (high + 0.3))
-    # What is proven has gap 0, which no logarithm shows: a row of its own at the foot.
+    # An answer that meets its bound has gap 0, which no logarithm shows: a row at the foot.
     foot = np.full(when.size, 10**low)
     _dots(axes, when[proven], foot[proven], BLUE, f"proven optimal ({int(proven.sum())})")
+    if among.any():
+        label = f"optimal among kept ({int(among.sum())})"
+        _dots(axes, when[among], foot[among], ORANGE, label)
     if still.any():
         _dots(axes, when[still], gap[still], RED, f"still open ({int(still.sum())})")
     if unknown.any():

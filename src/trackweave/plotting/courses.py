@@ -8,6 +8,7 @@ import matplotlib as mpl
 import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from trackweave.arrays import FloatArray
 from trackweave.plotting._png import png_of
@@ -103,7 +104,17 @@ def picture_of_courses(panels: Sequence[CoursePanel]) -> bytes:
         every = figure.subplots(1, len(panels), squeeze=False)[0]
         for axes, panel in zip(every, panels, strict=True):
             _draw(axes, panel)
+        if all(panel.is_plan for panel in panels):
+            _show_alike(every)
         return png_of(figure)
+
+
+def _show_alike(every: Sequence[Axes]) -> None:
+    """Let plans that stand side by side show the same ground."""
+    whole = Bbox.union([axes.dataLim for axes in every])
+    for axes in every:
+        axes.update_datalim(whole.get_points())
+        axes.autoscale_view()
 
 
 def _draw(axes: Axes, panel: CoursePanel) -> None:

@@ -31,7 +31,8 @@ class SpreadCurve:
     x, y
         Its points, each of shape (points,); a point that is not finite is left out.
     spread
-        Half the length of the bar at each point; None for none.
+        Half the length of the bar at each point, or its parts below and above, shape (2, points);
+        None for none.
     """
 
     x: FloatArray
@@ -108,7 +109,7 @@ def _draw(axes: Axes, panel: Panel, names: Sequence[str]) -> dict[str, Any]:
     axes.set_ylabel(panel.y_name, fontsize=9)
     if panel.x_logarithmic:
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_major_formatter(_shown)
     if panel.y_logarithmic:
         axes.set_yscale("symlog", linthresh=1.0)
         highest = max(float(np.nanmax(curve.y, initial=1.0)) for curve in panel.curves.values())
@@ -117,3 +118,11 @@ def _draw(axes: Axes, panel: Panel, names: Sequence[str]) -> dict[str, Any]:
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     axes.tick_params(labelsize=8)
     return drawn
+
+
+def _shown(value: float, _place: float) -> str:
+    """Return a number as short as neighbouring ticks need it, a million as 1M."""
+    for size, letter in ((1e6, "M"), (1e3, "k")):
+        if value >= size:
+            return f"{value / size:g}{letter}"
+    return f"{value:g}"

@@ -67,7 +67,8 @@ class ScanSeries:
         How far the scan's answer may be from the best, as a share of its cost; NaN where nothing
         is known.
     proven
-        Whether the answer was proven to be the best.
+        Whether the answer was proven to be the best. With a gap of 0 it is otherwise the best of
+        what was kept.
     cpu_ms
         CPU time [ms]; None where it is not known.
     known

@@ -98,6 +98,10 @@ class Assigned:
         self.track[known.report] = known.track
         self.probability[known.report] = known.probability
 
+    def at(self, place: IntArray) -> "Assigned":
+        """Return what is known of rows, some of which may be asked for again."""
+        return Assigned(self.track[place], self.probability[place])
+
     def drop_all_but(self, known: Container[int]) -> None:
         """Make false alarms of the reports of tracks that are not among those known."""
         unknown = [track for track in np.unique(self.track).tolist() if track not in known]
@@ -126,7 +130,7 @@ class ScanLog:
 
     def add(self, scans: Sequence[Scan], hypothesis: Hypothesis, cpu: float, wall: float) -> None:
         """Enter a scan or those of an instant, the hypothesis after, and the time it took [s]."""
-        certificate = hypothesis.certificate
+        certificate, pruned = hypothesis.certificate, hypothesis.pruned_probability
         time = max(scan.time for scan in scans)
         fused = {}
         plots = _of_plots(hypothesis)
@@ -137,13 +141,14 @@ class ScanLog:
         self.scans.append(
             {
                 "time": time,
-                "sensor": "+".join(scan.sensor for scan in scans),
+                "sensor": "+".join(dict.fromkeys(scan.sensor for scan in scans)),
                 "reports": sum(len(scan) for scan in scans),
                 **fused,
                 "tracks": hypothesis.n_tracks,
                 "sequences": hypothesis.n_sequences,
                 "pruned": hypothesis.n_pruned,
                 "pruned_by_deadline": hypothesis.n_pruned_by_deadline,
+                "pruned_probability": None if pruned is None else pruned._asdict(),
                 "evaluations": hypothesis.evaluations,
                 "cost": certificate.cost,
                 "lower_bound": certificate.lower_bound,

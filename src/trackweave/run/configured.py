@@ -13,7 +13,9 @@ from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
-from trackweave.run.tracking import report_table, settings_for
+from trackweave.run.doubles import doubles_of
+from trackweave.run.observing import settle
+from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:
     from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -50,7 +52,8 @@ def configured(
         settings, dim = _settings_alone(configuration), None
     else:
         table, _ = report_table(reports, configuration)
-        settings, dim = settings_for(table, configuration), table.dim
+        _, (settings, _) = doubles_of(table, lambda once: settle(once, configuration))
+        dim = table.dim
     if settings.plots is not None:
         raise InvalidInputError(
             "plots.fuse: true; expected false, as a tracker of scans fuses no plots (see "

@@ -27,6 +27,11 @@ if TYPE_CHECKING:
 __all__ = ["Course", "course_of", "tracker_of"]
 
 
+PARTS, EARLY = 6, 0.5
+"""What lone reports say is searched for so many times at least while the window moves on by its
+depth, and before so much of the pause has passed after which an object may report again."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
     """A tracker, and what it is given step by step.
@@ -36,7 +41,8 @@ class Course:
     tracker
         The tracker.
     steps
-        What each step takes: one scan, or with fused plots the scans of an instant.
+        What each step takes: one scan, with fused plots the scans of an instant, of sensors that
+        do not look the reports of some seconds.
     notes
         Sentences on what a user should know of them.
     is_fused
@@ -104,7 +110,10 @@ class Course:
         if self.is_fused:
             return cast("FusedPlotsTracker", self.tracker).step(scans, rng=rng, deadline=deadline)
         tracker = cast("ScanTracker", self.tracker)
-        return tracker.step(scans[0], rng=rng, deadline=deadline, tracks=tracks)
+        if len(scans) == 1:
+            return tracker.step(scans[0], rng=rng, deadline=deadline, tracks=tracks)
+        several = cast("MultiHypothesisTracker", tracker)
+        return several.step(scans, rng=rng, deadline=deadline, tracks=tracks)
 
 
 def course_of(
@@ -150,7 +159,24 @@ def course_of(
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
     alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
-    return Course(alone, [(scan,) for scan in scans], tuple(notes))
+    return Course(alone, _steps(scans, settings), tuple(notes))
+
+
+def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
+    """Return what each step takes: one scan, or lone reports of a part of the window."""
+    together = EARLY * (settings.together or 0.0)
+    looks = any(sensor.scans is not False for sensor in settings.sensors)
+    if looks or settings.tracker.kind != "multi-hypothesis" or settings.deadline is not None:
+        together = 0.0
+    most = max(1, settings.window.depth // PARTS)
+    steps: list[list[Scan]] = []
+    for scan in scans:
+        is_later = bool(steps) and steps[-1][-1].time < scan.time
+        if is_later and scan.time < steps[-1][0].time + together and len(steps[-1]) < most:
+            steps[-1].append(scan)
+        else:
+            steps.append([scan])
+    return [tuple(step) for step in steps]
 
 
 def tracker_of(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association.certificate import Status
 from trackweave.io.run_files import AssignedReports
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
@@ -15,9 +16,8 @@ from trackweave.run.result import RunValues, TrackingResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["PROVEN_GAP", "assigned_per_scan", "figure_of_result", "inline_picture", "places_told"]
+__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "places_told"]
 
-PROVEN_GAP = 1e-9
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
 
@@ -85,19 +85,19 @@ def places_told(record: dict[str, Any]) -> dict[str, tuple[float, ...]]:
 
 
 def assigned_per_scan(
-    scans: list[dict[str, Any]], time: FloatArray, table: AssignedReports
+    record: dict[str, Any], time: FloatArray, table: AssignedReports
 ) -> FloatArray:
-    """Return how many reports of each scan have a track.
+    """Return how many reports of each scan have a track, copies left out.
 
     A report belongs to its sensor's first scan that does not end before it. Scans of several
     sensors that were taken together are named for all of them.
 
     Parameters
     ----------
-    scans
-        The scans as in run.json.
+    record
+        Content of run.json.
     time
-        Their ends [s].
+        The ends of its scans [s].
     table
         All reports.
 
@@ -106,8 +106,9 @@ def assigned_per_scan(
     Counts, shape (scans,).
     """
     counts = np.zeros(time.size)
-    named = [str(scan.get("sensor")) for scan in scans]
-    of_track = table.track >= 0
+    named = [str(scan.get("sensor")) for scan in record["scans"]]
+    copies = {str(each["report"]) for each in record.get("doubles", ())}
+    of_track = (table.track >= 0) & ~np.isin(table.report.astype(str), sorted(copies))
     known = np.unique(table.sensor.astype(str)).tolist()
     looks = {text: {text, *text.split("+")} for text in dict.fromkeys(named)}
     for name in known:
@@ -143,9 +144,9 @@ def _series(result: TrackingResult[Any]) -> ScanSeries:
     return ScanSeries(
         time=time,
         reports=reports,
-        assigned=assigned_per_scan(scans, time, _assigned(result.values)),
+        assigned=assigned_per_scan(result.run, time, _assigned(result.values)),
         gap=gap,
-        proven=gap <= PROVEN_GAP,
+        proven=np.array([scan["status"] == Status.OPTIMAL for scan in scans], dtype=np.bool_),
         cpu_ms=np.array([scan["cpu_ms"] for scan in timing], dtype=np.float64),
         known=result.values.tracks,
         iso_time=result.values.reports.iso_time,

@@ -11,7 +11,7 @@ from trackweave.config.plots import PlotSettings
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
-from trackweave.estimation.estimate import covered_by
+from trackweave.estimation.covering import covered_by
 from trackweave.models.extent import extent
 from trackweave.models.sensors import Sensor
 from trackweave.run.observing import filled

@@ -187,9 +187,13 @@ def _own_quality(tracks: Claimed) -> AssignmentQuality | None:
     """Return the measures of the reports of a result that knows their targets."""
     if not isinstance(tracks, TrackingResult) or "target" not in tracks.values.reports.carried:
         return None
-    values = tracks.values
-    given = [values.assignment.get(row, -1) for row in range(len(values.reports))]
-    return assignment_quality(values.reports.carried["target"], given)
+    values, reports = tracks.values, tracks.values.reports
+    given = [values.assignment.get(row, -1) for row in range(len(reports))]
+    targets = list(reports.carried["target"])
+    if reports.unavailable is not None:
+        # In assignments.csv they have a row each, of no track.
+        targets += list(reports.unavailable.carried["target"])
+    return assignment_quality(targets, given + [-1] * (len(targets) - len(given)))
 
 
 def _named(source: object, otherwise: str) -> str:

@@ -1,22 +1,23 @@
 """What sensors' reports show before anything is estimated, and the settings that follow."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.config.fill import Settings, fill, needs_estimates
+from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of
+from trackweave.config.sensing import section_of, view_keys
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates
+from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
-from trackweave.estimation.rotation import rotation_of
+from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
+from trackweave.run.noting import notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 
@@ -26,8 +27,6 @@ __all__ = ["filled", "observe", "positions_in", "settle"]
 FEWEST_MOMENTS = 20
 # A gap between directions is a sector that is not watched where chance would not leave it [rad].
 WIDEST_CHANCE_GAP = np.radians(60.0)
-# Sensors no farther apart than this stand at one place [m].
-SAME_PLACE = 1.0
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
 MOST_SENSORS = 2_000
@@ -77,19 +76,40 @@ def settle(
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
     table = in_turns(placed(reports, places), rotations)
+    observed = _with_views(observed, placed(reports, places), configuration, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
             directions = Directions(reports, platform, places, observed)
-        estimates = estimates_for(table, _of_positions(configuration, observed), directions)
+        told = _of_positions(configuration, observed)
+        scanning = {
+            name: scans
+            for name in reports.sensors
+            if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
+        }
+        estimates = estimates_for(table, told, directions, scanning)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
-    notes += _notes_on_bearings(observed, filled)
-    notes += _notes_on_places(reports, observed, places)
-    notes += _notes_on_sigma(reports, configuration)
+    notes += notes_on_sensors(reports, configuration, observed, filled, places)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _is_known_to_scan(
+    reports: ReportTable,
+    configuration: Configuration,
+    name: str,
+    rotations: Mapping[str, Rotation],
+) -> bool | None:
+    """Tell whether a sensor looks, as file and columns say; None where they do not."""
+    section = section_of(configuration, name)
+    if section.scans is not None:
+        return section.scans
+    is_turning = name in rotations or section.rotation not in (None, "none")
+    if is_turning or section.scan_period is not None or reports.scan is not None:
+        return True
+    return None
 
 
 def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> None:
@@ -103,57 +123,22 @@ def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> 
         )
 
 
-def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
-    """Return sentences on sensors of bearings of which nothing could be estimated."""
-    bearing = [
-        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
-    ]
-    keys = ("sigma", "detection_probability", "clutter_density")
-    notes = []
-    for name in bearing:
-        usual = [key for key in keys if filled.sources.get(f"sensors.{name}.{key}") == "default"]
-        if usual:
-            notes.append(
-                f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "
-                "stand in, which may be far off: better give them"
-            )
-    if bearing and len(observed) == 1:
-        notes.append(
-            f"sensor {bearing[0]}: one sensor's bearings do not tell where objects are; no track "
-            "begins without another sensor or --priors"
-        )
-    return notes
-
-
-def _notes_on_sigma(reports: ReportTable, configuration: Configuration) -> list[str]:
-    """Return a sentence on each sensor whose noise is told although every row has its own."""
-    has_own = np.asarray(np.isfinite(reports.sigma).any(axis=1))
-    return [
-        f"sensors.{name}.sigma: not used, as every report has a sigma of its own"
-        for index, name in enumerate(reports.sensors)
-        if section_of(configuration, name).sigma is not None
-        and np.all(has_own[reports.sensor == index])
-    ]
-
-
-def _notes_on_places(
+def _with_views(
+    observed: dict[str, ObservedSensor],
     reports: ReportTable,
-    observed: Mapping[str, ObservedSensor],
-    places: Mapping[str, tuple[float, ...]],
-) -> list[str]:
-    """Return a sentence where all sensors see directions alone, and from one place."""
-    names = list(observed)
-    if len(names) < 2 or any(
-        seen.measurement is not MeasurementKind.BEARING for seen in observed.values()
-    ):
-        return []
-    stands = platforms_of(reports, places)[:, :2]
-    if not np.all(np.ptp(stands, axis=0) < SAME_PLACE):
-        return []
-    return [
-        f"sensors {', '.join(names)}: all see directions from one place, so that their bearings "
-        "cross nowhere; no track begins without a sensor elsewhere or --priors"
-    ]
+    configuration: Configuration,
+    places: Mapping[str, Sequence[float]],
+) -> dict[str, ObservedSensor]:
+    """Return what sensors show with where they see, of those of which nobody has told it."""
+    if len(reports.sensors) < 2:
+        return observed
+    standing = {*places, *(name for name, seen in observed.items() if seen.says_where)}
+    views = fields_of_view(reports, platforms_of(reports, places), standing)
+    return observed | {
+        name: replace(observed[name], field_of_view=view)
+        for name, view in views.items()
+        if name != ANY_SENSOR and section_of(configuration, name).field_of_view is None
+    }
 
 
 def positions_in(
@@ -198,8 +183,10 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         measured = reports.measurement[rows]
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
-        turns = _rotation(
-            section_of(configuration, name).model_dump(include={"rotation", "scan_period"}),
+        turns, is_sure = _rotation(
+            section_of(configuration, name).model_dump(
+                include={"rotation", "scan_period", "scans"}
+            ),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
@@ -219,6 +206,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
             scan_period=scan_period(moments),
             rotation=turns,
+            is_turn_sure=is_sure,
         )
     return observed
 
@@ -239,6 +227,9 @@ def _of_positions(
         if seen is not None and seen.measurement is not MeasurementKind.POSITION:
             table.pop("clutter_density", None)
             table.pop("clutter_per_scan", None)
+    for name, seen in observed.items():
+        if seen.field_of_view is not None:
+            sensors.setdefault(name, {})["field_of_view"] = view_keys(seen.field_of_view)
     return Configuration.model_validate({**values, "sensors": sensors})
 
 
@@ -252,21 +243,26 @@ def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) 
 
 def _rotation(
     said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
-) -> Rotation | None:
-    """Return how a beam turns: as the file says, or as reports show that come one by one."""
+) -> tuple[Rotation | None, bool]:
+    """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
     word, period = said["rotation"], said["scan_period"]
-    if word == "none":
-        return None
+    if word == "none" or said["scans"] is False:
+        return None, True
     given = float(period) if isinstance(period, int | float) else None
+    direction = None
     if word is not None:
         direction = 1 if word == "clockwise" else -1
-        found = rotation_of(time, azimuth, period=given, direction=direction)
-        # Too few reports to tell the phase still belong to turns.
-        return found or (None if given is None else Rotation(given, 0.0, direction))
-    moments, sizes = np.unique(time, return_counts=True)
-    if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
-        return None
-    return rotation_of(time, azimuth, period=given)
+    else:
+        moments, sizes = np.unique(time, return_counts=True)
+        if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
+            return None, True
+    found = rotation_of(time, azimuth, period=given, direction=direction)
+    if found is not None:
+        return found, not wanders(time, azimuth, found)
+    if given is None or direction is None:
+        return None, True
+    # Too few reports to tell the phase still belong to turns.
+    return Rotation(given, 0.0, direction), False
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trackweave.association._pruning import behind_best, spare_best
+from trackweave.association._pruning import behind_best
 from trackweave.association.crowding import give_way
 from trackweave.domain.scans import Scan
 from trackweave.run.course import Course
@@ -39,7 +39,6 @@ def prepare(course: Course, search: Solver, rng: np.random.Generator) -> None:
     warm_up(search, own)
     nobody = np.empty(0, dtype=np.int64)
     behind = behind_best(nobody, np.empty(0), nobody == 0)
-    spare_best(nobody, np.empty(0), nobody == 0, behind)
     give_way(nobody == 0, nobody, behind, 0)
     rehearsal = replace(course, tracker=copy.deepcopy(course.tracker))
     for scans in course.steps[:STEPS]:

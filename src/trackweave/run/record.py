@@ -65,6 +65,7 @@ def record_of(
             "amendments": len(log.amendments),
             "evaluations": sum(scan["evaluations"] for scan in log.scans),
             **certainty_of(log.scans, "scans"),
+            **_pruning(log),
             **_haste(log),
         },
         "merged_reports": merged.listed(reports, assignment),
@@ -187,4 +188,14 @@ def _haste(log: ScanLog) -> dict[str, Any]:
         "pruned_by_deadline": sum(scan["pruned_by_deadline"] for scan in log.scans),
         "mean_deadline_gap": float(np.mean(finite)) if finite else None,
         "worst_deadline_gap": float(max(finite)) if finite else None,
+    }
+
+
+def _pruning(log: ScanLog) -> dict[str, Any]:
+    """Return how many answers are best of what was kept alone, and the worst share cut off."""
+    told = [scan["pruned_probability"] for scan in log.scans]
+    among = [scan["status"] == Status.OPTIMAL_AMONG_KEPT for scan in log.scans]
+    return {
+        "scans_optimal_among_kept": sum(among),
+        "worst_pruned_probability": max((each["worst"] for each in told if each), default=None),
     }

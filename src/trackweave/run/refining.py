@@ -30,8 +30,8 @@ from trackweave.estimation import (
 )
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans
-from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
+from trackweave.trackers.opening import USUAL_MISSES
 from trackweave.trackers.window import Window
 
 __all__ = ["Directions", "estimates_for"]
@@ -71,7 +71,10 @@ class Directions:
 
 
 def estimates_for(
-    reports: ReportTable, configuration: Configuration, directions: Directions | None = None
+    reports: ReportTable,
+    configuration: Configuration,
+    directions: Directions | None = None,
+    scanning: Mapping[str, bool] | None = None,
 ) -> Estimates | None:
     """Return estimates of what a configuration leaves out.
 
@@ -86,6 +89,8 @@ def estimates_for(
         As read, as far as it applies to positions.
     directions
         What ranges and bearings the positions came from or stand beside; None for none.
+    scanning
+        Whether sensors look of which it is known, by name.
 
     Returns
     -------
@@ -97,11 +102,14 @@ def estimates_for(
     # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
     configuration = configuration.model_copy(update={"search": SearchSection()})
     reports, notes = without_echoes(reports)
-    estimates = estimate(reports, known_sigma(configuration, names))
+    estimates = estimate(reports, known_sigma(configuration, names), scanning)
     in_metres = reports.frame is not None or directions is not None
     estimates = believable(
         replace(estimates, notes=(*notes, *estimates.notes)), reports, in_metres=in_metres
     )
+    if directions is None and all(each.scans is False for each in estimates.sensors.values()):
+        # Threads have told it all; tracks would tell it no better.
+        return estimates
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
         followed = _follow(stretch, fill(configuration, estimates, names))
@@ -162,7 +170,7 @@ def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions)
     placing = [count for name, count in looks.items() if name not in bearing and count > 1]
     if not bearing or not placing:
         return estimates
-    usual = estimates.delete_after_misses or Lifecycle().delete_after_misses
+    usual = estimates.delete_after_misses or USUAL_MISSES
     misses = min(round(usual * sum(looks.values()) / sum(placing)), MOST_MISSES)
     # Of the slowest sensor's scans the window must hold more than one.
     needed = math.ceil(sum(looks.values()) / min(placing) * TURNS_IN_WINDOW)
@@ -206,8 +214,9 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
         for sensor in settings.sensors
     ]
     scans = complete_scans(reports, {sensor.name: sensor.scan_period for sensor in sensors})
-    counts = Counter(scan.sensor for scan in scans)
-    misses = round(PATIENT_MISSES * len(scans) / min(counts.values()))
+    silent = {sensor.name for sensor in sensors if sensor.scans is False}
+    counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
+    misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
     tracker = MultiHypothesisTracker(
         motion=settings.motion,
         sensors=sensors,
@@ -224,4 +233,7 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
         looks[scan.sensor].append(scan.time)
-    return Followed(assigned.track, {name: np.array(times) for name, times in looks.items()})
+    views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
+    return Followed(
+        assigned.track, {name: np.array(times) for name, times in looks.items()}, views
+    )

@@ -251,7 +251,8 @@ class TrackingResult(Result, Generic[Table]):
             f"{100 * share:.1f} % of them assigned",
             "sensors": named(told["sensors"]),
             "time": f"{span}, {counted(totals['scans'], 'scan')}",
-            "certainty": f"{worst}, {totals['proven_scans']:,} scans proven optimal; "
+            "certainty": f"{worst}, {totals['proven_scans']:,} scans proven optimal, "
+            f"{totals['scans_optimal_among_kept']:,} among what was kept; "
             f'{counted(len(self.run["notes"]), "note")} in .run["notes"]',
         }
 

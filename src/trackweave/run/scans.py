@@ -10,13 +10,12 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
+from trackweave.run.turns import N_SECTORS, Sectors
 
 __all__ = ["complete_scans", "missing_times", "scan_ends"]
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
-# Into so many sectors a turn is cut; an object crosses few borders, and reports come in time.
-N_SECTORS = 8
 
 
 def complete_scans(
@@ -83,9 +82,8 @@ def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = N
     for index, sensor in enumerate(reports.sensors):
         if rotations and sensor in rotations:
             rows = reports.sensor == index
-            step = rotations[sensor].period / N_SECTORS
-            sector = np.floor(reports.time[rows] / step)
-            ends[rows] = np.maximum((sector + 1) * step, reports.time[rows])
+            sectors = Sectors(rotations[sensor], reports.time[rows])
+            ends[rows] = np.maximum(sectors.ends(sectors.number), reports.time[rows])
     return ends
 
 
@@ -110,17 +108,16 @@ def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[
         rows = np.flatnonzero(reports.sensor == index)
         if sensor not in turning or rows.size == 0:
             continue
-        step = turning[sensor].period / N_SECTORS
-        number = np.floor(reports.time[rows] / step).astype(np.int64)
+        sectors = Sectors(turning[sensor], reports.time[rows])
         seen: dict[int, list[int]] = {}
-        for row, sector in zip(rows.tolist(), number.tolist(), strict=True):
+        for row, sector in zip(rows.tolist(), sectors.number.tolist(), strict=True):
             seen.setdefault(sector, []).append(row)
         found = sorted(seen)
         for before, sector in zip([None, *found[:-1]], found, strict=True):
             for empty in _between(before, sector):
-                yield _empty_sector(reports, index, (empty + 1) * step)
+                yield _empty_sector(reports, index, sectors.end(empty))
             own = np.array(seen[sector], dtype=np.int64)
-            end = max((sector + 1) * step, float(reports.time[own].max()))
+            end = max(sectors.end(sector), float(reports.time[own].max()))
             yield reports.scan_of(own, end, own_times=True)
 
 

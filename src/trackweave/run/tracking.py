@@ -29,6 +29,7 @@ from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.course import Course, course_of
 from trackweave.run.diagnostics import Case, diagnose
+from trackweave.run.doubles import doubles_of, with_doubles
 from trackweave.run.history import smoothed_history
 from trackweave.run.laying import laid
 from trackweave.run.lone_stamps import is_lone, note_on_lone
@@ -142,15 +143,22 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
-    table, came = report_table(reports, configuration, on_bad_row)
-    begun = _prior_table(priors, table)
-    lone = is_lone(table, configuration.live.max_ahead or MAX_AHEAD)
-    settings = settings_for(_without(table, lone), configuration, preset=preset)
+    every, came = report_table(reports, configuration, on_bad_row)
+    begun = _prior_table(priors, every)
+    max_ahead = configuration.live.max_ahead or MAX_AHEAD
+    doubles, (settings, _) = doubles_of(
+        every,
+        lambda once: settle(
+            _without(once, is_lone(once, max_ahead)), configuration, preset=preset
+        ),
+    )
+    table, lone = doubles.once, is_lone(doubles.once, max_ahead)
     rotations = rotations_in(settings)
     table, assumed = laid(table, settings.sensors)
     notes = [
         *table.notes,
-        *notes_on_names(table),
+        *notes_on_names(every),
+        *doubles.notes(),
         *assumed,
         *note_on_lone(table, lone),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
@@ -172,27 +180,28 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     # Tracks by a document's letter are no judges of what was told.
-    is_strict = bool(preset_notes(preset))
     case = Case(table, settings, assigned.track, history, course.looks())
-    found = [] if is_strict else diagnose(case)
+    found = [] if preset_notes(preset) else diagnose(case)
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
-    values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
+    table, assigned = doubles.restored(table), assigned.at(doubles.place)
+    assignment = assigned.by_row()
+    record = with_doubles(record, doubles, len(assignment))
     record["diagnostics"] = [each.as_record() for each in found]
+    values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     seed = seed_of(rng)
     record = with_seed(record, seed, None if seed == (configuration.seed or 0) else "argument")
-    if isinstance(reports, str | os.PathLike):
-        record = with_file(record, reports)
-    given = (reports, config, priors)
-    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
-    return _handed_back(record, values, inputs, came)
+    return _handed_back(record, values, (reports, config, priors), came)
 
 
 def _handed_back(
-    record: dict[str, Any], values: RunValues, inputs: tuple[Any, ...], came: Any
+    record: dict[str, Any], values: RunValues, given: tuple[Any, ...], came: Any
 ) -> TrackingResult[Any]:
     """Return a run's results in the kind of table that came in."""
+    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
+    if isinstance(given[0], str | os.PathLike):
+        record = with_file(record, given[0])
     table, frames = values.reports, values.frames()
     native = {name: to_native(frame, table.kind) for name, frame in frames.items()}
     native["assignments"] = with_index(native["assignments"], came, table)
@@ -299,7 +308,7 @@ def report_table(
         table = reports
     else:
         origin = configuration.frame.origin
-        raw = load_table(reports, on_bad_row)
+        raw = load_table(reports)
         if isinstance(reports, str | os.PathLike):
             came = table_of(raw)
         else:

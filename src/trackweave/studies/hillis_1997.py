@@ -109,15 +109,14 @@ def _curve(table: Table, objects: int, search: str, *, share: bool) -> SpreadCur
             continue
         if share:
             hits = share_of(int(np.count_nonzero(own <= CLOSE)), own.size)
-            points.append((x, hits.value, 0.0))
+            points.append((x, hits.value, 0.0, 0.0))
         else:
             mean = mean_of(own)
-            points.append(
-                (x, mean.value, float(np.nan_to_num(mean.high - mean.value, posinf=0.0)))
-            )
-    x, y, half = np.array(points).T
-    # On the logarithmic axis a lower end below nothing would hide the curve.
-    return SpreadCurve(x, y, None if share else np.minimum(half, y))
+            half = float(np.nan_to_num(mean.high - mean.value, posinf=0.0))
+            # On the logarithmic axis a lower end below nothing would hide the curve.
+            points.append((x, mean.value, min(half, mean.value), half))
+    x, y, *ends = np.array(points).T
+    return SpreadCurve(x, y, None if share else np.array(ends))
 
 
 def _pictures_of_search(table: Table) -> dict[str, bytes]:
@@ -214,8 +213,8 @@ SECTIONS = {
     "most 200,000 individuals; here to the end, without the threshold. *population N*: the same "
     "search with other sizes. *'931 lists*: with lists of associations. *hillis*: the usable "
     "preset, and *default*: ours, both above the best where lone reports may be false alarms; the "
-    "others above the exact answer by the patent's fitness, in which each is a track. Bars: 95 %."
-    "\n\n![](excess.png)\n![](share.png)",
+    "others above the exact answer by the patent's fitness, in which each is a track. Bars of the "
+    "first figure: 95 %.\n\n![](excess.png)\n![](share.png)",
     "depths": "## Depth of the window\n\nScenes of two sensors: five objects, three and two of "
     "which cross, false alarms, misses; every method sets out from the same tracks. *document*: "
     "the preset. *its best*: the proven best by its fitness. *exact*: that where a report that "

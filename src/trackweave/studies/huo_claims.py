@@ -176,8 +176,8 @@ def _cells(table: Table, name: str) -> tuple[str, ...]:
 
 def _spread(points: Sequence[tuple[object, Interval]]) -> SpreadCurve:
     x = np.array([float(str(place)) for place, _ in points])
-    y, half = np.array([(found.value, found.high - found.value) for _, found in points]).T
-    return SpreadCurve(x, y, np.where(np.isfinite(half), half, 0.0))
+    y, *ends = np.array([(f.value, f.value - f.low, f.high - f.value) for _, f in points]).T
+    return SpreadCurve(x, y, np.where(np.isfinite(ends), ends, 0.0))
 
 
 def _search_panels(table: Table, what: str) -> list[Panel]:
@@ -192,7 +192,7 @@ def _search_panels(table: Table, what: str) -> list[Panel]:
             own = {"M × n": size, "search": search}
             marks = np.unique(table.column("evaluations", **own))
             if "P_m" not in str(search):
-                marks = marks[-1:]
+                marks = table.column("evaluations", **own).mean(keepdims=True)
                 found = [_mean(table, "excess", **own) if is_excess else _optimal(table, **own)]
             else:
                 each = [{**own, "evaluations": int(mark)} for mark in marks]

@@ -64,7 +64,7 @@ def mean_of(values: FloatArray, unit: str = "") -> Interval:
 
     Returns
     -------
-    The mean; its interval is open where fewer than two draws tell of it.
+    The mean; its interval is open where fewer than two draws tell of it, or costs are all alike.
     """
     from scipy.special import stdtrit
 
@@ -74,6 +74,9 @@ def mean_of(values: FloatArray, unit: str = "") -> Interval:
     mean = float(known.mean())
     if known.size == 1:
         return Interval(mean, -np.inf, np.inf, 1, unit)
+    if unit == "nats" and np.ptp(known) == 0.0:
+        # Draws that are all alike tell of no spread, and a cost has no bound of its own.
+        return Interval(mean, -np.inf, np.inf, int(known.size), unit)
     half = float(stdtrit(known.size - 1, 0.5 + CONFIDENCE / 2) * known.std(ddof=1))
     half /= float(np.sqrt(known.size))
     low, high = mean - half, mean + half

@@ -93,9 +93,14 @@ def _summary(table: Table, by: Sequence[str], names: Sequence[str]) -> str:
     rows = []
     for key in dict.fromkeys(tuple(row[place] for place in places) for row in table.rows):
         where = dict(zip(by, key, strict=True))
-        found = [mean_of(table.column(name, **where)) for name in names]
+        found = [mean_of(table.column(name, **where), _unit(name)) for name in names]
         rows.append([*key, *(_short(each) for each in found)])
     return text_table([*by, *names], rows)
+
+
+def _unit(name: str) -> str:
+    """Return the unit that a column's name ends with."""
+    return "%" if name.endswith("[%]") else ""
 
 
 def _short(found: Interval) -> str:
@@ -197,7 +202,8 @@ def _zoom(tables: Mapping[str, Table], figure: str, title: str) -> bytes:
         # A straight course is a thin line in any plan: its scatter is drawn larger.
         CoursePanel(f"{title}, {span[0]:g}–{span[1]:g} s", EAST, NORTH, near_by,
                     is_plan=name == TURNING),
-        CoursePanel("To the right of the course", TIME, "[m]", tuple(over_time), is_plan=False),
+        CoursePanel("To the right of the course", TIME, "offset [m]", tuple(over_time),
+                    is_plan=False),
     ])  # fmt: skip
 
 

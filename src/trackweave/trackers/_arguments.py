@@ -5,6 +5,7 @@ Values come as ``object``, because a caller's types are not to be trusted.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -104,6 +105,16 @@ def require_step(
     """Refuse what no step can be taken with, and return the source of randomness."""
     require_instance(scan, Scan, "scan")
     return require_haste(rng, deadline, stop)
+
+
+def in_order(scans: object) -> tuple[Scan, ...]:
+    """Return the scans of a step, of which each has to be later than the one before."""
+    if isinstance(scans, Scan):
+        return (scans,)
+    listed = checked_members(scans, Scan, "scan")
+    if not listed or any(late.time <= early.time for early, late in pairwise(listed)):
+        raise InvalidInputError("scan: expected a Scan, or several, each later than the last")
+    return tuple(listed)
 
 
 def require_haste(rng: RandomSource, deadline: object, stop: object) -> np.random.Generator:

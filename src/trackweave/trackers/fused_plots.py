@@ -313,11 +313,13 @@ class FusedPlotsTracker(LiveTracker):
     def _certificate(self, tracked: Certificate, fused: Certificate) -> Certificate:
         if not isinstance(self._tracker, MultiHypothesisTracker):
             return fused
-        is_proven = tracked.status == fused.status == Status.OPTIMAL
+        is_proven = fused.status is Status.OPTIMAL and tracked.status in {
+            Status.OPTIMAL, Status.OPTIMAL_AMONG_KEPT
+        }  # fmt: skip
         return Certificate(
             fused.cost + tracked.cost,
             fused.lower_bound + tracked.lower_bound,
-            Status.OPTIMAL if is_proven else Status.FEASIBLE,
+            tracked.status if is_proven else Status.FEASIBLE,
         )
 
     def _deadline_gap(self, found: Hypothesis, fused: FusedPlots) -> float | None:

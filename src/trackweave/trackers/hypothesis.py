@@ -7,6 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Certificate, Status
+from trackweave.association.pruned import PrunedProbability
 from trackweave.domain.tracks import TrackTable
 from trackweave.summaries import summary
 from trackweave.trackers.clock_guard import HeldScan
@@ -108,6 +109,11 @@ class Hypothesis:
         Sequences left out of the tree at this scan, which the bound does not cover.
     n_pruned_by_deadline
         How many of them the deadline left no time for.
+    pruned_probability
+        How much of the probability of each family of sequences they had at this scan, with what
+        reports are worth after the search: the worst share and the sum; what was left out
+        before is not counted. None where no probabilities are told. Where the worst is above 1 %,
+        or not known, or a gate is crowded, an answer is at best "optimal among kept".
     is_crowded
         Whether a gate held more reports than a sequence can look at: only the nearest were tried.
     deadline_gap
@@ -144,6 +150,7 @@ class Hypothesis:
     n_sequences: int
     n_pruned: int
     n_pruned_by_deadline: int = 0
+    pruned_probability: PrunedProbability | None = None
     is_crowded: bool = False
     deadline_gap: float | None = None
     held: tuple[HeldScan, ...] = ()
@@ -176,7 +183,8 @@ def unchanged(last: Hypothesis | None, time: float, dim: int, reason: str) -> Hy
         return Hypothesis(time, tracks, 0, (), final, (), nothing, 0, reason, 0, 0)
     return replace(
         last, amendments=(), final=final, late=(), evaluations=0, stop_reason=reason, n_pruned=0,
-        n_pruned_by_deadline=0, is_crowded=False, deadline_gap=None, held=(), set_aside=(),
+        n_pruned_by_deadline=0, pruned_probability=None, is_crowded=False, deadline_gap=None,
+        held=(), set_aside=(),
     )  # fmt: skip
 
 
@@ -215,6 +223,7 @@ def gathered(
     for amendment in (each for step in steps for each in step.amendments):
         before.setdefault(amendment.report, amendment.before)
         after[amendment.report] = amendment.after
+    told = [step.pruned_probability for step in steps if step.pruned_probability is not None]
     gaps = [step.deadline_gap for step in steps if step.deadline_gap is not None]
     return replace(
         steps[-1],
@@ -232,6 +241,11 @@ def gathered(
         evaluations=sum(step.evaluations for step in steps),
         n_pruned=sum(step.n_pruned for step in steps),
         n_pruned_by_deadline=sum(step.n_pruned_by_deadline for step in steps),
+        pruned_probability=PrunedProbability(
+            max(each.worst for each in told), sum(each.sum for each in told)
+        )
+        if told
+        else None,
         is_crowded=any(step.is_crowded for step in steps),
         deadline_gap=max(gaps, default=None),
     )

@@ -1,5 +1,6 @@
 """When a track begins to count, and when it ends."""
 
+import math
 from dataclasses import dataclass
 
 from trackweave.errors import InvalidInputError
@@ -23,7 +24,16 @@ class Lifecycle:
         A track whose object exists as probably as this is confirmed whatever its hits, in
         (0, 1]; 1 for never.
     delete_after_misses
-        A track ends after so many chances missed in a row, at least 1.
+        A track ends after so many chances missed in a row, at least 1; None to go by how probable
+        it is that its object is gone.
+    hidden_share
+        The share of its time, in [0, 1), for which an object is where no sensor can see it; 0
+        where each chance is missed by itself.
+    mean_silence
+        How long it is hidden then, on average [s]. Must be positive.
+    rejoin
+        For so long after its last report a track may be taken up again [s]; None to go by how
+        probable it is that its object is gone.
     new_target_density
         Objects newly present per m² (m³) and scan, usually one in ten kilometres squared. Must be
         positive.
@@ -49,7 +59,10 @@ class Lifecycle:
     confirm_opportunities: int = 4
     confirm_probability: float = 0.5
     certain_probability: float = 0.99
-    delete_after_misses: int = 5
+    delete_after_misses: int | None = None
+    hidden_share: float = 0.01
+    mean_silence: float = 60.0
+    rejoin: float | None = None
     new_target_density: float = 1e-8
     initial_target_density: float | None = None
     survival: float = 0.999
@@ -61,24 +74,42 @@ class Lifecycle:
                 f"confirm: {self.confirm_hits}/{self.confirm_opportunities}; expected M/N with "
                 "1 ≤ M ≤ N"
             )
-        if not self.delete_after_misses >= 1:
+        if self.delete_after_misses is not None and not self.delete_after_misses >= 1:
             raise InvalidInputError(
                 f"delete_after_misses: {self.delete_after_misses}; expected at least 1"
             )
-        if not 0 <= self.confirm_probability < 1:
-            raise InvalidInputError(
-                f"confirm_probability: {self.confirm_probability}; expected 0 to below 1"
-            )
+        for name in ("confirm_probability", "hidden_share"):
+            if not 0 <= getattr(self, name) < 1:
+                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected 0 to below 1")
         if not 0 < self.certain_probability <= 1:
             raise InvalidInputError(
                 f"certain_probability: {self.certain_probability}; expected above 0, at most 1"
             )
         if not 0 < self.survival < 1:
             raise InvalidInputError(f"survival: {self.survival}; expected between 0 and 1")
-        for name in ("new_target_density", "initial_target_density"):
+        for name in ("new_target_density", "initial_target_density", "mean_silence", "rejoin"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
+
+    def hiding(self, waited: float) -> tuple[float, float]:
+        """Return how probably an object in sight is hidden some time later, and the other way.
+
+        A chain of two states in continuous time, so that two steps are as one over both.
+
+        Parameters
+        ----------
+        waited
+            The time [s], at least 0.
+
+        Returns
+        -------
+        Both probabilities.
+        """
+        if self.hidden_share <= 0.0:
+            return 0.0, 0.0
+        mixed = -math.expm1(-waited / (self.mean_silence * (1.0 - self.hidden_share)))
+        return self.hidden_share * mixed, (1.0 - self.hidden_share) * mixed
 
     def is_confirmed_by(self, chances: list[float]) -> bool:
         """Tell whether hits at these chances confirm a track.

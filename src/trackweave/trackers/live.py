@@ -183,15 +183,19 @@ class ScanByScan(LiveTracker):
         return self._priors is not None and arrival.time < float(self._priors.time.max())
 
     def checked(self, scans: Sequence[Scan]) -> Arrival:
-        """Return the scan with dimensions, and with numbers for its reports."""
-        scan, self._dim = checked_scan(scans[0], self._sensors, self._dim, self._used)
-        likely = self._dim or (self._tree.dim if self._tree else 2)
-        return Arrival((with_dimensions(scan, self._sensors[scan.sensor], likely),))
+        """Return the scans with dimensions, and with numbers for their reports."""
+        sound = []
+        for given in scans:
+            scan, self._dim = checked_scan(given, self._sensors, self._dim, self._used)
+            likely = self._dim or (self._tree.dim if self._tree else 2)
+            sound.append(with_dimensions(scan, self._sensors[scan.sensor], likely))
+        return Arrival(tuple(sound))
 
     def left_out(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         """Return the last hypothesis after a scan that came too late."""
-        (scan,), told = arrival.scans, self.unchanged(arrival, LATE, tracks=haste.tracks)
-        return replace(told, late=tuple(scan.report.tolist()))
+        told = self.unchanged(arrival, LATE, tracks=haste.tracks)
+        late = [number for scan in arrival.scans for number in scan.report.tolist()]
+        return replace(told, late=tuple(late))
 
     def unchanged(self, arrival: Arrival, reason: str, *, tracks: bool) -> Hypothesis:
         """Return the last hypothesis again."""

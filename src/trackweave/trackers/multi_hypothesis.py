@@ -14,6 +14,7 @@ from trackweave.association.beliefs import Beliefs, believe
 from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, Status
+from trackweave.association.pruned import judged
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -28,11 +29,12 @@ from trackweave.trackers._arguments import (
     checked_priors,
     checked_sensors,
     checked_window,
+    in_order,
     merged,
     period_of,
     reference_of,
+    require_haste,
     require_parts,
-    require_step,
     slowest_of,
     tells_place,
     with_dimensions,
@@ -42,7 +44,7 @@ from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
-from trackweave.trackers.opening import Opener, begun, rule_of
+from trackweave.trackers.opening import USUAL_MISSES, Opener, begun, rule_of
 from trackweave.trackers.pacing import Pace, Pacer
 from trackweave.trackers.past import Past
 from trackweave.trackers.rows import live_leaves, live_rows
@@ -93,8 +95,7 @@ class MultiHypothesisTracker(ScanByScan):
     Raises
     ------
     InvalidInputError
-        If an argument is of another kind than it has to be, if there is no sensor, or two have
-        one name, or two priors.
+        If an argument is of another kind than it has to be, or two sensors or priors have a name.
 
     References
     ----------
@@ -150,7 +151,6 @@ class MultiHypothesisTracker(ScanByScan):
         self._horizon = self._guard.farthest_back(self._window.depth * self._period)
         self._used = UsedNumbers()
         self._pacer = Pacer()
-        # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = checked_flag(unscented, "unscented")
         self._last: Hypothesis | None = None
@@ -166,13 +166,12 @@ class MultiHypothesisTracker(ScanByScan):
             initial = new
         speed, by_bearings = self._motion.max_speed, self._by_bearings
         self._undetected = Undetected(initial, new, speed, self._period, by_bearings=by_bearings)
-        patience = (lifecycle.delete_after_misses + 1.0) * self._period
+        patience = ((lifecycle.delete_after_misses or USUAL_MISSES) + 1.0) * self._period
         self._past = Past(copy.copy(self._undetected), patience)
         self._ledger = Ledger(lifecycle, next_track)
         self._slots = Slots()
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
-        """The slots of which the next hypothesis speaks."""
         self._gap, self._beliefs = 0.0, None
 
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
@@ -193,7 +192,7 @@ class MultiHypothesisTracker(ScanByScan):
 
     def step(
         self,
-        scan: Scan,
+        scan: Scan | Sequence[Scan],
         *,
         rng: RandomSource = 0,
         deadline: float | None = None,
@@ -206,18 +205,16 @@ class MultiHypothesisTracker(ScanByScan):
         ----------
         scan
             Reports of one sensor, none for an empty scan. A scan that is older than the last one
-            but not older than the window is put into its place.
+            but not older than the window is put into its place. Several, each later than the one
+            before, are searched once, after the last.
         rng
-            The only source of randomness: a generator, or a seed, which draws the same numbers at
-            each step.
+            A generator, or a seed, which draws the same numbers at each step.
         deadline
             Seconds of wall clock for all of the step, above 0; None for none.
         stop
-            Asked every few milliseconds whether to end the search; None for nothing to ask.
+            Asked every few milliseconds whether to end.
         tracks
-            Whether the hypothesis holds the live tracks. A table of thousands takes as long as
-            the scan of a part of them; where not every scan is shown, leave it out and ask
-            ``tracks`` when it is.
+            Whether the hypothesis holds the live tracks, which takes its time.
 
         Returns
         -------
@@ -232,46 +229,46 @@ class MultiHypothesisTracker(ScanByScan):
             error, such as one of the search or an interrupt, tracker and generator are as they
             were before the step.
         """
-        rng = require_step(scan, rng, deadline, stop)
-        return self._step((scan,), Haste(rng, deadline, stop, tracks))
+        rng = require_haste(rng, deadline, stop)
+        return self._step(in_order(scan), Haste(rng, deadline, stop, tracks))
 
     def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         """Take in a checked scan whenever it is of; see `LiveTracker`."""
-        pace, (scan,) = self._pacer.start(haste.deadline, haste.stop), arrival.scans
+        pace, scans = self._pacer.start(haste.deadline, haste.stop), arrival.scans
         if self.is_late(arrival):
             return self.left_out(arrival, haste)
-        pruned = self._tree.n_pruned if self._tree else 0
-        final = self._slide(scan)
-        tree = self._take_in(scan, pace)
-        slots = tree.slots()
+        n_pruned = self._tree.n_pruned if self._tree else 0
+        final = self._slide(scans[-1])
+        tree = self._take_in(scans[0], pace)
+        for scan in scans[1:]:
+            tree = self._take_in(scan, pace, is_first=False)
+        slots, last = tree.slots(), self._open.last_time
         problem = tree.problem(slots, self._slots.instants(slots[0]))
-        answer = self._search(
-            problem,
-            rng=haste.rng,
-            hint=self._hint(tree, slots[0], problem.n_items),
-            stop=pace.alarm(tree.n_nodes),
-        )
+        hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
+        answer = self._search(problem, rng=haste.rng, hint=hint, stop=alarm)
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
         if self._averaging:
-            self._beliefs = believe(tree, self._open.last_time, answer.node_probability)
+            self._beliefs = believe(tree, last, answer.node_probability)
+        pruned, certificate = judged(tree, self._beliefs, answer.certificate)
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
-        live = live_leaves(tree, self._dormant, by_belief=self._averaging)
+        live = live_leaves(tree, self._dormant, last, by_belief=self._averaging)
         self._last = Hypothesis(
-            time=self._open.last_time,
+            time=last,
             tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),
             n_tracks=sum(map(len, live)),
             amendments=amendments,
             final=final,
             late=(),
-            certificate=self._dormant.certificate(answer.certificate),
+            certificate=self._dormant.certificate(certificate),
             evaluations=answer.evaluations,
             stop_reason=answer.stop_reason,
             n_sequences=tree.n_nodes + self._dormant.n_nodes,
-            n_pruned=max(0, tree.n_pruned - pruned),
+            n_pruned=max(0, tree.n_pruned - n_pruned),
             n_pruned_by_deadline=tree.n_given_way,
+            pruned_probability=pruned,
             is_crowded=tree.is_crowded,
             deadline_gap=pace.gap_of(answer),
         )
@@ -281,7 +278,7 @@ class MultiHypothesisTracker(ScanByScan):
     def is_late(self, arrival: Arrival) -> bool:
         """Tell whether a scan lies before the window as well; see `LiveTracker`."""
         oldest = max(self._open.fixed_until, self._open.last_time - self._horizon)
-        return self.is_before_all(arrival) or arrival.time <= oldest
+        return self.is_before_all(arrival) or arrival.scans[0].time <= oldest
 
     def _begin(self, dim: int) -> AssociationTree:
         """Return the tree before the first scan."""
@@ -299,7 +296,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._dormant = Dormant(self._rule, self._period)
         return self._tree
 
-    def _take_in(self, scan: Scan, pace: Pace) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace, *, is_first: bool = True) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
         dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
@@ -312,10 +309,12 @@ class MultiHypothesisTracker(ScanByScan):
         self._open.insert(self._opener.open(scan, dim))
         data, waited = self._timed(len(self._open.scans) - 1, last)
         self._dormant.exchange(tree, data, self._gap)
-        self._fix(tree, last)
+        if is_first:
+            self._fix(tree, last)
+            self._concerned = tree.slots()[0]
         density = self._undetected.look(data, waited)
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
-        self._concerned = np.concatenate([tree.slots()[0], data.slot])
+        self._concerned = np.concatenate([self._concerned, data.slot])
         with pace.growth(tree, len(scan)):
             tree.grow(data, density)
         return tree
@@ -362,7 +361,8 @@ class MultiHypothesisTracker(ScanByScan):
         known = self._open.scans[place]
         waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
         living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)
-        data = known.data._replace(survival_cost=float(living))
+        hiding, showing = self._lifecycle.hiding(waited)
+        data = known.data._replace(survival_cost=float(living), hiding=hiding, showing=showing)
         self._open.scans[place] = replace(known, data=data)
         return data, waited
 
@@ -390,7 +390,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 
     def _chosen(self, tree: AssociationTree) -> IntArray:
-        """Return the last answer's nodes, as far as they are still there."""
+        """Return the last answer's nodes."""
         return np.flatnonzero(tree.nodes.chosen[: tree.n_nodes])
 
     def _hint(self, tree: AssociationTree, slots: IntArray, n_items: int) -> Hint:

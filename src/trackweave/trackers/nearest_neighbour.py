@@ -36,7 +36,7 @@ from trackweave.trackers.hypothesis import (
 )
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
-from trackweave.trackers.opening import Opener, begun, rule_of
+from trackweave.trackers.opening import USUAL_MISSES, Opener, begun, rule_of
 from trackweave.trackers.pairing import Offers, Pairing, nearest, one_to_one
 from trackweave.trackers.roster import Roster
 from trackweave.trackers.undetected import Undetected
@@ -284,6 +284,9 @@ class NearestNeighbourTracker(ScanByScan):
             rule = rule_of(
                 self._motion, self._lifecycle, self._sensors, dim, unscented=self._unscented
             )
+            # What is decided scan by scan goes by misses alone.
+            misses = self._lifecycle.delete_after_misses or USUAL_MISSES
+            rule = rule._replace(most_tail=np.inf, max_misses=float(misses))
             priors = self._priors if self._priors is not None else TrackTable.empty(dim)
             self._roster = Roster(self._lifecycle, priors, self._next_track)
             self._tree = AssociationTree(rule, _ALL)

@@ -1,5 +1,6 @@
 """Scans as they come become scans that a tree grows by."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,15 +15,27 @@ from trackweave.association.window_rule import Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.models.motion import Motion
+from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
 from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
 from trackweave.trackers.window import OpenScan
 
 __all__ = ["Opener", "begun", "rooted", "rule_of"]
 
-UNSEEN_WITHOUT_PERIOD = 600.0
-"""After how long without a report a track ends where no sensor has a scan period [s]."""
+UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
+"""For so long an object is followed that no sensor looks at [s], or for so many times the misses
+after which a track ends, in scan periods."""
+MOST_SILENCES = 3.0
+"""Its name stays open for so many usual silences at least."""
+GONE = math.log(1000.0)
+"""… or when it is so much more probable that its object is gone [nats]."""
+USUAL_MISSES = 5
+"""… or of a tracker that decides scan by scan, after so many misses."""
+
+MOST_TURNED = 1.1
+"""Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
 
 class Opener:
@@ -45,9 +58,10 @@ class Opener:
         self._number = {name: number for number, name in enumerate(sensors)}
         self._identities: frozenset[int] = frozenset()
         self._ends: dict[str, float] = {}
+        self._beams: dict[str, LiveBeam | None] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_ends": self._ends.copy()}
+        return {**self.__dict__, "_ends": self._ends.copy(), "_beams": self._beams.copy()}
 
     def open(self, scan: Scan, dim: int) -> OpenScan:
         """Return a scan of the window before it is known what came before it.
@@ -67,24 +81,36 @@ class Opener:
             named = set(scan.identity[scan.identity >= 0].tolist())
             if not named <= self._identities:
                 self._identities |= named
+        sensor = self._as_it_turns(scan)
         context = Context(
             motion=self._motion,
             dim=dim,
             sensor=self._number[scan.sensor],
             n_identities=max(1, len(self._identities)),
-            start=self._start(scan),
+            start=self._start(scan, sensor.rotation),
             period=self._period,
         )
-        data, order = scan_input(scan, self._sensors[scan.sensor], 0.0, context)
+        data, order = scan_input(scan, sensor, 0.0, context)
         share = 1.0
-        rotation = self._sensors[scan.sensor].rotation
+        rotation = sensor.rotation
         if rotation is not None and context.start is not None:
-            share = min(1.0, max(1e-3, (scan.time - context.start) / rotation.period))
+            turns = float(rotation.turned(scan.time) - rotation.turned(context.start))
+            share = min(1.0, max(1e-3, turns))
         return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), share)
 
-    def _start(self, scan: Scan) -> float | None:
+    def _as_it_turns(self, scan: Scan) -> Sensor:
+        """Return a scan's sensor, of a turning one where its reports show the beam."""
+        sensor = self._sensors[scan.sensor]
+        if sensor.rotation is None:
+            return sensor
+        known = self._beams.get(scan.sensor)
+        if scan.time > self._ends.get(scan.sensor, -np.inf):
+            known = self._beams[scan.sensor] = beam_with(known, sensor, scan)
+        turning = rotation_by(known, sensor.rotation)
+        return sensor if turning is sensor.rotation else replace(sensor, rotation=turning)
+
+    def _start(self, scan: Scan, rotation: Rotation | None) -> float | None:
         """Return when the sweep of a turning sensor began that ends with a scan."""
-        rotation = self._sensors[scan.sensor].rotation
         if scan.moments is None or rotation is None:
             return None
         last = self._ends.get(scan.sensor, -np.inf)
@@ -93,9 +119,10 @@ class Opener:
         self._ends[scan.sensor] = scan.time
         first = float(scan.moments.min(initial=scan.time))
         # What was not handed over was not looked at; a turn is as much as there is.
-        if scan.time - last > 1.01 * rotation.period:
+        turned = float(rotation.turned(scan.time))
+        if not np.isfinite(last) or turned - float(rotation.turned(last)) > MOST_TURNED:
             return first
-        return min(max(last, scan.time - rotation.period), first)
+        return min(max(last, float(rotation.when(turned - 1.0))), first)
 
 
 def rule_of(
@@ -125,12 +152,14 @@ def rule_of(
     -------
     The rule.
     """
-    period, misses = period_of(sensors.values()), lifecycle.delete_after_misses
+    period = period_of(sensors.values())
+    misses = lifecycle.delete_after_misses or USUAL_MISSES
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
-    unseen = 10.0 * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
+    shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
+    unseen = lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
     return window_rule(
         motion,
-        (lifecycle.survival, misses, unseen),
+        (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen, shown),
         dim,
         unscented=unscented,
         crossing_time=period,
@@ -168,6 +197,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
         hits=np.maximum(priors.hits, 1),
         chances=zero,
         tail=zero,
+        hidden=zero,
         misses=zero,
         identity=nobody,
         former=nobody,
@@ -209,8 +239,9 @@ def rooted(
     nothing = np.zeros(rows.shape[0])
     held = {name: getattr(nodes, name)[rows] for name in Beginning.names()}
     begins = Beginning(track=families.track, slot=slot, **held)
-    begins = replace(begins, tail=nothing, misses=nothing.copy())
+    begins = replace(begins, tail=nothing, hidden=nothing.copy(), misses=nothing.copy())
     longer = np.flatnonzero((begins.time <= since) & np.isfinite(held["tail"]))
+    begins.hidden[longer] = held["hidden"][longer]
     if longer.size:
         # What all scans there are do not account for was missed in those before them.
         told = waited(begins, first, [*closed, *window], tree.rule)

@@ -12,14 +12,12 @@ from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 
 __all__ = ["live_leaves", "live_rows"]
 
-TENTATIVE_EXISTENCE = 0.5
-"""A tentative track is shown while its object lives at least as probably as not."""
-COASTING_EXISTENCE = 0.01
-"""A confirmed track is shown until it is all but certain that its object is gone."""
+FOLLOWED = 0.5
+"""A track is shown while its object more probably than not lives and is in sight."""
 
 
 def live_leaves(
-    tree: AssociationTree, dormant: Dormant, *, by_belief: bool
+    tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
 ) -> tuple[IntArray, IntArray]:
     """Return the chosen sequences of live tracks.
 
@@ -29,9 +27,11 @@ def live_leaves(
         The sequences that were looked at.
     dormant
         Those that were not.
+    time
+        When [s].
     by_belief
-        Whether tracks are shown by how probable it is that their objects live, or by how long
-        they have not been seen.
+        Whether how probable it is that objects live is told by all sequences, or by the chosen
+        ones alone.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def live_leaves(
     found = []
     for nodes, families, count in rooms:
         leaf = np.flatnonzero(nodes.chosen[:count])
-        found.append(leaf[_is_live(nodes, families, leaf, tree.rule, by_belief=by_belief)])
+        found.append(leaf[_is_live(nodes, families, (leaf, time), tree.rule, by_belief=by_belief)])
     return found[0], found[1]
 
 
@@ -68,7 +68,7 @@ def live_rows(
     The rows in order of identifier.
     """
     by_belief, dim = beliefs is not None, tree.dim
-    leaf, aside = live_leaves(tree, dormant, by_belief=by_belief)
+    leaf, aside = live_leaves(tree, dormant, time, by_belief=by_belief)
     if beliefs is not None:
         family = tree.nodes.family[leaf]
         states = beliefs.mean[family], beliefs.covariance[family]
@@ -98,18 +98,23 @@ def live_rows(
 
 
 def _is_live(
-    nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
+    nodes: Nodes,
+    families: Families,
+    shown: tuple[IntArray, float],
+    rule: WindowRule,
+    *,
+    by_belief: bool,
 ) -> np.ndarray:
-    """Tell which chosen sequences' tracks are shown."""
-    family = nodes.family[leaf]
-    is_known = families.confirmed[family]
+    """Tell of which chosen sequences the tracks are shown at a time."""
+    leaf, time = shown
+    in_sight = 1.0 - nodes.hidden[leaf]
     if by_belief:
-        needed = np.where(is_known, COASTING_EXISTENCE, TENTATIVE_EXISTENCE)
-        live = families.existence[family] >= needed
+        lives = families.existence[nodes.family[leaf]]
     else:
-        live = nodes.tail[leaf] <= np.where(is_known, np.finfo(np.float64).max, rule.end_cost)
-    shown: np.ndarray = live & (nodes.is_line[leaf] == 0)
-    return shown
+        lives = 1.0 / (1.0 + np.exp(nodes.tail[leaf] - rule.end_cost))
+    live = (in_sight * lives >= FOLLOWED) & (time - nodes.time[leaf] <= rule.max_shown)
+    told: np.ndarray = live & (nodes.is_line[leaf] == 0)
+    return told
 
 
 def _rows(

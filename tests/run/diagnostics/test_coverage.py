@@ -3,7 +3,7 @@
 import numpy as np
 
 from run.diagnostics.scenes import case_of, positions
-from trackweave.run.diagnostics.coverage import out_of_view, unseen_range
+from trackweave.run.diagnostics.coverage import out_of_view
 
 
 def two_radars(reach: float):
@@ -17,18 +17,6 @@ def two_radars(reach: float):
 
 
 A, B = {"position": [0.0, 0.0]}, {"position": [3000.0, 0.0]}
-
-
-def test_a_reach_that_nobody_told_is_told() -> None:
-    found = list(unseen_range(case_of(two_radars(1500.0), a=A, b=B)))
-    assert [each.sensor for each in found] == ["a", "b"]
-    assert "field_of_view = {max_range_m = 1500}" in found[0].sentence
-
-
-def test_radars_that_see_everything_and_those_that_tell_their_reach_are_not() -> None:
-    assert list(unseen_range(case_of(two_radars(1e9), a=A, b=B))) == []
-    view = {"field_of_view": {"max_range_m": 1500.0}}
-    assert list(unseen_range(case_of(two_radars(1500.0), a={**A, **view}, b={**B, **view}))) == []
 
 
 def test_reports_outside_their_own_field_of_view_are_told() -> None:

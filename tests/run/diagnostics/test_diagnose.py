@@ -29,7 +29,7 @@ def record_of(made: Any, config: Any) -> dict[str, Any]:
 )
 def test_names_what_is_wrong_first(name: str) -> None:
     wrong = SCENES.CONTRADICTIONS[name]
-    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar, reach=wrong.reach))
+    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar))
     run = record_of(made, made.told)
     assert run["diagnostics"][0]["cause"] in wrong.causes
     assert run["notes"][0] == run["diagnostics"][0]["sentence"]
@@ -64,6 +64,6 @@ def test_says_loudly_that_hardly_any_report_is_in_a_track() -> None:
 
 def test_tracks_by_a_documents_letter_judge_no_sensor() -> None:
     wrong = SCENES.CONTRADICTIONS["sigma ÷ 100"]
-    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar, reach=wrong.reach))
+    made = wrong.spoil(SCENES.scene(1, polar=wrong.polar))
     run = track(made.reports.drop("target"), made.told, preset="wiranto-2018").run
     assert run["diagnostics"] == []

@@ -1,19 +1,9 @@
-"""Reports that come twice, or all at once, are told."""
+"""Sensors that copy others, and reports that come all at once, are told."""
 
 import numpy as np
 
 from run.diagnostics.scenes import case_of, positions
-from trackweave.run.diagnostics.repeats import copied_sensors, repeated_reports, single_times
-
-
-def test_a_feed_that_comes_twice_is_told() -> None:
-    twice = positions(
-        [0.0, 0.0, 1.0, 1.0, 2.0, 2.0], [[1, 2], [1, 2], [2, 2], [2, 2], [3, 2], [3, 2]]
-    )
-    (found,) = repeated_reports(case_of(twice))
-    assert found.sentence.startswith("sensor lidar: 3 of 6 reports are equal to another of the ")
-    once = positions([0.0, 1.0, 2.0, 3.0], [[1, 2]] * 4)
-    assert list(repeated_reports(case_of(once))) == []
+from trackweave.run.diagnostics.repeats import copied_sensors, single_times
 
 
 def test_identical_times_of_all_reports_are_one_scan_and_told() -> None:

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.models._kernels import is_covered
-from trackweave.models.coverage import Coverage
+from trackweave.estimation import covered
 from trackweave.run.diagnostics.case import Case, Path
 
-__all__ = ["Chances", "chances_of", "covered"]
+__all__ = ["Chances", "chances_of"]
 
 MOST_PATHS, MOST_LOOKS = 120, 200
 
@@ -63,26 +62,6 @@ def chances_of(case: Case, index: int) -> Chances:
     if view is not None:
         known &= covered(place, _platform(case, index, np.concatenate(times)), view.coverage())
     return Chances(place[known], is_hit[known])
-
-
-def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
-    """Tell which places a field of view holds that goes with its sensor.
-
-    Parameters
-    ----------
-    place
-        Points of the plane [m], shape (places, 2).
-    platform
-        Where the sensor was then [m], shape (places, 2).
-    view
-        Its field of view about where it stands usually.
-
-    Returns
-    -------
-    One truth value per place.
-    """
-    about = place - platform + view.position
-    return np.array([is_covered(east, north, view) for east, north in about], dtype=bool)
 
 
 def _platform(case: Case, index: int, time: FloatArray) -> FloatArray:

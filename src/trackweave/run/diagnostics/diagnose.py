@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
-from trackweave.run.diagnostics.coverage import out_of_view, unseen_range
-from trackweave.run.diagnostics.repeats import copied_sensors, repeated_reports, single_times
+from trackweave.run.diagnostics.coverage import out_of_view
+from trackweave.run.diagnostics.repeats import copied_sensors, single_times
 from trackweave.run.diagnostics.scans import lone_reports, sparse_scans
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
 from trackweave.run.diagnostics.told import clutter, detection, motion, noise
@@ -15,7 +15,6 @@ from trackweave.run.diagnostics.units import azimuths_in_radians
 __all__ = ["CHECKS", "diagnose"]
 
 CHECKS: tuple[Check, ...] = (
-    repeated_reports,
     single_times,
     copied_sensors,
     lone_reports,
@@ -24,7 +23,6 @@ CHECKS: tuple[Check, ...] = (
     other_senses,
     disagreeing_sensors,
     out_of_view,
-    unseen_range,
     noise,
     motion,
     detection,
@@ -33,9 +31,7 @@ CHECKS: tuple[Check, ...] = (
 )
 # What weighs so much explains what tracks show beside it.
 A_CAUSE = 85.0
-CONSEQUENCES = {
-    "coverage", "sigma", "max_speed", "process_noise", "detection_probability", "clutter",
-}  # fmt: skip
+CONSEQUENCES = {"sigma", "max_speed", "process_noise", "detection_probability", "clutter"}
 WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigma"}
 
 
@@ -58,7 +54,7 @@ def diagnose(case: Case) -> list[Finding]:
         found += what_reports_tell(case)
     if any(finding.weight >= A_CAUSE for finding in found):
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
-    elif causes & {"coverage", "field of view"}:
+    elif "field of view" in causes:
         found = [finding for finding in found if finding.cause != "detection_probability"]
     # How few reports are in tracks tells nothing of why: any cause beside it is told before.
     return _together(sorted(found, key=lambda f: (f.cause == "few assigned", -f.weight)))

@@ -1,4 +1,4 @@
-"""Reports that come twice, or all at once."""
+"""Sensors that copy others, and reports that come all at once."""
 
 from collections.abc import Iterator
 from itertools import permutations
@@ -7,33 +7,12 @@ import numpy as np
 
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["copied_sensors", "repeated_reports", "single_times"]
+__all__ = ["copied_sensors", "single_times"]
 
-FEWEST_REPEATS, REPEATED_SHARE = 3, 0.05
 FEWEST_AT_ONCE = 10
 # A sensor is another's copy when so many of its reports are; rounded numbers meet by chance.
 FEWEST_COPIES, COPIED_SHARE, LEAST_DIFFERENT = 10, 0.5, 0.9
 MOST_COMPARED = 2000
-
-
-def repeated_reports(case: Case) -> Iterator[Finding]:
-    """Yield which sensors' reports come twice, as from two copies of one feed."""
-    reports = case.reports
-    filled = np.nan_to_num(reports.measurement, nan=-1.0)
-    rows = np.column_stack([reports.sensor, reports.time, filled])
-    order = np.lexsort(rows.T[::-1])
-    again = np.zeros(len(reports), dtype=bool)
-    again[order[1:]] = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
-    for name, own in zip(reports.sensors, case.rows, strict=True):
-        count, total = int(np.sum(again[own])), own.size
-        if count >= max(FEWEST_REPEATS, REPEATED_SHARE * total):
-            yield Finding(
-                "repeats",
-                name,
-                f"sensor {name}: {count} of {total} reports are equal to another of the same "
-                "time; each counts as a report of its own, and no object has two in a scan",
-                weight=20.0 * count / total,
-            )
 
 
 def single_times(case: Case) -> Iterator[Finding]:

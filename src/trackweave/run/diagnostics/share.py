@@ -12,8 +12,8 @@ from trackweave.run.observing import settle
 
 __all__ = ["few_assigned", "lies_together", "what_reports_tell"]
 
-FEW, SOME, FEWEST = 0.2, 0.4, 30
-# Where false alarms are expected, so many of the other reports are enough.
+FEW, SOME, FEWEST = 0.5, 0.4, 30
+# Where false alarms are told, so many of the other reports are enough.
 OF_OBJECTS = 0.5
 # A value so many times off what reports seem to tell is worth a sentence; both a noise and a
 # speed a thousand times off are a unit.
@@ -25,17 +25,26 @@ WEIGHT, LOUD = 70.0, 65.0
 
 
 def few_assigned(case: Case) -> Iterator[Finding]:
-    """Yield that hardly any report is in a track, and what to look at."""
+    """Yield that few reports are in tracks, and what to look at.
+
+    False alarms explain it only where they are told: estimates of them are what is left over.
+    """
     total, assigned = len(case.reports), int(np.count_nonzero(case.track >= 0))
-    false = sum(expected_false(case, i) * scans_of(case, i) for i in case.examined)
+    false = sum(
+        expected_false(case, i) * scans_of(case, i)
+        for i in case.examined
+        if case.is_told(f"sensors.{case.sensors[i].name}.clutter_density")
+    )
     is_clutter = assigned > 0 and assigned >= OF_OBJECTS * max(total - false, 0.0)
     if total >= FEWEST and assigned < FEW * total and not is_clutter:
         yield Finding(
             "few assigned",
             None,
-            f"only {assigned} of {total} reports are in tracks; look first at sigma, max_speed, "
-            "clutter and detection_probability, then at the sensors' positions, times and units; "
-            "`trackweave init` writes what the reports tell by themselves",
+            f"only {assigned} of {total} reports are in tracks, and the rest counts as false "
+            "alarms; unless that is so, look first at sigma, max_speed, clutter and "
+            "detection_probability, then at scan_period and field_of_view, and at the sensors' "
+            "positions, times and units; `trackweave init` writes what the reports tell by "
+            "themselves",
             weight=LOUD,
             told=float(total),
             seen=float(assigned),

@@ -1,0 +1,150 @@
+"""How what a tree may hold after a scan ranks, and how much of it each family keeps."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._nodes import Candidates, Families, Misses, Nodes
+from trackweave.association._pruned import Cut
+from trackweave.association._pruning import accumulate_prices, rank_bounds, second_gains
+from trackweave.association.growth_limits import GrowthLimits
+
+__all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered"]
+
+
+class Offer(NamedTuple):
+    """The sequences of a tree, each without a report of a scan, and behind them their children.
+
+    ``parent`` is -1 for none. ``rank`` is the cost of each and what its reports are worth to
+    others, and ``alive`` that of each sequence whose object lives on unseen [nats]. ``price`` is
+    what the report of each child is worth to others, as far as can be told yet [nats].
+    """
+
+    family: IntArray
+    parent: IntArray
+    alive: FloatArray
+    rank: FloatArray
+    price: FloatArray
+
+
+class Fate(NamedTuple):
+    """What becomes of an offer: which stay, and whether each sequence's object may live on."""
+
+    kept: NDArray[np.bool_]
+    is_open: NDArray[np.bool_]
+
+
+def offered(
+    nodes: Nodes,
+    candidates: Candidates,
+    missed: Misses,
+    is_new: NDArray[np.bool_],
+    end_cost: float,
+) -> Offer:
+    """Return how sequences and the children that a scan offers them rank.
+
+    Parameters
+    ----------
+    nodes, candidates, missed
+        The sequences, their children, and what a miss makes of each sequence.
+    is_new
+        For each family whether its object begins in the window, and so may not exist at all.
+    end_cost
+        What the end of an object costs [nats].
+
+    Returns
+    -------
+    All of them.
+    """
+    n_nodes = missed.tail.shape[0]
+    family, cost, priced = nodes.family[:n_nodes], nodes.cost[:n_nodes], np.empty(n_nodes)
+    accumulate_prices(nodes, n_nodes, priced)
+    ended = cost + np.minimum(missed.tail, end_cost) + priced
+    grown = candidates.cost + priced[candidates.node]
+    # No beliefs speak of the scan's own reports yet. Without a price two objects beside each
+    # other both rank best with the same report, and forget how it is to go without.
+    without = np.where(is_new, 0.0, np.inf)
+    np.minimum.at(without, family, ended)
+    own, n_reports = family[candidates.node], int(candidates.report.max(initial=-1)) + 1
+    price = second_gains(own, candidates.report, grown, without, n_reports)[candidates.report]
+    return Offer(
+        family=np.concatenate([family, own]),
+        parent=np.concatenate([nodes.parent[:n_nodes], candidates.node]),
+        alive=cost + missed.tail + priced,
+        rank=np.concatenate([ended, grown + price]),
+        price=price,
+    )
+
+
+def bounds_of(
+    offer: Offer, group: IntArray, families: Families, limits: GrowthLimits
+) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
+    """Return the worst rank that each group keeps, how many sequences, and if it is new.
+
+    Parameters
+    ----------
+    offer
+        What there may be.
+    group
+        For each among which it has to hold its own: its family, or a number behind all families.
+    families
+        The families.
+    limits
+        What bounds them.
+
+    Returns
+    -------
+    For each group, those of the families first.
+    """
+    n_families = families.track.shape[0]
+    family = np.arange(n_families)
+    if group.max(initial=-1) >= n_families:
+        family = np.zeros(group.max() + 1, dtype=np.int64)
+        family[:n_families] = np.arange(n_families)
+        family[group] = offer.family
+    is_new = families.track[family] < 0
+    keep = np.where(is_new, limits.new_keep, limits.keep)
+    margin = np.where(is_new, limits.new_margin, limits.margin)
+    ceiling = np.where(is_new, families.start_cost[family] + limits.new_ceiling, np.inf)
+    return rank_bounds(group, offer.rank, margin, keep, ceiling), keep, is_new
+
+
+def cut_of(
+    nodes: Nodes, candidates: Candidates, missed: Misses, fate: Fate, end_cost: float
+) -> Cut:
+    """Return what of an offer is left out.
+
+    Parameters
+    ----------
+    nodes, candidates, missed
+        What was offered, as in ``offered``, but with slots for reports.
+    fate
+        What becomes of it.
+    end_cost
+        What the end of an object costs [nats].
+
+    Returns
+    -------
+    It, for the tree in which of the old nodes those kept come first.
+    """
+    n_nodes, kept = missed.tail.shape[0], fate.kept
+    gone, new = np.flatnonzero(~kept[:n_nodes]), np.flatnonzero(~kept[n_nodes:])
+    stopped = np.flatnonzero(kept[:n_nodes] & ~fate.is_open & np.isfinite(missed.tail))
+    # Nodes count from 0, what is left out from ~0.
+    number = np.cumsum(kept[:n_nodes]) - 1
+    number[gone] = ~np.arange(gone.shape[0])
+    old, begun = -nodes.cost[gone], -candidates.cost[new]
+    return Cut(
+        family=nodes.family[np.concatenate([gone, candidates.node[new], stopped])],
+        above=number[np.concatenate([nodes.parent[gone], candidates.node[new], stopped])],
+        report=np.concatenate(
+            [nodes.report[gone], candidates.report[new], np.full(stopped.shape[0], -1)]
+        ),
+        log_weight=np.concatenate([
+            old + np.logaddexp(-missed.tail[gone], -end_cost),
+            begun + np.logaddexp(0.0, -end_cost),
+            -nodes.cost[stopped] - missed.tail[stopped],
+        ]),
+    )  # fmt: skip

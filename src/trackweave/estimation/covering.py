@@ -1,0 +1,99 @@
+"""How far a sensor's reports reach, and how far apart they lie."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.estimation.trees import tree_of
+
+__all__ = ["covered_by", "note_on_area", "spacing_of"]
+
+FEWEST_IN_HULL = 10
+
+
+def spacing_of(position: FloatArray) -> float:
+    """Return the usual distance from a report to its nearest neighbour elsewhere [m].
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim).
+
+    Returns
+    -------
+    The distance [m].
+    """
+    places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
+    if places.shape[0] < 2:
+        return 100.0
+    distance, _ = tree_of(places).query(places, k=2)
+    return max(float(np.median(distance[:, 1])), 1e-4)
+
+
+def covered_by(position: FloatArray, sigma: float) -> float:
+    """Return the area or volume of the reports' hull, never zero.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim), at least one.
+    sigma
+        Their usual noise [m].
+
+    Returns
+    -------
+    The area or volume [m², m³].
+    """
+    dim = position.shape[1]
+    # Reports in one place or on a line still come from a surrounding as wide as their noise.
+    sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
+    box = float(np.prod(sides))
+    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
+    # The outermost of n reports lie about 1/n of a side within the edges.
+    margin = (1 + 2 / position.shape[0]) ** dim
+    return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
+
+
+def _hull(position: FloatArray) -> float | None:
+    """Return the area or volume of the reports' hull, None where they span none.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim).
+
+    Returns
+    -------
+    The area or volume [m², m³].
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    places = np.unique(position, axis=0)
+    if places.shape[0] <= position.shape[1]:
+        return None
+    try:
+        return float(ConvexHull(places).volume)
+    except QhullError:
+        return None
+
+
+def note_on_area(position: FloatArray, covered: float) -> str | None:
+    """Return what is taken for the area of many reports that span none.
+
+    Parameters
+    ----------
+    position
+        Where the reports are [m], shape (reports, dim).
+    covered
+        The area or volume about them [m², m³].
+
+    Returns
+    -------
+    The sentence; None where they span one.
+    """
+    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
+        return None
+    unit = "m²" if position.shape[1] == 2 else "m³"
+    return (
+        "its reports lie on a line or at one place, so that no area tells how dense they are; "
+        f"{covered:.3g} {unit} about them stand in"
+    )

@@ -1,0 +1,198 @@
+"""What the reports of a sensor tell that does not look: AIS, position reports, tags."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.looking import LASTING, Looking, looking
+from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.threads import Threads, threads_of
+
+__all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
+
+MOST_REPORTS = 6000
+# Threads of fewer are false alarms.
+OF_OBJECTS = 3
+LONGEST_CHAIN, MOST_CHAINS, LEAST_REPORTS = 60, 80, 40
+PIECE = 5
+FASTER, FASTEST_SHARE = 1.5, 0.98
+LEAST_FALSE = 0.001
+# In a turn an object wanders more than on the whole.
+AGILE = 4.0
+# What stands seems to move at no more than so many standard deviations, and shares of the
+# greatest speed; threads of so many reports tell.
+STANDING, SLOW, TOLD = 3.0, 0.01, 4
+
+
+@dataclass(frozen=True, slots=True)
+class LoneReports:
+    """What lone reports tell; rates are per second.
+
+    Parameters
+    ----------
+    pause
+        Usual time between an object's reports [s].
+    rate
+        Reports of an object [1/s]: the inverse of the mean pause, so that the slow count.
+    false_rate
+        Reports that are of no object [1/s].
+    n_objects
+        Objects present at a time.
+    new_rate
+        Objects that come [1/s].
+    sigma, process_noise
+        Noise of a position along an axis [m], and of the acceleration [m²/s³]; None for unknown.
+    max_speed
+        Greatest speed [m/s]; None for unknown.
+    quick_pause, slow_pause
+        Time between reports of those that report most often, and most seldom: of a tenth it is
+        less, and more [s].
+    standing
+        Share of the objects that stand still.
+    """
+
+    pause: float
+    rate: float
+    false_rate: float
+    n_objects: float
+    new_rate: float
+    sigma: float | None
+    process_noise: float | None
+    max_speed: float | None
+    quick_pause: float
+    slow_pause: float
+    standing: float
+
+
+def middle_of(reports: ReportTable, sensor: int) -> IntArray:
+    """Return a sensor's rows in order of time, of many those in the middle."""
+    rows = np.flatnonzero(reports.sensor == sensor)
+    rows = rows[np.argsort(reports.time[rows], kind="stable")]
+    skip = max(0, (rows.size - MOST_REPORTS) // 2)
+    return np.asarray(rows[skip : skip + MOST_REPORTS])
+
+
+def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArray]:
+    """Return whether a sensor looks, the threads that tell, and the rows that they thread.
+
+    Parameters
+    ----------
+    reports
+        All reports, positions.
+    sensor
+        Index of the sensor.
+
+    Returns
+    -------
+    The judgement; threads, whose rows count in those looked at; the rows looked at.
+    """
+    rows = middle_of(reports, sensor)
+    threads = threads_of(reports.time[rows], reports.measurement[rows])
+    return looking(reports.time[rows], threads.rows), threads, rows
+
+
+def lone_reports(
+    time: FloatArray, position: FloatArray, threads: Threads, sigma: float | None
+) -> LoneReports:
+    """Return what threads tell of a sensor that does not look.
+
+    Parameters
+    ----------
+    time
+        Times [s].
+    position
+        Positions [m], shape (reports, dim).
+    threads
+        Threads of these reports.
+    sigma
+        Their noise where it is known [m].
+
+    Returns
+    -------
+    What they tell.
+    """
+    span = max(float(np.ptp(time)), 1e-9)
+    objects = threads.lasting(OF_OBJECTS)
+    lived = sum(float(time[rows[-1]] - time[rows[0]]) for rows in objects)
+    pauses = [float(np.median(np.diff(time[rows]))) for rows in objects]
+    pause = float(np.median(pauses)) if pauses else span
+    n_false = threads.n_reports - sum(rows.size for rows in objects)
+    begun = sum(time[rows[0]] > time.min() + 0.5 * span for rows in objects)
+    lasting = threads.lasting(LASTING)
+    # At a quay the seldom are taken for one another; those that report often are sure.
+    quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
+    sigma, process = _noise(time, position, quick, sigma, n_false / span)
+    speed = _speed(time, position, lasting)
+    moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
+    if sigma is not None and len(moving) < len(quick):
+        # Of those that stand, the noise of movement is none.
+        own = _noise(time, position, moving, sigma, n_false / span)[1]
+        process = process if own is None else AGILE * own
+    told = threads.lasting(TOLD)
+    standing = sum(_stands(time[rows], position[rows], sigma, speed) for rows in told)
+    return LoneReports(
+        pause=pause,
+        rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
+        false_rate=max(n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
+        n_objects=max(lived / span, 1.0),
+        new_rate=(begun + 0.5) / (0.5 * span),
+        sigma=sigma,
+        process_noise=process,
+        max_speed=speed,
+        quick_pause=float(np.quantile(pauses, 0.1)) if pauses else span,
+        slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
+        standing=standing / len(told) if told else 0.0,
+    )
+
+
+def _stands(
+    time: FloatArray, position: FloatArray, sigma: float | None, speed: float | None
+) -> bool:
+    """Tell whether an object's speed is none, but for its noise and beside the fastest."""
+    centred = time - time.mean()
+    square = float(np.dot(centred, centred))
+    moved = float(np.linalg.norm(centred @ position / square))
+    return bool(moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0)))
+
+
+def _noise(
+    time: FloatArray,
+    position: FloatArray,
+    threads: list[IntArray],
+    sigma: float | None,
+    false_rate: float,
+) -> tuple[float | None, float | None]:
+    """Return sigma and process noise along threads, as they are where these are too few."""
+    chains = [rows[:LONGEST_CHAIN] for rows in threads[:MOST_CHAINS]]
+    if sum(map(len, chains)) < LEAST_REPORTS:
+        return sigma, None
+    length = max(map(len, chains))
+    times = np.full((len(chains), length), np.nan)
+    places = np.full((len(chains), length, position.shape[1]), np.nan)
+    for number, rows in enumerate(chains):
+        times[number, : rows.size], places[number, : rows.size] = time[rows], position[rows]
+    start = sigma
+    if start is None:
+        bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
+        start = float(np.nanmedian(np.abs(bends))) / 1.65
+    spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
+    density = max(false_rate, 1e-6) / spread
+    return noise_of_chains(
+        times, places, max(start, 1e-6), density, fixed=sigma is not None, follows_turns=False
+    )
+
+
+def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:
+    """Return a speed that hardly any object exceeds."""
+    speeds = []
+    for rows in threads:
+        pieces = []
+        for start in range(0, rows.size - PIECE + 1, 2):
+            piece = rows[start : start + PIECE]
+            centred = time[piece] - time[piece].mean()
+            velocity = centred @ position[piece] / np.dot(centred, centred)
+            pieces.append(float(np.linalg.norm(velocity)))
+        speeds.append(float(np.median(pieces)))
+    return FASTER * float(np.quantile(speeds, FASTEST_SHARE)) or None if speeds else None

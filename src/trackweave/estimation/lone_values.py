@@ -1,0 +1,166 @@
+"""From what lone reports tell to the values that a tracker takes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.estimation.chains import ball_volume
+from trackweave.estimation.lone import LoneReports
+from trackweave.estimation.looking import Looking
+
+__all__ = ["LoneValues", "note_on_lone", "rhythm_of"]
+
+# No lone report is worth more to a track [nats]: else one that chance puts into the gate of
+# another's track outweighs all doubt.
+WORTH = 10.0
+# What the first of an object's reports costs more than one of nobody, at most [nats].
+DEAR = 4.0
+# Slow pauses between an object's own reports that a window holds, and instants in any case.
+PAUSES, DEPTHS = 1.5, (5, 50)
+# Process noise in units of σ²/T³, never less.
+LEAST_PROCESS = 3e-4
+# What stands is told from what moves where, beside it, the silence of a slow one spreads so many
+# standard deviations of a report, and each is this share of all; it drifts by this part of one in
+# such a silence, and goes on as it does for so long [s].
+WANDERED, SOME, DRIFTED, STAY = 3.0, 0.1, 0.25, 1800.0
+
+
+@dataclass(frozen=True, slots=True)
+class LoneValues:
+    """What a tracker takes of a sensor that does not look; its second counts as a scan.
+
+    Parameters
+    ----------
+    detection
+        Chance that an object reports within a second.
+    clutter
+        Reports of nobody per m² (m³) and second.
+    coming
+        Objects that come per m² (m³) and second.
+    process
+        Process noise [m²/s³]; None for unknown.
+    ways
+        How objects move beside wandering at that noise, with keys as in ``[motion.imm]``; None
+        for no other way.
+    """
+
+    detection: float
+    clutter: float
+    coming: float
+    process: float | None
+    ways: Mapping[str, Any] | None
+
+    @classmethod
+    def of(cls, lone: LoneReports, sigma: float, covered: float, dim: int) -> Self:
+        """Return the values.
+
+        Parameters
+        ----------
+        lone
+            What the reports tell.
+        sigma
+            Noise of a position along an axis [m].
+        covered
+            Area [m²] or volume [m³] from which they come.
+        dim
+            Number of spatial dimensions.
+
+        Returns
+        -------
+        The values. Of false alarms there are enough that no single report settles anything; and
+        one that no track explains is about as likely a new object's as nobody's, because it may
+        be minutes until its next.
+        """
+        detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
+        least = detection / float(ball_volume(2.0 * sigma, dim)) * np.exp(-WORTH)
+        process = lone.process_noise
+        if process is not None:
+            process = max(process, LEAST_PROCESS * sigma**2 / lone.pause**3)
+        return cls(
+            detection=detection,
+            clutter=max(lone.false_rate / covered, least),
+            coming=max(lone.new_rate / covered, least * np.exp(-DEAR)),
+            process=process,
+            ways=_ways(lone, sigma, process),
+        )
+
+
+def _ways(lone: LoneReports, sigma: float, process: float | None) -> Mapping[str, Any] | None:
+    """Return two ways to move where those that stand would be lost between two reports.
+
+    With the noise of those that move, one that is silent for minutes could be anywhere in the
+    harbour, and its neighbours at the quay in its place.
+
+    Returns
+    -------
+    Keys as in ``[motion.imm]``; None where one way does.
+    """
+    wandered = np.sqrt((process or 0.0) * lone.slow_pause**3 / 3)
+    if wandered < WANDERED * sigma or not SOME <= lone.standing <= 1.0 - SOME:
+        return None
+    drift = float(f"{(DRIFTED * sigma) ** 2 / lone.slow_pause:.4g}")
+    return {
+        "models": ["standing", "moving"],
+        "sojourn_time": [STAY, STAY],
+        "standing": {"model": "random-walk", "process_noise": drift},
+        "moving": {"model": "constant-velocity"},
+    }
+
+
+def rhythm_of(
+    lone: list[tuple[LoneReports, Mapping[str, Any] | None]], time: FloatArray
+) -> dict[str, Any]:
+    """Return what follows from how often objects report where no sensor looks.
+
+    Parameters
+    ----------
+    lone
+        What each sensor's reports tell, and between which ways its objects change.
+    time
+        Times of all reports [s].
+
+    Returns
+    -------
+    Estimates by name: instants in a window, time between rows, ways to move, and for how long
+    reports are gathered.
+    """
+    instants = np.unique(time)
+    usual = float(np.ptp(instants)) / max(instants.size - 1, 1)
+    slow = max(each.slow_pause for each, _ in lone)
+    depth = int(np.clip(np.ceil(PAUSES * slow / max(usual, 1e-9)), *DEPTHS))
+    return {
+        "max_scans": depth,
+        "depth": depth,
+        "period": float(f"{max(each.pause for each, _ in lone):.4g}"),
+        "together": min(each.quick_pause for each, _ in lone),
+        "ways": next((ways for _, ways in lone if ways), None),
+    }
+
+
+def note_on_lone(lone: LoneReports, seen: Looking) -> str:
+    """Return why a sensor is taken for one that does not look, and how surely.
+
+    Parameters
+    ----------
+    lone
+        What its reports tell.
+    seen
+        How they follow one another.
+
+    Returns
+    -------
+    The sentence.
+    """
+    doubt = ""
+    if seen.scans is not False:
+        doubt = ", as is told"
+    elif seen.doubt > 0:
+        doubt = f" ({100 * seen.doubt:.0f} % of what tells says otherwise)"
+    return (
+        f"taken for one that does not scan{doubt}: {seen.n_objects} objects report by "
+        f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss; "
+        "if it looks, give scans = true"
+    )

@@ -1,0 +1,105 @@
+"""Whether a sensor looks, or only hears what objects tell of themselves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+
+__all__ = ["Looking", "looking"]
+
+# A thread of so many reports has a rhythm.
+LASTING = 6
+# Objects that are reported at one instant in so many at most: of others that report at nearly
+# each, it makes no difference. They are said to come back soon within this share of their pause.
+SELDOM, SOON = 3.0, 1 / 3
+# By chance a thread would come back soon so often at least, or it tells nothing; it is one of an
+# object that reports by itself where it comes back soon less often than this share of that.
+LEAST_EXPECTED, REFRAINS = 3.0, 0.3
+# What threads must tell together. Those of one object that were torn in two return by chance, but
+# by chance hardly any thread keeps a pause: a small share that does decides.
+ENOUGH, DECIDES = 8.0, 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Looking:
+    """How a sensor's reports of one object follow one another.
+
+    Parameters
+    ----------
+    by_themselves
+        How many early returns chance would give the objects that hardly make any.
+    by_chance
+        How many it would give to the others that are seldom reported.
+    share
+        At which share of the instants of its life an object is reported, as a median.
+    n_objects
+        How many objects' rhythm was seen.
+    """
+
+    by_themselves: float
+    by_chance: float
+    share: float
+    n_objects: int
+
+    @property
+    def doubt(self) -> float:
+        """The share of what speaks otherwise than ``scans`` says, 0 to 1; 1 for not known."""
+        both = self.by_themselves + self.by_chance
+        if both < ENOUGH:
+            return 0.0 if self.scans else 1.0
+        return (self.by_chance if self.scans is False else self.by_themselves) / both
+
+    @property
+    def scans(self) -> bool | None:
+        """Whether the sensor looks; None where nothing tells."""
+        if self.by_themselves >= max(ENOUGH, DECIDES * self.by_chance):
+            return False
+        if self.by_chance >= ENOUGH or (self.share > 0.5 and self.n_objects > 1):
+            return True
+        return None
+
+
+def looking(time: FloatArray, threads: list[IntArray]) -> Looking:
+    """Return what threads tell of whether their sensor looks.
+
+    A sensor that looks reports an object at each instant with some probability, however small,
+    whenever it last did: returns are memoryless, and where objects hide for a while they come in
+    bursts. An object that reports by itself keeps a pause of its own between two reports: the
+    instants that others fill meanwhile never hold one of it. So early returns are counted, within
+    a third of an object's mean pause, and compared to those of a memoryless object, of which
+    q = 1 − (1 − 1/m)^k return within k instants if m is the mean. Whether others share an
+    instant does not matter: clocks that count whole seconds make them share it.
+
+    Parameters
+    ----------
+    time
+        Times of all reports [s].
+    threads
+        Reports of one object each, in order of time.
+
+    Returns
+    -------
+    What they tell.
+    """
+    instants = np.unique(time)
+    by_themselves = by_chance = 0.0
+    shares = []
+    for rows in threads:
+        if rows.size < LASTING:
+            continue
+        pauses = np.diff(np.searchsorted(instants, time[rows]))
+        mean = float(pauses.mean())
+        shares.append(1.0 / max(mean, 1.0))
+        if mean < SELDOM:
+            continue
+        soon = int(mean * SOON)
+        expected = pauses.size * (1.0 - (1.0 - 1.0 / mean) ** soon)
+        if expected < LEAST_EXPECTED:
+            continue
+        if np.count_nonzero(pauses <= soon) < REFRAINS * expected:
+            by_themselves += expected
+        else:
+            by_chance += expected
+    share = float(np.median(shares)) if shares else 0.0
+    return Looking(by_themselves, by_chance, share, len(shares))

@@ -1,0 +1,68 @@
+"""How often objects are where no sensor can see them, and for how long, as tracks tell."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+
+__all__ = ["long_pauses", "silences"]
+
+# Pauses so long that among all of them chance would make fewer than this many.
+BY_CHANCE = 0.05
+# What is believed beforehand, as of a twentieth of a silence.
+USUAL_SHARE, USUAL_SILENCE, BELIEVED = 0.01, 60.0, 0.05
+SHARES, LEAST_SILENCE, LONGEST_SILENCE = (0.003, 0.3), 5.0, 600.0
+
+
+def long_pauses(pauses: IntArray, chances: int) -> np.ndarray:
+    """Tell which pauses are longer than misses one by one would make them.
+
+    Parameters
+    ----------
+    pauses
+        How many chances in a row were missed before each report, 0 for none, shape (reports,).
+    chances
+        How many there were in all.
+
+    Returns
+    -------
+    Whether each pause is so long, shape (reports,).
+    """
+    long = np.zeros(pauses.shape[0], dtype=np.bool_)
+    if pauses.size == 0:
+        return long
+    while True:
+        # Those found so far are no misses of an object in sight.
+        missed = int(pauses[~long].sum())
+        share = (missed + 1.0) / (max(chances - int(pauses[long].sum()), missed) + 2.0)
+        found = pauses * np.log(share) < np.log(BY_CHANCE / pauses.size)
+        if np.array_equal(found | long, long):
+            return long
+        long |= found
+
+
+def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]:
+    """Return the share of their time for which objects are hidden, and how long on average [s].
+
+    Parameters
+    ----------
+    gaps
+        For each object the time from report to report [s], and the chances missed between.
+
+    Returns
+    -------
+    Both; near the usual ones where there are few tracks.
+    """
+    times = np.concatenate([np.empty(0), *(time for time, _ in gaps)])
+    pauses = np.concatenate([np.empty(0, dtype=np.int64), *(pause for _, pause in gaps)])
+    if times.size == 0:
+        return USUAL_SHARE, USUAL_SILENCE
+    long = long_pauses(pauses, int(pauses.sum()) + pauses.size)
+    interval = float(np.median(times))
+    hidden = float(np.sum(times[long] - interval))
+    believed = BELIEVED * USUAL_SILENCE
+    mean = (believed + hidden) / (BELIEVED + int(long.sum()))
+    share = (believed + hidden) / (believed / USUAL_SHARE + float(times.sum()))
+    mean = float(np.clip(mean, LEAST_SILENCE * interval, max(LONGEST_SILENCE, 10 * interval)))
+    return float(np.clip(share, *SHARES)), mean

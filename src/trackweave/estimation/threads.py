@@ -1,0 +1,160 @@
+"""Reports threaded on the objects that they seem to be of, whatever the sensor's scans."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.trees import tree_of
+
+__all__ = ["Threads", "threads_of"]
+
+# Reports are neighbours at some speed: from one that crosses all that is covered in the whole
+# time, up by this factor, over so many steps.
+FASTER, N_SPEEDS = 4.0, 6
+NEIGHBOURS = 8
+# A link is sure where so few unrelated reports are as near in space and time.
+UNRELATED = 0.2
+N_PASSES = 4
+# What noise and motion put between two reports of one object counts so much beside where they
+# are, in the second round, or the second next is the nearest too often.
+NOISE, N_ROUNDS = 4.0, 3
+# The same position again within so long is one report heard twice [s].
+TWICE = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Threads:
+    """Threads of a sensor's reports, each of one object as far as can be seen.
+
+    Parameters
+    ----------
+    rows
+        Reports of each thread in order of time; the longest thread first.
+    n_reports
+        How many reports were looked at, those heard twice counted once.
+    """
+
+    rows: list[IntArray]
+    n_reports: int
+
+    def lasting(self, hits: int) -> list[IntArray]:
+        """Return the threads of at least so many reports."""
+        return [rows for rows in self.rows if rows.size >= hits]
+
+
+def threads_of(time: FloatArray, position: FloatArray) -> Threads:
+    """Return reports threaded by their nearest in space and time.
+
+    Two reports are as near as few unrelated ones would lie between them, in the ball whose radius
+    is their distance and over the time between them [1]_. That knows neither noise nor speeds.
+    Those that are nearest to each other are linked, then those of the rest.
+
+    Parameters
+    ----------
+    time
+        Times [s].
+    position
+        Positions [m], shape (reports, dim).
+
+    Returns
+    -------
+    The threads.
+
+    References
+    ----------
+    .. [1] I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
+       and aftershock identification", Physical Review Letters 101, 2008.
+    """
+    rows = _once(time, position)
+    time, position = time[rows], position[rows]
+    extent = float(np.linalg.norm(np.ptp(position, axis=0))) if rows.size else 0.0
+    span = float(np.ptp(time)) if rows.size else 0.0
+    after = np.full(rows.size, -1, dtype=np.int64)
+    if extent > 0 and span > 0:
+        after = _linked(time, position, extent, span)
+    return Threads(_chained(after, rows), rows.size)
+
+
+def _once(time: FloatArray, position: FloatArray) -> IntArray:
+    """Return the rows in order of time, of those heard twice the first."""
+    order = np.lexsort((time, *position.T))
+    same = np.all(np.diff(position[order], axis=0) == 0, axis=1)
+    same &= np.diff(time[order]) <= TWICE
+    first = np.r_[True, ~same]
+    rows = order[first[: order.size]]
+    return np.asarray(rows[np.argsort(time[rows], kind="stable")])
+
+
+def _linked(time: FloatArray, position: FloatArray, extent: float, span: float) -> IntArray:
+    """Return the report that follows each one, -1 for none."""
+    count, dim = position.shape
+    before, behind = _pairs(time, position, extent / span)
+    square = np.sum((position[behind] - position[before]) ** 2, axis=1)
+    wait = time[behind] - time[before]
+    unit = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
+    density = count / float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9))) / span
+    after, noise = np.full(count, -1, dtype=np.int64), 0.0
+    for _ in range(N_ROUNDS):
+        unrelated = density * wait * unit * (square + noise) ** (dim / 2)
+        sure = np.flatnonzero(unrelated < UNRELATED)
+        order = sure[np.argsort(unrelated[sure], kind="stable")]
+        after = _married(before[order], behind[order], count)
+        linked = after >= 0
+        if not linked.any():
+            break
+        # Else the second next is taken for the next where noise puts it nearer.
+        step = position[after[linked]] - position[linked]
+        noise = NOISE * float(np.median(np.sum(step**2, axis=1)))
+    return after
+
+
+def _married(before: IntArray, behind: IntArray, count: int) -> IntArray:
+    """Return which report follows each one, of pairs in the order of how near they are."""
+    after, has_one = np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=np.bool_)
+    for _ in range(N_PASSES):
+        left = (after[before] < 0) & ~has_one[behind]
+        before, behind = before[left], behind[left]
+        mutual = _is_first(before, count) & _is_first(behind, count)
+        after[before[mutual]] = behind[mutual]
+        has_one[behind[mutual]] = True
+    return after
+
+
+def _pairs(time: FloatArray, position: FloatArray, slowest: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of reports that are neighbours at some speed, the earlier one first."""
+    count = time.size
+    found = []
+    for step in range(N_SPEEDS):
+        places = np.column_stack([position, time * slowest * FASTER**step])
+        some = min(NEIGHBOURS + 1, count)
+        near = tree_of(places).query(places, k=some)[1].reshape(count, some)
+        own = np.repeat(np.arange(count), some)
+        found.append(own * count + near.ravel())
+    key = np.unique(np.concatenate(found))
+    first, second = key // count, key % count
+    wait = time[second] - time[first]
+    earlier = np.where(wait > 0, first, second)[wait != 0]
+    later = np.where(wait > 0, second, first)[wait != 0]
+    key = np.unique(earlier * count + later)
+    return key // count, key % count
+
+
+def _is_first(number: IntArray, count: int) -> NDArray[np.bool_]:
+    """Tell which entries are the first with their number."""
+    first = np.full(count, number.size, dtype=np.int64)
+    np.minimum.at(first, number, np.arange(number.size))
+    return np.asarray(first[number] == np.arange(number.size))
+
+
+def _chained(after: IntArray, rows: IntArray) -> list[IntArray]:
+    """Return the rows of each thread, the longest first."""
+    thread = np.arange(after.size)
+    for number, following in enumerate(after.tolist()):
+        if following >= 0:
+            thread[following] = thread[number]
+    order = np.argsort(thread, kind="stable")
+    starts = np.flatnonzero(np.diff(thread[order])) + 1
+    threads = np.split(rows[order], starts) if order.size else []
+    return sorted(threads, key=lambda each: -each.size)

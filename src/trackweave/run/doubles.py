@@ -1,0 +1,169 @@
+"""Reports heard twice: one message by two receivers, or one row written twice."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation import Estimates
+from trackweave.models.sensors import Sensor
+
+__all__ = ["Doubles", "doubles_of", "with_doubles"]
+
+# Where nothing scans, receivers stamp what they hear within so many seconds, but for rounding.
+WITHIN_S = 2.0 + 1e-6
+
+Settled: TypeAlias = tuple[Settings, Estimates | None]
+Settling: TypeAlias = Callable[[ReportTable], Settled]
+
+
+@dataclass(frozen=True, eq=False)
+class Doubles:
+    """Which reports are copies of others.
+
+    Parameters
+    ----------
+    reports
+        All reports.
+    first
+        Row of the report of which each is a copy, its own where it is none, shape (reports,).
+    """
+
+    reports: ReportTable
+    first: IntArray
+
+    @cached_property
+    def copies(self) -> IntArray:
+        """Rows of the copies."""
+        return np.flatnonzero(self.first != np.arange(self.first.size))
+
+    @cached_property
+    def once(self) -> ReportTable:
+        """The reports without the copies; the same table where there is none."""
+        if self.copies.size == 0:
+            return self.reports
+        return self.reports.part(np.flatnonzero(self.first == np.arange(self.first.size)))
+
+    @property
+    def place(self) -> IntArray:
+        """Row in ``once`` of each report or of the one of which it is a copy."""
+        heard = self.first == np.arange(self.first.size)
+        return (np.cumsum(heard) - 1)[self.first]
+
+    def restored(self, once: ReportTable) -> ReportTable:
+        """Return all reports, with the measurements that those heard once have by now."""
+        return replace(self.reports, measurement=once.measurement[self.place])
+
+    def notes(self) -> list[str]:
+        """Return a sentence on the copies, none where there is none."""
+        if self.copies.size == 0:
+            return []
+        return [
+            f"{self.copies.size:,} of {len(self.reports):,} reports are heard twice: the same "
+            "numbers of one sensor at one time or in one scan, or within 2 s where it has no "
+            "scans; each counts once, and copies have the track of the first"
+        ]
+
+
+def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:
+    """Return which reports are copies: the same numbers of one sensor, at one time or soon after.
+
+    Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
+    stands still repeats itself from scan to scan. Of one that does not scan, a report is a copy
+    of the first of the same numbers within two seconds.
+
+    Parameters
+    ----------
+    reports
+        Any reports.
+    settle
+        Fills a configuration's gaps from reports without copies.
+
+    Returns
+    -------
+    The copies, of which the first is the earliest or the earlier row, and the configuration.
+    """
+    nobody = np.zeros(len(reports.sensors), dtype=np.bool_)
+    same = Doubles(reports, _first_heard(reports, ~nobody))
+    settled = settle(same.once)
+    if reports.scan is not None or np.array_equal(_first_heard(reports, nobody), same.first):
+        return same, settled
+    by_name = {sensor.name: _scans(sensor) for sensor in settled[0].sensors}
+    scanning = np.array([by_name[name] for name in reports.sensors])
+    near = Doubles(reports, _first_heard(reports, scanning))
+    if near.copies.size == same.copies.size:
+        return same, settled
+    return near, settle(near.once)
+
+
+def _scans(sensor: Sensor) -> bool:
+    """Tell whether a sensor scans, so that what stands still repeats itself."""
+    return sensor.scans is not False
+
+
+def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:
+    """Return the row of the first of equal reports for each, its own where it is the first."""
+    what = _same_numbers(reports)
+    moment = reports.time if reports.scan is None else reports.scan
+    order = np.lexsort((moment, what))
+    within = np.where(scanning, 0.0, WITHIN_S)[reports.sensor[order]]
+    moment = moment[order]
+    near = (np.diff(what[order]) == 0) & (np.diff(moment) <= within[1:])
+    head = np.arange(len(reports))
+    for place in (np.flatnonzero(near) + 1).tolist():
+        if moment[place] - moment[head[place - 1]] <= within[place]:
+            head[place] = head[place - 1]
+    first = np.empty_like(head)
+    first[order] = order[head]
+    return first
+
+
+def _same_numbers(reports: ReportTable) -> IntArray:
+    """Return one number for all reports of a sensor that are equal but for their times."""
+    columns: list[FloatArray | IntArray] = [reports.sensor]
+    for matrix in (reports.measurement, reports.sigma, reports.platform):
+        columns += [] if matrix is None else list(matrix.T)
+    for column in (reports.identity, reports.strength, reports.height):
+        columns += [] if column is None else [column]
+    frame = pl.DataFrame({str(place): column for place, column in enumerate(columns)})
+    row = frame.with_row_index("row").select(pl.col("row").first().over(frame.columns))
+    return row.to_series().cast(pl.Int64).to_numpy()
+
+
+def with_doubles(record: dict[str, Any], doubles: Doubles, assigned: int) -> dict[str, Any]:
+    """Return a run's record of which the totals count every report that came.
+
+    Parameters
+    ----------
+    record
+        The record of a run on the reports without copies.
+    doubles
+        The copies.
+    assigned
+        How many reports have a track, copies too.
+
+    Returns
+    -------
+    Another record.
+    """
+    every = doubles.reports
+    unavailable = 0 if every.unavailable is None else len(every.unavailable)
+    totals = {
+        **record["totals"],
+        "reports": len(every) + unavailable,
+        "assigned_reports": assigned,
+        "doubles": int(doubles.copies.size),
+        "unavailable_reports": unavailable,
+    }
+    listed = [
+        {"report": str(every.report[copy]), "of": str(every.report[doubles.first[copy]])}
+        for copy in doubles.copies.tolist()
+    ]
+    return {**record, "totals": totals, "doubles": listed}

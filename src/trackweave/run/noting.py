@@ -1,0 +1,158 @@
+"""What a user is told of sensors before anything is tracked."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from trackweave.config.fill import Settings
+from trackweave.config.observed import ObservedSensor
+from trackweave.config.sections import Configuration
+from trackweave.config.sensing import is_period, section_of
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.models.coverage import FieldOfView
+from trackweave.run.placing import platforms_of
+
+__all__ = ["notes_on_sensors"]
+
+# Sensors no farther apart than this stand at one place [m].
+SAME_PLACE = 1.0
+
+
+def notes_on_sensors(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    filled: Settings,
+    places: Mapping[str, tuple[float, ...]],
+) -> list[str]:
+    """Return sentences on what sensors' reports show, and do not.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    configuration
+        As read.
+    observed
+        What is to be seen of each sensor, by name.
+    filled
+        The settings that came of both.
+    places
+        Where sensors are said to stand, by name [m].
+
+    Returns
+    -------
+    The sentences.
+    """
+    return [
+        *_notes_on_turns(configuration, observed),
+        *_notes_on_bearings(observed, filled),
+        *_notes_on_places(reports, observed, places),
+        *_notes_on_sigma(reports, configuration),
+        *_notes_on_views(filled),
+    ]
+
+
+def _notes_on_views(filled: Settings) -> list[str]:
+    """Return a sentence on each sensor that is taken not to see where others do."""
+    return [
+        f"sensor {sensor.name}: no field_of_view is given, and nothing that others see beyond "
+        f"{_words(sensor.field_of_view)} is among its reports: it is taken to see no farther; "
+        "give field_of_view where that is wrong"
+        for sensor in filled.sensors
+        if sensor.field_of_view is not None
+        and filled.sources.get(f"sensors.{sensor.name}.field_of_view") == "estimated"
+    ]
+
+
+def _words(view: FieldOfView) -> str:
+    """Return an estimated edge in words."""
+    if view.polygon is not None:
+        return "the hull of its own"
+    sector = view.azimuth_deg
+    words = [] if np.isinf(view.max_range) else [f"{view.max_range:g} m"]
+    words += [] if sector == (0.0, 360.0) else [f"azimuths {sector[0]:g}° to {sector[1]:g}°"]
+    return " or ".join(words)
+
+
+def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
+    """Return sentences on sensors of bearings of which nothing could be estimated."""
+    bearing = [
+        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
+    ]
+    keys = ("sigma", "detection_probability", "clutter_density")
+    notes = []
+    for name in bearing:
+        usual = [key for key in keys if filled.sources.get(f"sensors.{name}.{key}") == "default"]
+        if usual:
+            notes.append(
+                f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "
+                "stand in, which may be far off: better give them"
+            )
+    if bearing and len(observed) == 1:
+        notes.append(
+            f"sensor {bearing[0]}: one sensor's bearings do not tell where objects are; no track "
+            "begins without another sensor or --priors"
+        )
+    return notes
+
+
+def _notes_on_sigma(reports: ReportTable, configuration: Configuration) -> list[str]:
+    """Return a sentence on each sensor whose noise is told although every row has its own."""
+    has_own = np.asarray(np.isfinite(reports.sigma).any(axis=1))
+    return [
+        f"sensors.{name}.sigma: not used, as every report has a sigma of its own"
+        for index, name in enumerate(reports.sensors)
+        if section_of(configuration, name).sigma is not None
+        and np.all(has_own[reports.sensor == index])
+    ]
+
+
+def _notes_on_places(
+    reports: ReportTable,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, tuple[float, ...]],
+) -> list[str]:
+    """Return a sentence where all sensors see directions alone, and from one place."""
+    names = list(observed)
+    if len(names) < 2 or any(
+        seen.measurement is not MeasurementKind.BEARING for seen in observed.values()
+    ):
+        return []
+    stands = platforms_of(reports, places)[:, :2]
+    if not np.all(np.ptp(stands, axis=0) < SAME_PLACE):
+        return []
+    return [
+        f"sensors {', '.join(names)}: all see directions from one place, so that their bearings "
+        "cross nowhere; no track begins without a sensor elsewhere or --priors"
+    ]
+
+
+def _notes_on_turns(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> list[str]:
+    """Return sentences on beams that do not turn as told, or not steadily."""
+    notes = []
+    for name, seen in observed.items():
+        turn, told = seen.rotation, section_of(configuration, name).scan_period
+        if turn is None:
+            continue
+        shown = f"{turn.period:.5g} s"
+        varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
+        if told is not None and not is_period(told, turn):
+            notes.append(
+                f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
+                "that is used"
+            )
+        elif varying:
+            notes.append(
+                f"sensor {name}: its reports show turns of {shown}{varying}; its beam is followed "
+                "from turn to turn"
+            )
+        if not seen.is_turn_sure:
+            notes.append(
+                f"sensor {name}: its reports do not show where its beam is at each time; taken to "
+                f"turn steadily in {shown}; better give a `scan` column"
+            )
+    return notes

@@ -1,0 +1,107 @@
+"""Whether a sensor looks is told by its objects' rhythm."""
+
+import numpy as np
+import pytest
+
+from trackweave.estimation.looking import looking
+from trackweave.estimation.threads import threads_of
+
+
+def judged(rows):
+    """Return the judgement of rows of time, x, y."""
+    table = np.array(sorted(rows), dtype=float)
+    threads = threads_of(table[:, 0], table[:, 1:])
+    return looking(table[:, 0], threads.rows)
+
+
+def scans(seed, n_objects, detection, *, clutter=0.0, jitter=0.0, n_scans=200):
+    """Return rows of a sensor that looks once a second."""
+    rng = np.random.default_rng(seed)
+    place, speed = rng.uniform(0, 3000, (n_objects, 2)), rng.normal(0, 8, (n_objects, 2))
+    rows = []
+    for number in range(n_scans):
+        time = number + rng.normal(0, jitter) if jitter else float(number)
+        seen = rng.random(n_objects) < detection
+        spots = (place + speed * time + rng.normal(0, 8, place.shape))[seen]
+        false = rng.uniform(-500, 3500, (rng.poisson(clutter), 2))
+        rows += [(time, *spot) for spot in np.concatenate([spots, false])]
+    return rows
+
+
+def lone(seed, n_objects, grain):
+    """Return rows of objects that report each at its own pace, stamps in whole grains."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for _ in range(n_objects):
+        place, speed = rng.uniform(-4000, 4000, 2), rng.normal(0, 4, 2)
+        pause = rng.uniform(3, 20)
+        time = rng.uniform(0, pause)
+        while time < 600:
+            stamp = np.floor(time / grain) * grain
+            rows.append((stamp, *(place + speed * time + rng.normal(0, 6, 2))))
+            time += pause * rng.uniform(0.8, 1.2)
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("n_objects", "detection", "clutter", "jitter"),
+    [
+        (20, 0.5, 20, 0.0),
+        (20, 0.3, 5, 0.0),
+        (5, 0.2, 0, 0.0),
+        (10, 0.9, 10, 0.1),
+        (3, 0.97, 5, 0.3),
+    ],
+)
+def test_a_sensor_that_looks_is_never_taken_for_one_that_does_not(
+    n_objects, detection, clutter, jitter
+):
+    found = judged(scans(1, n_objects, detection, clutter=clutter, jitter=jitter))
+    assert found.scans is not False
+
+
+@pytest.mark.parametrize("n_objects", [1, 2])
+def test_one_or_two_objects_seen_half_of_the_time_do_not_speak_against_scans(n_objects):
+    assert judged(scans(1, n_objects, 0.5)).scans is not False
+
+
+def test_low_detection_in_many_scans_says_that_the_sensor_looks():
+    found = judged(scans(2, 5, 0.2, n_scans=600))
+    assert found.scans is True
+    assert found.doubt < 0.1
+
+
+@pytest.mark.parametrize("grain", [1.0, 0.5, 1e-3])
+def test_lone_reports_are_seen_through_whatever_the_grain_of_their_stamps(grain):
+    found = judged(lone(1, 30, grain))
+    assert found.scans is False
+    assert found.doubt < 0.3
+
+
+def test_stamps_that_three_objects_always_share_do_not_make_scans():
+    rng = np.random.default_rng(1)
+    rows, time = [], 0.0
+    for number in range(300):
+        time += rng.uniform(1, 5)
+        for place in ((5000, 0), (0, 5000), (5000, 5000)):
+            rows.append((time, *(place + rng.normal(0, 5, 2))))
+        if number % 6 == 3:
+            rows.append((time + 0.5, *rng.normal(0, 5, 2)))
+    assert judged(rows).scans is False
+
+
+def test_two_streams_under_one_name_are_no_scans():
+    rng = np.random.default_rng(3)
+    rows = []
+    for shift, step, count in ((0.0, 0.1, 3), (0.05, 1.43, 4)):
+        place, speed = rng.uniform(-300, 300, (count, 2)), rng.normal(0, 3, (count, 2))
+        for time in np.arange(shift, 120, step):
+            for spot in (place + speed * time)[rng.random(count) < 0.7]:
+                rows.append((time, *(spot + rng.normal(0, 2, 2))))
+    assert judged(rows).scans is False
+
+
+def test_too_few_reports_tell_nothing():
+    found = judged([(0.0, 0.0, 0.0), (1.0, 5.0, 5.0)])
+    assert found.scans is None
+    assert found.doubt == 1.0

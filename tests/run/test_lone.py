@@ -1,0 +1,54 @@
+"""Reports of sensors that do not look, from the table to the tracks."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from trackweave import track
+from trackweave.errors import InvalidInputError
+
+
+def table(n_objects=8, until=240.0):
+    """Return objects that report each at its own pace, stamps in whole seconds."""
+    rng = np.random.default_rng(1)
+    rows = []
+    for number in range(n_objects):
+        place, speed = np.array([0.0, 900.0 * number]), np.array([5.0 * (number % 2), 0.0])
+        pause = rng.uniform(4, 12)
+        time = rng.uniform(0, pause)
+        while time < until:
+            spot = place + speed * time + rng.normal(0, 5, 2)
+            rows.append((float(int(time)), *spot.tolist(), number))
+            time += pause * rng.uniform(0.8, 1.2)
+    return pl.DataFrame(sorted(rows), schema=["time", "x", "y", "target"], orient="row")
+
+
+def test_stamps_in_whole_seconds_are_no_scans():
+    reports = table()
+    result = track(reports)
+    tracks = result.reports.group_by("target").agg(pl.col("track").n_unique())
+    assert result.reports["track"].n_unique() == 8
+    assert tracks["track"].to_list() == [1] * 8
+    sensor = result.run["configuration"]["sensors"]["default"]
+    assert sensor["scans"] is False
+    assert sensor["scan_period"] is None
+    assert any("taken for one that does not scan" in note for note in result.run["notes"])
+
+
+def test_rows_of_tracks_are_as_far_apart_as_reports_of_an_object():
+    times = np.unique(track(table()).tracks["time"].to_numpy())
+    assert 3.0 <= np.median(np.diff(times)) <= 13.0
+
+
+def test_what_is_told_of_a_sensor_counts_before_what_its_reports_show():
+    result = track(table(), {"sensors": {"default": {"scan_period": 1.0}}})
+    assert result.run["configuration"]["sensors"]["default"]["scans"] is True
+    few = table(n_objects=1, until=40.0)
+    result = track(few, {"sensors": {"default": {"scans": False}}})
+    assert result.run["configuration"]["sensors"]["default"]["scans"] is False
+
+
+def test_refuses_a_scan_period_of_a_sensor_that_does_not_scan():
+    told = {"sensors": {"default": {"scans": False, "scan_period": 2.0}}}
+    with pytest.raises(InvalidInputError, match="scans = true with a scan_period"):
+        track(table(), told)
