@@ -55,6 +55,7 @@ def measured(
         **{key: float(judged[key]) for key in KEYS},
         "cpu": cpu_by_instant(result, scene.sensors),
         "proven": totals["proven_scans"] / totals["scans"],
+        "among_kept": totals["scans_optimal_among_kept"] / totals["scans"],
         "worst_gap": totals["worst_gap"],
     }
 
