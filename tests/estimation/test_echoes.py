@@ -55,3 +55,16 @@ def test_reports_without_repeats_and_those_of_repeats_alone_stay() -> None:
     assert without_echoes(scene())[1] == []
     still = table(np.arange(30.0), np.zeros((30, 2)))
     assert len(without_echoes(still)[0]) == 30
+
+
+def test_what_moves_is_learnt_from_though_most_reports_rest() -> None:
+    moving = scene(clutter=0.0)
+    times = np.unique(moving.time)
+    places = np.stack([np.arange(30.0) * 50.0, np.full(30, 7.0)], axis=1)
+    both = table(
+        np.r_[moving.time, np.repeat(times, 30)],
+        np.concatenate([moving.measurement, np.tile(places, (times.size, 1))]),
+    )
+    kept, notes = without_echoes(both)
+    assert len(kept) == len(moving) < 0.5 * len(both)
+    assert len(notes) == 1

@@ -39,3 +39,18 @@ def test_threads_reports_of_one_place_and_of_one_time():
     assert threads_of(np.arange(4.0), here).n_reports == 1
     assert len(threads_of(np.zeros(4), np.random.default_rng(1).normal(size=(4, 2))).rows) == 4
     assert threads_of(np.empty(0), np.empty((0, 2))).rows == []
+
+
+def test_threads_ships_in_line_astern():
+    """They fill no area, and each comes by where the one ahead was some minutes ago."""
+    rng = np.random.default_rng(4)
+    rows = []
+    for number in range(6):
+        for time in np.cumsum(rng.uniform(9, 11, 110)):
+            place = np.array([0.0, 1100.0 * number + 5.5 * time])
+            rows.append((np.floor(time), *(place + rng.normal(0, 4, 2)), number))
+    table = np.array(sorted(rows))
+    threads = threads_of(table[:, 0], table[:, 1:3])
+    owned = [np.bincount(table[each, 3].astype(int)).max() for each in threads.rows]
+    assert sum(owned) > 0.95 * threads.n_reports
+    assert len(threads.lasting(80)) == 6

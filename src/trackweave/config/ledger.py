@@ -48,7 +48,7 @@ class Ledger:
         What the file says; else the preset, the reports, or the default.
         """
         for source, given in (("file", self.file), ("preset", self.preset)):
-            for name in _names(path):
+            for name in self._names(path):
                 value = value_at(given, name)
                 if value is not None:
                     return self.enter(path, value, source)
@@ -59,11 +59,24 @@ class Ledger:
     def said(self, path: Sequence[str]) -> Any:
         """Return what the file says of a key, or else the preset; None for nothing."""
         for given in (self.file, self.preset):
-            for name in _names(path):
+            for name in self._names(path):
                 value = value_at(given, name)
                 if value is not None:
                     return value
         return None
+
+    def _names(self, path: Sequence[str]) -> list[Sequence[str]]:
+        """Return where a key may stand: a sensor's in its own table, or in that for all."""
+        if path[0] != "sensors":
+            return [path]
+        own, key = value_at(self.file, path[:2]) or {}, path[2]
+        turns = own.get("rotation") not in (None, "none")
+        # Scans of its own, or its own word that there are none, leave no room for the others'.
+        if key in ("scan_period", "rotation") and own.get("scans") is False:
+            return [path]
+        if key == "scans" and (own.get("scan_period") is not None or turns):
+            return [path]
+        return [path, ("sensors", ANY_SENSOR, *path[2:])]
 
     def enter(self, path: Sequence[str], value: Any, source: str) -> Any:
         """Enter a value that has been chosen already; return it."""
@@ -95,10 +108,3 @@ def value_at(values: Mapping[str, Any], path: Sequence[str]) -> Any:
             return None
         found = found[key]
     return found
-
-
-def _names(path: Sequence[str]) -> list[Sequence[str]]:
-    """Return where a key may stand: for a sensor, in its own table or in that for every one."""
-    if path[0] == "sensors":
-        return [path, ("sensors", ANY_SENSOR, *path[2:])]
-    return [path]

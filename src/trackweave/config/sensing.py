@@ -138,6 +138,11 @@ def section_of(configuration: Configuration, name: str) -> SensorSection:
         update["clutter_per_scan"] = None
     elif update.get("clutter_per_scan") is not None:
         update["clutter_density"] = None
+    # So do a sensor's own scans, or its own word that there are none.
+    if own.scans is False:
+        update |= {"scan_period": None, "rotation": None}
+    elif own.scans is None and (own.scan_period is not None or own.rotation is not None):
+        update["scans"] = None
     return usual.model_copy(update=update)
 
 

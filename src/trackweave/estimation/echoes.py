@@ -9,8 +9,8 @@ __all__ = ["without_echoes"]
 # A place that comes again so often, and in so many of a sensor's scans, is no measurement of
 # something that moves. What rounds its coordinates repeats itself by chance, but seldom here.
 FEWEST, LEAST_SHARE = 5, 0.1
-# Where most reports repeat themselves, that is what there is to learn from.
-MOST_LEFT_OUT = 0.5
+# Where nearly all reports repeat themselves, that is what there is to learn from.
+MOST_LEFT_OUT = 0.9
 
 
 def without_echoes(reports: ReportTable) -> tuple[ReportTable, list[str]]:

@@ -16,6 +16,8 @@ FASTER, N_SPEEDS = 4.0, 6
 NEIGHBOURS = 8
 # A link is sure where so few unrelated reports are as near in space and time.
 UNRELATED = 0.2
+# The area of the reports is at least so many times as wide as it is long.
+NARROWEST = 0.1
 N_PASSES = 4
 # What noise and motion put between two reports of one object counts so much beside where they
 # are, in the second round, or the second next is the nearest too often.
@@ -94,7 +96,10 @@ def _linked(time: FloatArray, position: FloatArray, extent: float, span: float) 
     square = np.sum((position[behind] - position[before]) ** 2, axis=1)
     wait = time[behind] - time[before]
     unit = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
-    density = count / float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9))) / span
+    sides = np.ptp(position, axis=0)
+    # Ships in line astern fill no area; who passes beside them would be unrelated.
+    sides[:2] = np.maximum(sides[:2], NARROWEST * sides[:2].max())
+    density = count / float(np.prod(np.maximum(sides, 1e-9))) / span
     after, noise = np.full(count, -1, dtype=np.int64), 0.0
     for _ in range(N_ROUNDS):
         unrelated = density * wait * unit * (square + noise) ** (dim / 2)

@@ -22,7 +22,7 @@ def lone_reports(case: Case) -> Iterator[Finding]:
     if case.reports.scan is not None:
         return
     for sensor, sizes, gaps in _paces(case):
-        if np.median(sizes) > 1:
+        if np.median(sizes) > 1 or sensor.scans is False:
             continue
         why = _is_told_otherwise(sensor, gaps, is_given=sensor.name not in case.guessed)
         if why:
