@@ -67,17 +67,6 @@ def test_a_sensors_own_table_comes_before_that_for_every_sensor() -> None:
     assert settings.sources["sensors.A.sigma"] == "file"
 
 
-def test_a_sensor_that_does_not_scan_takes_no_scans_of_the_others() -> None:
-    usual = {"default": {"scan_period": 4.0}, "B": {"scans": False}}
-    assert [(s.scans, s.scan_period) for s in filled({"sensors": usual}).sensors] == [
-        (True, 4.0), (False, None)
-    ]  # fmt: skip
-    turned = {"default": {"scans": False}, "B": {"scan_period": 3.0}}
-    assert [(s.scans, s.scan_period) for s in filled({"sensors": turned}).sensors] == [
-        (False, None), (True, 3.0)
-    ]  # fmt: skip
-
-
 def test_says_that_an_estimate_in_use_is_doubtful() -> None:
     doubtful = replace(ESTIMATES, doubts={"A": "a crowd"})
     some = {

@@ -190,12 +190,12 @@ def test_lone_reports_come_one_by_one_and_late_in_another_order(scene: TwoSensor
 
 
 def curves(excess: float, n_windows: int) -> Table:
-    """Return a table of searches that all end so far above the best."""
+    """Return a table of searches that all end so far above the best, but for a hair."""
     searches = ("population 300", "'931 lists", "by size", "hillis", "default")
     rows = [
-        (5, window, 30, search, spent, excess * (1 + (spent == 500)))
+        (5, window, 30, search, spent, excess * (1 + (spent == 500)) + 1e-9 * (window % 3) * n)
         for window in range(n_windows)
-        for search in searches
+        for n, search in enumerate(searches)
         for spent in (500, 1_000)
     ]
     head = ("objects", "window", "reports", "search", "evaluations", "excess [nats]")
@@ -204,7 +204,7 @@ def curves(excess: float, n_windows: int) -> Table:
 
 def test_a_search_is_judged_by_where_it_ends() -> None:
     excess, spent = last_of(curves(2.0, 3), 5, "by size")
-    assert (excess.tolist(), spent) == ([2.0, 2.0, 2.0], 1_000.0)
+    assert (excess.tolist(), spent) == (pytest.approx([2.0, 2.0, 2.0]), 1_000.0)
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +212,7 @@ def tables() -> dict[str, Table]:
     """Return tables of a study that found what it looked for."""
     rng = np.random.default_rng(1)
     depths = [
-        (depth, method, scene, 80.0 + 2 * depth + scene, 1, 9.0, 0, 0.5, 5, 6)
+        (depth, method, scene, 80.0 + 2 * depth + scene, 1, 9.0, 0, 0.5 + 1e-9 * scene, 5, 6)
         for depth in (1, 5)
         for method in ("document", "its best", "hillis", "exact", "default")
         for scene in range(9)
@@ -226,7 +226,7 @@ def tables() -> dict[str, Table]:
     ]
     ways = ("one population", "kept", "4 islands", "quarters", "nothing sent")
     islands = [
-        (k, way, 1.0, 1_000, 4 if n in (2, 3) else None, True if n > 1 else None)
+        (k, way, 1.0 + 1e-9 * k * n, 1_000, 4 if n in (2, 3) else None, True if n > 1 else None)
         for k in range(9)
         for n, way in enumerate(ways)
     ]
