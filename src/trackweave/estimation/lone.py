@@ -126,9 +126,6 @@ def lone_reports(
     pause = float(np.median(pauses)) if pauses else span
     n_false = threads.n_reports - sum(rows.size for rows in objects)
     rate = n_false / span
-    middle = time.min() + 0.5 * span
-    begun = sum(time[rows[0]] > middle for rows in objects)
-    ended = sum(time[rows[-1]] < middle for rows in objects)
     lasting = threads.lasting(LASTING)
     # At a quay the seldom are taken for one another; those that report often are sure.
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
@@ -143,23 +140,40 @@ def lone_reports(
         # Of those that stand, the noise of movement is none.
         own = _noise(time, position, moving, sigma, rate)[1]
         process = process if own is None else AGILE * own
-    # By time: what moves is torn into many threads.
-    told = threads.lasting(TOLD)
-    stands = [_stands(time[rows], position[rows], sigma, speed) for rows in told]
-    lasted = [float(np.ptp(time[rows])) for rows in told]
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
         false_rate=max(STRAY * n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
         n_objects=max(lived / span, 1.0),
-        new_rate=(max(begun - ended, TORN * begun) + 0.5) / (0.5 * span),
+        new_rate=(_begun(time, objects) + 0.5) / (0.5 * span),
         sigma=sigma,
         process_noise=process,
         max_speed=speed,
         quick_pause=float(np.quantile(pauses, 0.1)) if pauses else span,
         slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
-        standing=float(np.average(stands, weights=lasted)) if told else 0.0,
+        standing=_standing(time, position, threads.lasting(TOLD), sigma, speed),
     )
+
+
+def _begun(time: FloatArray, objects: list[IntArray]) -> float:
+    """Return how many objects came in the second half of the time."""
+    middle = 0.5 * (time.min() + time.max())
+    begun = sum(time[rows[0]] > middle for rows in objects)
+    ended = sum(time[rows[-1]] < middle for rows in objects)
+    return float(max(begun - ended, TORN * begun))
+
+
+def _standing(
+    time: FloatArray,
+    position: FloatArray,
+    threads: list[IntArray],
+    sigma: float | None,
+    speed: float | None,
+) -> float:
+    """Return for which share of the threads' time they stand: what moves is torn into many."""
+    stands = [_stands(time[rows], position[rows], sigma, speed) for rows in threads]
+    lasted = [float(np.ptp(time[rows])) for rows in threads]
+    return float(np.average(stands, weights=lasted)) if threads else 0.0
 
 
 def _stands(
