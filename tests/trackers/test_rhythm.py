@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.scans import Scan
-from trackweave.models.motion import RandomWalk
+from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -17,9 +18,10 @@ def followed(ships, end, rng):
         for time in np.arange(first, end, interval)
     )
     following = MultiHypothesisTracker(
-        motion=RandomWalk(process_noise=0.02, max_speed=5.0),
+        motion=ConstantVelocity(process_noise=1e-6, max_speed=0.5),
         sensors=[Sensor("ais", 8.0, 0.05, 1e-9, scans=False)],
         window=24,
+        limits=GrowthLimits(new_margin=20.0, new_keep=30, new_ceiling=25.0),
         lifecycle=Lifecycle(
             survival=1 - 1e-6, new_target_density=1e-9, initial_target_density=1e-7
         ),
@@ -47,7 +49,7 @@ def share_of_own(found):
 
 
 def test_neighbours_at_a_quay_are_told_apart_by_when_they_report():
-    ships = [(0.0, 30.0, 1.0), (16.0, 30.0, 14.0)]
+    ships = [(0.0, 30.0, 1.0), (20.0, 30.0, 6.0)]
     shares = [share_of_own(followed(ships, 900.0, np.random.default_rng(seed))) for seed in (1, 2)]
     assert min(shares) > 0.9
 
