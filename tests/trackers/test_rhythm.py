@@ -50,7 +50,7 @@ def share_of_own(found):
 
 def test_neighbours_at_a_quay_are_told_apart_by_when_they_report():
     ships = [(0.0, 30.0, 1.0), (20.0, 30.0, 6.0)]
-    shares = [share_of_own(followed(ships, 900.0, np.random.default_rng(seed))) for seed in (1, 2)]
+    shares = [share_of_own(followed(ships, 600.0, np.random.default_rng(seed))) for seed in (1, 2)]
     assert min(shares) > 0.9
 
 
