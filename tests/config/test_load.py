@@ -184,6 +184,8 @@ def test_a_configuration_is_taken_as_it_is() -> None:
             "clutter_sigma = 1}",
             "sensors.A.strength.target_sigma: -2; expected a number > 0",
         ),
+        ('[sensors.A]\ntrust = "sigma"', 'sensors.A.trust: "sigma"; expected true, false, or a li'),
+        ('[sensors.A]\ntrust = ["colour"]', 'or a list of keys: "sigma"'),
         ("[sensors.A]\nidentity_error = 1.0", "identity_error: 1.0; expected a number between"),
         ('[frame]\nprojection = "zap"', 'projection: "zap"; expected "tangent" or "stereo'),
         ("[sensors.A]\nposition = [1, 2, 'x']", 'sensors.A.position: [1, 2, "x"]; expected two'),

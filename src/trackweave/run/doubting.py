@@ -18,9 +18,9 @@ from trackweave.run.diagnostics.scatter import scatter_of, without_motion
 
 __all__ = ["Doubts"]
 
-# A sensor is judged once so many reports are in tracks, by so many triples of its own; at the end
-# of a run by so many.
-LINKS, ENOUGH, FEWEST = 400, 150, 60
+# Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
+# together where they have them before so many are, and at the end of a run by so many triples.
+LINKS, ENOUGH, MOST_LINKS, FEWEST = 400, 150, 3200, 60
 SHORT, LONG = 1, 3
 # What scatters so many times more than told is looked at again with gates that are wider: those of
 # a sigma that is too small leave out the very reports that tell. So much then is a contradiction.
@@ -114,6 +114,8 @@ class Doubts:
         n_tracks = len(case.groups)
         if self._on_trial:
             return self._settle_trial(shown, n_tracks, at_end=at_end)
+        if len(shown) < len(seen) and n_assigned < MOST_LINKS and not at_end:
+            return False
         for name, times in shown.items():
             self._sigmas[name] = settings.values["sensors"][name]["sigma"]
             is_trusted = next(s for s in settings.sensors if s.name == name).trusts("sigma")

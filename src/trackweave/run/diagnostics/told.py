@@ -69,7 +69,10 @@ def _components(
         return
     near, far = short.usual(), long.usual()
     if kind is MeasurementKind.POSITION:
-        near, far, told = near.mean(keepdims=True), far.mean(keepdims=True), told[:1]
+        # Axes may differ, and then each has to be compared with its own.
+        usual = np.mean(told**2)
+        near, far = (np.mean(each / told**2, keepdims=True) * usual for each in (near, far))
+        told = np.sqrt([usual])
     own = without_motion(short, long, near, far)
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     for k, sigma in enumerate(told[: near.size]):
