@@ -1,7 +1,7 @@
 """The small scenes of gen_cases.py with what an engineer tells, and one key of it told wrongly.
 
-Told is what the generator's text says of each scene; the table shows what each wrong key costs at
-worst. Of scenes that take long there are fewer seeds.
+Told is what the generator's text says of each scene; the table shows what each wrong key costs.
+Of scenes that take long there are fewer seeds.
 """
 
 import argparse
@@ -96,16 +96,18 @@ Spoil = Callable[[Told], None]
 
 
 def losses(folders: Sequence[Path], well: Told, ways: Sequence[Spoil]) -> list[str]:
-    """Return the mean IDF1 of what is told well, and how much each wrong way loses at worst."""
+    """Return the mean IDF1 of what is told well, and what each wrong way loses, also at worst."""
     right = [followed(folder, well)[0] for folder in folders]
     cells = [f"{sum(right) / len(right):.3f}"]
     for spoil in ways:
         told = copy.deepcopy(well)
         spoil(told)
-        lost = max(
+        lost = [
             best - followed(folder, told)[0] for folder, best in zip(folders, right, strict=True)
-        )
-        cells.append(f"**{lost:.3f}**" if lost > LOSS else f"{max(lost, 0.0):.3f}")
+        ]
+        mean = sum(lost) / len(lost)
+        cell = f"{mean:.3f}" + (f" ({max(lost):.3f})" if len(lost) > 1 else "")
+        cells.append(f"**{cell}**" if mean > LOSS else cell)
     return cells
 
 
@@ -139,7 +141,7 @@ def main() -> None:
         return
     print(heading(command("told_wrongly.py")), end="\n\n")
     print(table(["scene", "seeds", "IDF1 told well", *WRONG], list(rows(arguments))))
-    print(f"\nLosses of IDF1 at worst; bold: more than {LOSS}.")
+    print(f"\nMean losses of IDF1, and the worst of several seeds; bold: more than {LOSS}.")
 
 
 if __name__ == "__main__":
