@@ -107,21 +107,6 @@ def test_a_preset_fills_what_the_file_leaves_out() -> None:
     assert isinstance(settings.search, Genetic)
 
 
-@pytest.mark.parametrize("preset", [name for name in PRESETS if preset_notes(name)])
-def test_a_preset_to_the_letter_trusts_what_is_told_unless_the_file_does_not(preset: str) -> None:
-    sensors = {"default": {"sigma": 3.0}, "B": {"trust": False}}
-    settings = filled({"sensors": sensors}, preset=preset)
-    assert [sensor.trusts("sigma") for sensor in settings.sensors] == [True, False]
-    assert not any("says otherwise" in note for note in settings.notes)
-
-
-@pytest.mark.parametrize("trust", [True, ["sigma"], False, []])
-def test_a_sensor_trusts_the_keys_that_are_named(trust: object) -> None:
-    sensor = filled({"sensors": {"A": {"trust": trust}}}).sensors[0]
-    assert sensor.trusts("sigma") == bool(trust)
-    assert filled({}).sensors[0].trust is False
-
-
 def test_says_where_the_file_and_the_preset_differ() -> None:
     said = {"plots": {"fuse": False}, "tracker": {"pairing": "nearest"}}
     notes = filled(said, preset="wiranto-2018").notes
