@@ -112,8 +112,15 @@ def in_order(scans: object) -> tuple[Scan, ...]:
     if isinstance(scans, Scan):
         return (scans,)
     listed = checked_members(scans, Scan, "scan")
-    if not listed or any(late.time <= early.time for early, late in pairwise(listed)):
-        raise InvalidInputError("scan: expected a Scan, or several, each later than the last")
+    if not listed:
+        raise InvalidInputError("scan: no scans; expected a Scan, or several")
+    for place, (early, late) in enumerate(pairwise(listed), start=1):
+        if late.time <= early.time:
+            raise InvalidInputError(
+                f"scan: number {place + 1} of {len(listed)} (sensor {late.sensor}) at "
+                f"{late.time:.15g} s, after one (sensor {early.sensor}) at {early.time:.15g} s; "
+                "expected each later than the last"
+            )
     return tuple(listed)
 
 
