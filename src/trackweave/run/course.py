@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["Course", "course_of", "tracker_of"]
 
 
-PARTS = 3
+PARTS, EARLY = 6, 0.5
 """What lone reports say is searched for so many times at least while the window moves on by its
-depth, and before the pause has passed after which objects usually report again."""
+depth, and before so much of the pause has passed after which an object may report again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,7 +164,7 @@ def course_of(
 
 def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
     """Return what each step takes: one scan, or lone reports of a part of the window."""
-    together = settings.together or 0.0
+    together = EARLY * (settings.together or 0.0)
     looks = any(sensor.scans is not False for sensor in settings.sensors)
     if looks or settings.tracker.kind != "multi-hypothesis" or settings.deadline is not None:
         together = 0.0
