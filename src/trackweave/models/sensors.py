@@ -181,9 +181,10 @@ class Sensor:
         InvalidInputError
             If the sensor was given another number of them.
         """
-        dim = checked_dimension(dim)
+        size = self.measurement.n_components(checked_dimension(dim))
+        if isinstance(self.sigma, float):
+            return np.full(size, self.sigma)
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
-        size = self.measurement.n_components(dim)
         if sigmas.size not in (1, size):
             raise InvalidInputError(
                 f"sensor {self.name}: sigma for {sigmas.size} axes; expected 1 or {size}"

@@ -161,7 +161,9 @@ def checked_scan(
         known = ", ".join(sorted(sensors))
         raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
     dim = dimensions_of(scan, sensors[scan.sensor], dim)
-    return replace(scan, report=numbered(scan.report, used)), dim
+    report = numbered(scan.report, used)
+    # Most scans come with their numbers, and need not be checked again.
+    return scan if np.array_equal(report, scan.report) else replace(scan, report=report), dim
 
 
 def numbered(given: IntArray, used: UsedNumbers) -> IntArray:
