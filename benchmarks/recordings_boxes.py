@@ -181,7 +181,7 @@ def _plain_boxes(reports: pl.DataFrame, habits: Habits) -> Boxes:
     )
 
 
-def _true_boxes(truth: pl.DataFrame) -> Boxes:
+def true_boxes(truth: pl.DataFrame) -> Boxes:
     return Boxes(
         truth["frame"].to_numpy(), truth["target"].to_numpy(), truth.select(BOX).to_numpy()
     )
@@ -191,8 +191,8 @@ def tud(data: Path) -> str:
     """Return the table of TUD-Campus."""
     reader = example("mot")
     folder = data / "mot_tud_campus"
-    reports = _cornered(reader.read_detections(folder / "dets" / "det" / "det.txt"))
-    truth = _cornered(reader.read_truth(folder / "gt.txt"))
+    reports = cornered(reader.read_detections(folder / "dets" / "det" / "det.txt"))
+    truth = cornered(reader.read_truth(folder / "gt.txt"))
     rows = []
     for one in _both("tud_campus", reports):
         if one.result is None:
@@ -200,12 +200,12 @@ def tud(data: Path) -> str:
             continue
         for rule in ("seen", "known", "after"):
             boxes = tracked_boxes(one, reports, rule=rule, shift=True)
-            rows.append([f"{one.name}, {rule}", *judge(_true_boxes(truth), boxes), one.cpu])
+            rows.append([f"{one.name}, {rule}", *judge(true_boxes(truth), boxes), one.cpu])
     sort = ["SORT, as published", "62.7", "60.6", 6, "–", "–", "–", "–"]
     return table(HEAD, [*rows, sort])
 
 
-def _cornered(boxes: pl.DataFrame) -> pl.DataFrame:
+def cornered(boxes: pl.DataFrame) -> pl.DataFrame:
     """Return boxes with their corners and frames."""
     corners = [
         (pl.col("x") - pl.col("width") / 2).alias("left"),
@@ -232,10 +232,8 @@ def kitti(data: Path) -> str:
         for kind in ("Car", "Pedestrian"):
             folder = data / "kitti" / sequence
             reports = reader.read_detections(folder, kind)
-            truth, ignored = (
-                _judged(reader.read_truth(folder, kind)),
-                _ignored(reader, folder, kind),
-            )
+            truth = judged(reader.read_truth(folder, kind))
+            others = ignored(reader, folder, kind)
             name = f"kitti_{kind.lower()}"
             rows = []
             for one in _both(name, reports):
@@ -243,11 +241,11 @@ def kitti(data: Path) -> str:
                     rows.append([one.name, one.refused, *["–"] * 6])
                     continue
                 boxes = tracked_boxes(one, reports, rule="seen", shift=False)
-                rows.append([one.name, *judge(*_spared(truth, boxes, ignored)), one.cpu])
+                rows.append([one.name, *judge(*spared(truth, boxes, others)), one.cpu])
             sure = reports.filter(pl.Series(_evidence(name, reports) >= 0.0))
             for words, shown in ((PLAIN, reports), (f"{PLAIN}, sure detections only", sure)):
                 boxes = _plain_boxes(shown, _habits(name))
-                rows.append([words, *judge(*_spared(truth, boxes, ignored)), "–"])
+                rows.append([words, *judge(*spared(truth, boxes, others)), "–"])
             parts.append(f"Sequence {sequence}, {kind.lower()}s:\n\n{table(HEAD, rows)}")
     return "\n\n".join(parts)
 
@@ -265,9 +263,9 @@ def _evidence(name: str, reports: pl.DataFrame) -> Array:
     return model.evidence(reports["strength"].to_numpy())
 
 
-def _judged(truth: pl.DataFrame) -> Boxes:
+def judged(truth: pl.DataFrame) -> Boxes:
     """Return the boxes that KITTI asks for: whole, not largely hidden, not too small."""
-    return _true_boxes(truth.filter(_is_judged()))
+    return true_boxes(truth.filter(_is_judged()))
 
 
 def _is_judged() -> pl.Expr:
@@ -275,7 +273,7 @@ def _is_judged() -> pl.Expr:
     return (pl.col("truncated") <= 0) & (pl.col("occluded") <= 2) & is_high
 
 
-def _ignored(reader: Any, folder: Path, kind: str) -> pl.DataFrame:
+def ignored(reader: Any, folder: Path, kind: str) -> pl.DataFrame:
     """Return what KITTI does not ask for: regions, similar objects, objects cut or hidden."""
     truth = reader.read_truth(folder, kind)
     hidden = truth.filter(~_is_judged())
@@ -283,7 +281,7 @@ def _ignored(reader: Any, folder: Path, kind: str) -> pl.DataFrame:
     return pl.concat([reader.read_ignored(folder, kind), others])
 
 
-def _spared(truth: Boxes, tracks: Boxes, ignored: pl.DataFrame) -> tuple[Boxes, Boxes]:
+def spared(truth: Boxes, tracks: Boxes, ignored: pl.DataFrame) -> tuple[Boxes, Boxes]:
     """Leave out boxes of tracks that match no true box and are not to be judged."""
     kept = np.ones(tracks.frame.size, dtype=bool)
     for frame in np.unique(tracks.frame):

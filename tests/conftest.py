@@ -32,7 +32,8 @@ def kernel_sources() -> list[Path]:
 
 def _cache_folder() -> Path:
     """Return a folder named for the sources: numba does not see edits of a callee elsewhere."""
-    digest = hashlib.sha256()
+    # Nor does it tell kernels with bounds checked from others.
+    digest = hashlib.sha256(os.environ.get("NUMBA_BOUNDSCHECK", "").encode())
     for file in kernel_sources():
         digest.update(str(file.relative_to(SOURCE)).encode() + b"\0" + file.read_bytes())
     user = os.getuid() if hasattr(os, "getuid") else "user"

@@ -9,6 +9,7 @@ from trackweave.association.certificate import Certificate, Status
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.pruned import judged, pruned_shares
 from trackweave.association.tree import AssociationTree
+from trackweave.association.window_rule import without_reports
 
 PROVEN = Certificate(-3.0, -3.0, Status.OPTIMAL)
 
@@ -20,10 +21,10 @@ def grown(window, limits):
     *before, last = window.inputs()[0]
     for data in before:
         tree.grow(data, np.full(data.position.shape[0], window.log_density))
-    believe(tree, before[-1].time)
+    believe(tree)
     tree.limits = limits
     tree.grow(last, np.full(last.position.shape[0], window.log_density))
-    return tree, believe(tree, last.time)
+    return tree, believe(tree)
 
 
 def sequences(tree):
@@ -79,6 +80,14 @@ def test_the_share_left_out_is_that_of_all_sequences_one_by_one(seed, limits):
     np.testing.assert_allclose(share, shares_by_hand(window, tree, beliefs), atol=1e-9)
     told, _ = judged(tree, beliefs, PROVEN)
     assert told == pytest.approx((share.max(), share.sum()))
+
+
+def test_of_a_scan_that_is_not_the_last_of_a_step_nothing_is_noted():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 2.0])
+    tree, _ = grown(window, GrowthLimits(keep=1, new_keep=1))
+    last = window.inputs()[0][-1]._replace(time=3.0, reference=3.0)
+    tree.grow(without_reports(last), np.empty(0), is_last=False)
+    assert tree.cut is None
 
 
 def test_something_is_left_out_there():

@@ -38,6 +38,7 @@ position = [0.0, 0.0]
 rotation = "clockwise"
 strength = {target_mean = 20.0, target_sigma = 5.0, clutter_mean = 12.0, clutter_sigma = 4.0}
 identity_error = 0.02
+trust = ["sigma"]
 [sensors.radar]
 measurement = "range-azimuth-rate"
 sigma = {range_m = 70.0, azimuth_deg = 0.08, range_rate_mps = 2.0}
@@ -184,6 +185,11 @@ def test_a_configuration_is_taken_as_it_is() -> None:
             "clutter_sigma = 1}",
             "sensors.A.strength.target_sigma: -2; expected a number > 0",
         ),
+        (
+            '[sensors.A]\ntrust = "sigma"',
+            'sensors.A.trust: "sigma"; expected true, false, or a li',
+        ),
+        ('[sensors.A]\ntrust = ["colour"]', 'or a list of keys: "sigma"'),
         ("[sensors.A]\nidentity_error = 1.0", "identity_error: 1.0; expected a number between"),
         ('[frame]\nprojection = "zap"', 'projection: "zap"; expected "tangent" or "stereo'),
         ("[sensors.A]\nposition = [1, 2, 'x']", 'sensors.A.position: [1, 2, "x"]; expected two'),

@@ -3,6 +3,7 @@
 import pytest
 
 from config.test_fill import filled
+from trackweave.config.presets import PRESETS, preset_notes
 
 
 @pytest.mark.parametrize(("usual", "own"), [("scan_period", "scans"), ("scans", "scan_period")])
@@ -11,3 +12,18 @@ def test_a_sensors_own_way_to_scan_leaves_no_room_for_the_others(usual: str, own
     sensors = {"default": {usual: way[usual]}, "B": {own: way[own]}}
     told = {(sensor.scans, sensor.scan_period) for sensor in filled({"sensors": sensors}).sensors}
     assert told == {(True, 4.0), (False, None)}
+
+
+@pytest.mark.parametrize("preset", [name for name in PRESETS if preset_notes(name)])
+def test_a_preset_to_the_letter_trusts_what_is_told_unless_the_file_does_not(preset: str) -> None:
+    sensors = {"default": {"sigma": 3.0}, "B": {"trust": False}}
+    settings = filled({"sensors": sensors}, preset=preset)
+    assert [sensor.trusts("sigma") for sensor in settings.sensors] == [True, False]
+    assert not any("says otherwise" in note for note in settings.notes)
+
+
+@pytest.mark.parametrize("trust", [True, ["sigma"], False, []])
+def test_a_sensor_trusts_the_keys_that_are_named(trust: object) -> None:
+    sensor = filled({"sensors": {"A": {"trust": trust}}}).sensors[0]
+    assert sensor.trusts("sigma") == bool(trust)
+    assert filled({}).sensors[0].trust is False

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.noise import calm_noise, noise_of_chains
+from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
 
 N_CHAINS, N_SCANS = 12, 60
 PERIOD = 0.04
@@ -54,3 +54,30 @@ def test_one_report_far_off_is_no_turn_and_several_are(n_chains: int, grows: boo
     place[:, 30, 0] += 45.0
     _, process = noise_of_chains(time, place, 10.0, 1e-9)
     assert (process > 0.5) == grows
+
+
+def turning_chains(n_turning: int, period: float = 5.0) -> tuple[FloatArray, FloatArray]:
+    """Return times and places of nine boats, some of which turn by 90° in 24 s of two minutes."""
+    rng = np.random.default_rng(4)
+    time = np.broadcast_to(np.arange(0.0, 120.0, period), (9, round(120 / period)))
+    course = rng.uniform(0.0, 2 * np.pi, (9, 1)) + np.zeros_like(time)
+    course[:n_turning] += np.radians(3.75) * np.clip(time[0] - 40.0, 0.0, 24.0)
+    velocity = 11.0 * np.stack([np.cos(course), np.sin(course)], axis=2)
+    place = np.cumsum(velocity * period, axis=1) + rng.normal(0.0, 8.0, (*time.shape, 2))
+    return time, place
+
+
+@pytest.mark.parametrize("n_turning", [1, 2])
+def test_no_boat_that_turns_is_left_behind(n_turning: int) -> None:
+    time, place = turning_chains(n_turning)
+    noise = noise_of_chains(*turning_chains(0), 8.0, 3e-6)
+    assert noise_in_turns(*turning_chains(0), noise, 3e-6) == noise[1] < 0.02
+    process = noise_in_turns(time, place, noise_of_chains(time, place, 8.0, 3e-6), 3e-6)
+    # An acceleration of 0.7 m/s² over half of a period.
+    assert 0.1 < process < 3.0
+
+
+def test_boats_that_turn_are_no_errors_that_wander() -> None:
+    for period in (2.0, 2.5, 4.0, 5.0):
+        found = calm_noise(*turning_chains(2, period), 8.0, 3e-6)
+        assert found is None or found[1] > 0.1

@@ -34,6 +34,8 @@ GOOD = {
         ("identity_error", 1.0),
         ("identity_error", np.nan),
         ("measurement", Kind.RANGE_RATE),
+        ("trust", "sigma"),
+        ("trust", ("colour",)),
         ("position", (1.0,)),
         ("position", (1.0, 2.0, 3.0, 4.0)),
         ("position", (1.0, np.nan)),

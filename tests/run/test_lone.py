@@ -32,7 +32,14 @@ def test_stamps_in_whole_seconds_are_no_scans():
     sensor = result.run["configuration"]["sensors"]["default"]
     assert sensor["scans"] is False
     assert sensor["scan_period"] is None
-    assert any("taken for one that does not scan" in note for note in result.run["notes"])
+    (note,) = [each for each in result.run["notes"] if "taken for one that does not scan" in each]
+    assert note.endswith("if it looks, give scans = true")
+
+
+def test_who_said_that_a_sensor_does_not_look_is_not_asked_again():
+    result = track(table(), {"sensors": {"default": {"scans": False}}})
+    (note,) = [each for each in result.run["notes"] if "does not scan, as is told" in each]
+    assert "scans = true" not in note
 
 
 def test_rows_of_tracks_are_as_far_apart_as_reports_of_an_object():

@@ -5,10 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import trackweave as tw
 from estimation.test_estimate import ODD, numbers, scene, table
 from trackweave.config import load_configuration
 from trackweave.estimation import estimate
+from trackweave.metrics import assignment_quality
 from trackweave.run.refining import estimates_for
+from trackweave.simulation import simulate
+from trackweave.simulation.demo import demo_scenario
 
 
 def crowd() -> dict[str, float]:
@@ -136,3 +140,15 @@ def test_the_fast_few_among_the_slow_set_the_greatest_speed(moment: float) -> No
     found = estimates_for(table(times, places), load_configuration(None))
     assert found is not None
     assert 28.0 < found.max_speed < 45.0
+
+
+def test_boats_that_turn_keep_their_names() -> None:
+    """Two of nine turn by 80° and more; a process noise of what the others do would lose them."""
+    for seed in (2, 3):
+        reports = simulate(demo_scenario(), np.random.default_rng(seed)).reports
+        result = tw.track(reports)
+        assert result.values.settings.motion.process_noise > 0.1
+        found = result.assignments["track"].fill_null(-1).to_numpy()
+        quality = assignment_quality(result.values.reports.carried["target"], found)
+        assert quality.idf1 is not None
+        assert quality.idf1 > 0.97

@@ -49,6 +49,19 @@ def held_times(hypothesis):
     return [each.time for each in hypothesis.held]
 
 
+def test_of_scans_that_come_together_only_those_too_far_ahead_are_held():
+    plain, target = MAKERS["multi-hypothesis"](), MAKERS["multi-hypothesis"]()
+    run(plain, [seen(float(time)) for time in range(5)])
+    run(target, [seen(float(time)) for time in range(4)])
+    last = target.step(
+        [seen(4.0), seen(4.0 + DAY, report=[700, 701])], rng=np.random.default_rng(1)
+    )
+    assert (last.time, last.stop_reason, held_times(last)) == (4.0, HELD, [4.0 + DAY])
+    assert last.tracks.mean.tobytes() == plain.tracks().mean.tobytes()
+    after = target.step([seen(5.0), seen(6.0)], rng=np.random.default_rng(1))
+    assert (after.time, held_times(after)) == (6.0, [])
+
+
 @pytest.mark.parametrize("ahead", [61.0, 3600.0, DAY])
 def test_a_scan_ahead_of_all_others_is_held_and_told_and_blinds_nobody(make, ahead):
     times = [float(time) for time in range(12)]

@@ -201,3 +201,10 @@ def test_a_lone_false_alarm_is_no_track():
     scans = [scan(0.0, [(5.0, 5.0)]), *(scan(float(time), []) for time in range(1, 9))]
     hypotheses = run(tracker(), scans)
     assert len(hypotheses[-1].tracks) == 0
+
+
+@pytest.mark.parametrize("share", [-0.1, 0.95, 1.0])
+def test_refuses_objects_hidden_more_than_files_may_say(share):
+    assert Lifecycle(hidden_share=0.9).hidden_share == 0.9
+    with pytest.raises(InvalidInputError, match=r"hidden_share: .*; expected 0 to 0\.9"):
+        Lifecycle(hidden_share=share)

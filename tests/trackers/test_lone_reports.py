@@ -133,3 +133,7 @@ def test_refuses_scans_together_that_are_not_in_order():
     scans = list(lone_reports(np.random.default_rng(1), period=2.0))[:3]
     with pytest.raises(InvalidInputError, match="each later than the last"):
         tracker(scan_period=None).step(scans[::-1])
+    twice = [scans[0], scans[1], scans[1]]
+    which = rf"number 3 of 3 \(sensor .*\) at {scans[1].time:.15g} s, after one"
+    with pytest.raises(InvalidInputError, match=which):
+        tracker(scan_period=None).step(twice)

@@ -88,3 +88,29 @@ def is_reachable(
         distance += (position[index, axis] - place) ** 2
         variance += spread + position_covariance[index, axis, axis]
     return bool(math.sqrt(distance) <= reach + 3.0 * math.sqrt(variance))
+
+
+@jit
+def is_any_reachable(
+    mean: FloatArray, covariance: FloatArray, weight: FloatArray, node: int,
+    position: FloatArray, position_covariance: FloatArray, broad: FloatArray, reach: float,
+) -> bool:  # fmt: skip
+    """Tell whether `is_reachable` holds for any report."""
+    place, variance = 0.0, 0.0
+    for mode in range(weight.shape[1]):
+        place += weight[node, mode] * mean[node, mode, 0]
+    for axis in range(position.shape[1]):
+        variance += broad[axis]
+        for mode in range(weight.shape[1]):
+            variance += weight[node, mode] * covariance[node, mode, axis, axis]
+    # A little more than that: roundings must not leave out what the exact test lets through.
+    far = (1.0 + 1e-9) * (reach + 3.0 * math.sqrt(variance)) + 1e-9
+    first = _count_before(position, 0, place - far, False)
+    for index in range(first, position.shape[0]):
+        if position[index, 0] > place + far:
+            return False
+        if is_reachable(
+            mean, covariance, weight, node, position, position_covariance, index, reach
+        ):
+            return True
+    return False

@@ -8,6 +8,7 @@ from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._crowding import Crowding, admit, nearest_of
 from trackweave.association._gating import (
+    is_any_reachable,
     is_beside,
     is_reachable,
     most_moved,
@@ -67,6 +68,11 @@ def propose(
     stride = 1
     if not scan.is_located:
         stride = max(1, -(-n_reports // max(crowding.looks, crowding.looks_anywhere)))
+    # Where a scan tells nothing of whom it does not report, who is far from it needs no state.
+    is_narrow = (
+        scan.is_located and scan.coverage.everywhere and not scan.is_silence_telling
+        and not scan.has_moments and n_reports <= crowding.looks
+    )  # fmt: skip
     count = 0
     for node in range(n_nodes):
         begin = count
@@ -86,7 +92,11 @@ def propose(
                 count = _propose_crossings(
                     nodes, node, scan, rule, candidates, count, crowding, general
                 )
-        if not is_line:
+        is_far = is_narrow and not is_any_reachable(
+            nodes.mean, nodes.covariance, nodes.weight, node, scan.position,
+            scan.position_covariance, broad, motion.max_speed * abs(scan.time - nodes.time[node]),
+        )  # fmt: skip
+        if not is_line and not is_far:
             interval = scan.reference - nodes.time[node]
             if general is None:
                 predict(
@@ -144,7 +154,7 @@ def propose(
                         )  # fmt: skip
                         expect(
                             scan.kind, scan.noise[setting], scan.platform[setting], general,
-                            motion, expected,
+                            motion.dim, motion.unscented, expected,
                         )  # fmt: skip
                 if not has_moment and setting != known:
                     known = setting
@@ -155,7 +165,7 @@ def propose(
                     else:
                         expect(
                             scan.kind, scan.noise[setting], scan.platform[setting], state,
-                            motion, expected,
+                            motion.dim, motion.unscented, expected,
                         )  # fmt: skip
                 if general is None:
                     distance = distance_of(scan.measurement, index, mean, inverse)
@@ -253,7 +263,7 @@ def append_children(
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
     mean, covariance = state.mean[0], state.covariance[0]
-    child = n_nodes
+    child, moved, waited = n_nodes, -1, 0.0
     for entry in chosen:
         above, index = candidates.node[entry], candidates.report[entry]
         interval = scan.moment[index] - nodes.time[above]
@@ -274,14 +284,17 @@ def append_children(
             _take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
             _spread_over_modes(nodes, child, motion.share)
         else:
-            advance(
-                nodes.mean[above], nodes.covariance[above], nodes.weight[above], interval,
-                motion, state.mean, state.covariance, state.weight,
-            )  # fmt: skip
+            # Children of one parent stand together, and mostly wait as long.
+            if above != moved or interval != waited:
+                moved, waited = above, interval
+                advance(
+                    nodes.mean[above], nodes.covariance[above], nodes.weight[above], interval,
+                    motion, state.mean, state.covariance, state.weight,
+                )  # fmt: skip
             setting = scan.setting[index]
             take_in(
                 scan.kind, scan.measurement[index], scan.noise[setting],
-                scan.platform[setting], state, motion, expected,
+                scan.platform[setting], state, motion.dim, motion.unscented, expected,
                 nodes.mean[child], nodes.covariance[child], nodes.weight[child],
             )  # fmt: skip
         for column in range(nodes.rhythm.shape[1]):

@@ -73,3 +73,21 @@ def held_slots(report: IntArray, n_nodes: int) -> tuple[IntArray, IntArray]:
         if report[node] >= 0:
             place[node] = number[report[node] - first]
     return slots, place
+
+
+@jit
+def paths_up(parent: IntArray, leaf: IntArray) -> IntArray:
+    """Return the nodes of sequences, each one's last first: (longest, sequences), -1 below."""
+    longest = 1
+    for column in range(leaf.shape[0]):
+        length, node = 0, leaf[column]
+        while node >= 0:
+            length, node = length + 1, parent[node]
+        longest = max(longest, length)
+    path = np.full((longest, leaf.shape[0]), -1, dtype=np.int64)
+    for column in range(leaf.shape[0]):
+        row, node = 0, leaf[column]
+        while node >= 0:
+            path[row, column] = node
+            row, node = row + 1, parent[node]
+    return path

@@ -6,7 +6,7 @@ import numpy as np
 
 from trackweave._loops import kth_least
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._nodes import Nodes
+from trackweave.association._nodes import Candidates, Nodes
 from trackweave.jit import jit
 
 
@@ -16,6 +16,65 @@ def accumulate_prices(nodes: Nodes, n_nodes: int, priced_out: FloatArray) -> Non
     for node in range(n_nodes):
         above = nodes.parent[node]
         priced_out[node] = nodes.price[node] + (priced_out[above] if above >= 0 else 0.0)
+
+
+@jit
+def rank_offer(
+    nodes: Nodes, candidates: Candidates, tail: FloatArray, is_new: np.ndarray, end_cost: float
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
+    """Return the columns of ``pruning.Offer``."""
+    n_old, n_new = tail.shape[0], candidates.node.shape[0]
+    family, parent = np.empty(n_old + n_new, dtype=np.int64), np.empty(n_old + n_new, np.int64)
+    alive, rank, priced = np.empty(n_old), np.empty(n_old + n_new), np.empty(n_old)
+    accumulate_prices(nodes, n_old, priced)
+    # No beliefs speak of the scan's own reports yet. Without a price two objects beside each
+    # other both rank best with the same report, and forget how it is to go without.
+    without = np.empty(is_new.shape[0])
+    for own in range(is_new.shape[0]):
+        without[own] = 0.0 if is_new[own] else math.inf
+    for node in range(n_old):
+        own = family[node] = nodes.family[node]
+        parent[node] = nodes.parent[node]
+        alive[node] = nodes.cost[node] + tail[node] + priced[node]
+        rank[node] = nodes.cost[node] + min(tail[node], end_cost) + priced[node]
+        without[own] = min(without[own], rank[node])
+    n_reports = 0
+    for entry in range(n_new):
+        above = candidates.node[entry]
+        family[n_old + entry], parent[n_old + entry] = nodes.family[above], above
+        rank[n_old + entry] = candidates.cost[entry] + priced[above]
+        n_reports = max(n_reports, candidates.report[entry] + 1)
+    worth = second_gains(family[n_old:], candidates.report, rank[n_old:], without, n_reports)
+    price = np.empty(n_new)
+    for entry in range(n_new):
+        price[entry] = worth[candidates.report[entry]]
+        rank[n_old + entry] += price[entry]
+    return family, parent, alive, rank, price
+
+
+@jit
+def hold_out(
+    group: IntArray, family: IntArray, parent: IntArray, alive: FloatArray, rank: FloatArray,
+    bound: FloatArray, room: IntArray, believed: np.ndarray,
+) -> tuple[FloatArray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return by how much each ranks behind its group's bound, if it stays, and may live unseen."""
+    n_old = alive.shape[0]
+    excess, is_open = np.empty(rank.shape[0]), np.empty(n_old, dtype=np.bool_)
+    for entry in range(rank.shape[0]):
+        excess[entry] = rank[entry] - bound[group[entry]]
+    part_ties(group, excess, room)
+    # What begins stays whatever the cap, and of each track how it may live on unseen.
+    for node in range(n_old):
+        is_open[node] = alive[node] <= bound[group[node]]
+        if parent[node] < 0:
+            excess[node] = -math.inf
+    best = best_of(family[:n_old], alive, believed.shape[0])
+    for own in range(believed.shape[0]):
+        if believed[own] and best[own] >= 0:
+            excess[best[own]], is_open[best[own]] = -math.inf, True
+    kept = excess <= 0.0
+    keep_ancestors(parent, kept.shape[0], kept)
+    return excess, kept, is_open
 
 
 @jit

@@ -37,32 +37,46 @@ def room_for_expectation(motion: MotionRule, n_components: int) -> Expectation:
 
 
 @jit
+def _foresee(
+    kind: int,
+    noise: FloatArray,
+    platform: FloatArray,
+    mode: int,
+    state: State,
+    dim: int,
+    unscented: bool,
+    out: Expectation,
+) -> None:
+    """Write what one mode expects of a report, and how widely that spreads."""
+    n_components = out.innovation.shape[0]
+    if kind == POSITION:
+        for row in range(n_components):
+            out.mean[mode, row] = state.mean[mode, row]
+            for column in range(n_components):
+                out.spread[row, column] = state.covariance[mode, row, column] + noise[row, column]
+        return
+    measure(
+        kind, state.mean[mode], state.covariance[mode], platform, dim, unscented,
+        out.mean[mode], out.spread, out.cross[mode],
+    )  # fmt: skip
+    for row in range(n_components):
+        for column in range(n_components):
+            out.spread[row, column] += noise[row, column]
+
+
+@jit
 def expect(
     kind: int,
     noise: FloatArray,
     platform: FloatArray,
     state: State,
-    motion: MotionRule,
+    dim: int,
+    unscented: bool,
     out: Expectation,
 ) -> None:
     """Write what each mode expects of a report with the given noise, from the given platform."""
-    n_components = out.innovation.shape[0]
     for mode in range(state.weight.shape[0]):
-        if kind == POSITION:
-            for row in range(n_components):
-                out.mean[mode, row] = state.mean[mode, row]
-                for column in range(n_components):
-                    out.spread[row, column] = (
-                        state.covariance[mode, row, column] + noise[row, column]
-                    )
-        else:
-            measure(
-                kind, state.mean[mode], state.covariance[mode], platform,
-                motion.dim, motion.unscented, out.mean[mode], out.spread, out.cross[mode],
-            )  # fmt: skip
-            for row in range(n_components):
-                for column in range(n_components):
-                    out.spread[row, column] += noise[row, column]
+        _foresee(kind, noise, platform, mode, state, dim, unscented, out)
         out.log_determinant[mode] = invert(out.spread, out.inverse[mode])
 
 
@@ -117,7 +131,8 @@ def take_in(
     noise: FloatArray,
     platform: FloatArray,
     state: State,
-    motion: MotionRule,
+    dim: int,
+    unscented: bool,
     expected: Expectation,
     mean_out: FloatArray,
     covariance_out: FloatArray,
@@ -127,13 +142,7 @@ def take_in(
     modes, n_components = expected.mean.shape
     largest = -math.inf
     for mode in range(modes):
-        measure(
-            kind, state.mean[mode], state.covariance[mode], platform, motion.dim,
-            motion.unscented, expected.mean[mode], expected.spread, expected.cross[mode],
-        )  # fmt: skip
-        for row in range(n_components):
-            for column in range(n_components):
-                expected.spread[row, column] += noise[row, column]
+        _foresee(kind, noise, platform, mode, state, dim, unscented, expected)
         log_determinant = invert(expected.spread, expected.inverse[mode])
         innovation(kind, measurement, expected.mean[mode], expected.innovation)
         if kind == POSITION:

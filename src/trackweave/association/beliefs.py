@@ -7,13 +7,11 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._beliefs import (
     Edges,
-    average_states,
     find_edges,
     log_weights,
     propagate,
     sum_edges,
 )
-from trackweave.association._nodes import n_modes_and_size
 from trackweave.association.tree import AssociationTree
 
 __all__ = ["Beliefs", "believe"]
@@ -21,7 +19,7 @@ __all__ = ["Beliefs", "believe"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beliefs:
-    """Probabilities over a tree's sequences, and the mean state of each family.
+    """Probabilities over a tree's sequences.
 
     Parameters
     ----------
@@ -36,9 +34,6 @@ class Beliefs:
     existence
         That the family's object lives, shape (families,).
         An object on a line, seen by a bearing alone, counts for nothing.
-    mean, covariance
-        Its state, averaged over the sequences in which it lives and over modes of motion, shapes
-        (families, size) and (families, size, size); NaN where it cannot live.
     """
 
     probability: FloatArray
@@ -46,24 +41,17 @@ class Beliefs:
     edge_probability: FloatArray
     claims: FloatArray
     existence: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
 
 
 def believe(
-    tree: AssociationTree,
-    time: float,
-    known: FloatArray | None = None,
-    max_iterations: int = 15,
+    tree: AssociationTree, known: FloatArray | None = None, max_iterations: int = 15
 ) -> Beliefs:
-    """Return the beliefs at a time; leave prices and beliefs in the tree's nodes.
+    """Return the beliefs after the last scan; leave prices and beliefs in the tree's nodes.
 
     Parameters
     ----------
     tree
         The sequences.
-    time
-        Time of the mean states [s].
     known
         How probable the search found each sequence to be, shape (nodes,); None where it does not
         tell. Then the probabilities of associations are summed from it; all else is propagated.
@@ -88,20 +76,13 @@ def believe(
     claims = _claims(nodes.price[:n], edges, edge_probability, n_reports)
     if known is not None:
         sum_edges(nodes, n, edges, known, edge_probability)
-    _, size = n_modes_and_size(tree.rule.motion)
     np.multiply(probability, alive, out=nodes.belief[:n])
-    existence = np.empty(n_families)
-    mean, covariance = np.empty((n_families, size)), np.empty((n_families, size, size))
-    average_states(
-        nodes, n, n_families, nodes.belief, time, tree.rule.motion,
-        existence, mean, covariance, tree.general,
-    )  # fmt: skip
+    in_place = np.where(nodes.is_line[:n] == 0, nodes.belief[:n], 0.0)
+    existence = np.bincount(nodes.family[:n], in_place, n_families).astype(np.float64, copy=False)
     # Sums of many shares of one can come out above it by rounding.
     for chance in (probability, edge_probability, existence):
         np.minimum(chance, 1.0, out=chance)
-    return Beliefs(
-        probability, edges.of_node, edge_probability, claims, existence, mean, covariance
-    )
+    return Beliefs(probability, edges.of_node, edge_probability, claims, existence)
 
 
 def _claims(

@@ -65,10 +65,11 @@ class NodeRoom:
         if rows.shape[0] == self.n_nodes and not self._is_shared:
             return
         number = np.cumsum(keep) - 1
-        # In place each node goes to where it is or before.
-        room = self._other_room() if self._is_shared else self.nodes
-        copy_nodes(self.nodes, rows, room, 0)
-        parent = room.parent[: rows.shape[0]]
+        # In place each node goes to where it is or before, and what no gap precedes stays.
+        is_shared = self._is_shared
+        room, first = (self._other_room(), 0) if is_shared else (self.nodes, int(np.argmin(keep)))
+        copy_nodes(self.nodes, rows[first:], room, first)
+        parent = room.parent[first : rows.shape[0]]
         parent[parent >= 0] = number[parent[parent >= 0]]
         self.nodes, self.n_nodes, self._is_shared = room, rows.shape[0], False
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Candidates, Families, Misses, Nodes
 from trackweave.association._pruned import Cut
-from trackweave.association._pruning import accumulate_prices, rank_bounds, second_gains
+from trackweave.association._pruning import rank_bounds, rank_offer
 from trackweave.association.growth_limits import GrowthLimits
 
 __all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered"]
@@ -58,24 +58,7 @@ def offered(
     -------
     All of them.
     """
-    n_nodes = missed.tail.shape[0]
-    family, cost, priced = nodes.family[:n_nodes], nodes.cost[:n_nodes], np.empty(n_nodes)
-    accumulate_prices(nodes, n_nodes, priced)
-    ended = cost + np.minimum(missed.tail, end_cost) + priced
-    grown = candidates.cost + priced[candidates.node]
-    # No beliefs speak of the scan's own reports yet. Without a price two objects beside each
-    # other both rank best with the same report, and forget how it is to go without.
-    without = np.where(is_new, 0.0, np.inf)
-    np.minimum.at(without, family, ended)
-    own, n_reports = family[candidates.node], int(candidates.report.max(initial=-1)) + 1
-    price = second_gains(own, candidates.report, grown, without, n_reports)[candidates.report]
-    return Offer(
-        family=np.concatenate([family, own]),
-        parent=np.concatenate([nodes.parent[:n_nodes], candidates.node]),
-        alive=cost + missed.tail + priced,
-        rank=np.concatenate([ended, grown + price]),
-        price=price,
-    )
+    return Offer(*rank_offer(nodes, candidates, missed.tail, is_new, end_cost))
 
 
 def bounds_of(

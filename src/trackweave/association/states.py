@@ -66,7 +66,7 @@ def average_at(
     nodes, n_nodes, n_families = source
     count, (_, size) = node.shape[0], n_modes_and_size(tree.rule.motion)
     mean, covariance = np.empty((count, size)), np.empty((count, size, size))
-    if not by_belief:
+    if not by_belief or not count:
         moments = np.full(count, time)
         move_states(nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
         return mean, covariance

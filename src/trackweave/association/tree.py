@@ -26,9 +26,8 @@ from trackweave.association._pruning import (
     behind_best,
     best_of,
     crossings,
-    keep_ancestors,
+    hold_out,
     keep_below,
-    part_ties,
 )
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
@@ -114,7 +113,7 @@ class AssociationTree(NodeRoom):
         """Append families; they are numbered on from those there are."""
         self.families = joined(self.families, families)
 
-    def grow(self, scan: ScanInput, log_density: FloatArray) -> None:
+    def grow(self, scan: ScanInput, log_density: FloatArray, *, is_last: bool = True) -> None:
         """Extend every sequence by the scan's reports, begin new objects, prune.
 
         Parameters
@@ -123,6 +122,8 @@ class AssociationTree(NodeRoom):
             The scan.
         log_density
             Log of the expected density of objects not yet seen at each report's place [m⁻²].
+        is_last
+            Whether ``cut`` is to tell of this scan.
         """
         candidates, missed = self._propose(scan)
         n_old, n_new = self.n_nodes, scan.measurement.shape[0]
@@ -130,32 +131,28 @@ class AssociationTree(NodeRoom):
         offer = offered(nodes, candidates, missed, self.track < 0, self.rule.end_cost)
         group = self._groups(offer)
         bound, room, is_new = bounds_of(offer, group, self.families, self.limits)
-        bound = bound[group]
-        excess = offer.rank - bound
-        part_ties(group, excess, room)
-        # What begins stays whatever the cap, and of each track how it may live on unseen.
-        excess[:n_old][nodes.parent[:n_old] < 0] = -np.inf
-        unseen = self._best_believed(offer.family[:n_old], offer.alive)
-        excess[unseen] = -np.inf
-        kept = excess <= 0.0
-        keep_ancestors(offer.parent, kept.shape[0], kept)
+        believed = self._believed()
+        excess, kept, is_open = hold_out(
+            group, offer.family, offer.parent, offer.alive, offer.rank, bound, room, believed
+        )
         n_kept, usual = int(np.count_nonzero(kept)), self._room_beside(n_new)
         most = min(usual, max(0, self.most - n_new))
         if n_kept > most:
             behind = behind_best(group, offer.rank, is_new)
             behind[np.isneginf(excess)] = -np.inf
-            behind[self._best_believed(offer.family, offer.rank)] = -np.inf
+            best = best_of(offer.family, offer.rank, self.n_families)
+            behind[best[believed & (best >= 0)]] = -np.inf
             n_gone = give_way(kept, offer.parent, behind, most)
             self.n_given_way += max(0, n_gone - max(0, n_kept - usual))
         chosen = np.flatnonzero(kept[n_old:])
-        is_open = offer.alive <= bound[:n_old]
-        is_open[unseen] = True
         self.n_pruned += kept.shape[0] - int(np.count_nonzero(kept))
         self.n_pruned += int(np.count_nonzero(np.isfinite(missed.tail) & ~is_open & kept[:n_old]))
-        self.cut = cut_of(
-            nodes, candidates._replace(report=scan.slot[candidates.report]), missed,
-            Fate(kept, is_open), self.rule.end_cost,
-        )  # fmt: skip
+        self.cut = None
+        if is_last:
+            self.cut = cut_of(
+                nodes, candidates._replace(report=scan.slot[candidates.report]), missed,
+                Fate(kept, is_open), self.rule.end_cost,
+            )  # fmt: skip
         nodes.tail[:n_old] = np.where(is_open, missed.tail, np.inf)
         for name in ("hidden", "misses", "counted"):
             getattr(nodes, name)[:n_old] = getattr(missed, name)
@@ -314,12 +311,11 @@ class AssociationTree(NodeRoom):
         """Return how many sequences the limits let stay beside so many beginnings."""
         return max(0, room_in(self.limits, is_crowded=self.is_crowded) - n_new)
 
-    def _best_believed(self, family: IntArray, rank: FloatArray) -> IntArray:
-        """Return the entry that ranks best of each track from before or in the last answer."""
+    def _believed(self) -> NDArray[np.bool_]:
+        """Tell of each family whether it is a track from before or in the last answer."""
         believed, n = self.track >= 0, self.n_nodes
         believed[self.nodes.family[:n][self.nodes.chosen[:n] == 1]] = True
-        best = best_of(family, rank, self.n_families)
-        return best[believed & (best >= 0)]
+        return believed
 
     def _groups(self, offer: Offer) -> IntArray:
         """Return for each sequence and child among which it has to hold its own."""

@@ -1,6 +1,6 @@
 """From what was given, estimated and usual to the values that a run uses."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
@@ -248,14 +248,22 @@ def _doubts(ledger: Ledger, estimates: Estimates | None) -> list[str]:
 def _overruled(ledger: Ledger, preset: str | None) -> list[str]:
     """Return a sentence where the file says otherwise than the preset."""
     others = [
-        f"{table}.{key}"
-        for table, keys in ledger.preset.items()
-        for key, value in keys.items()
-        if value_at(ledger.file, (table, key)) not in (None, value)
+        ".".join(path)
+        for path, value in _leaves(ledger.preset)
+        if value_at(ledger.file, path) not in (None, value)
     ]
     if not others:
         return []
     return [f"preset {preset}: the configuration says otherwise of {', '.join(others)}"]
+
+
+def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield each key of nested tables with its value."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from (((key, *path), leaf) for path, leaf in _leaves(value))
+        else:
+            yield (key,), value
 
 
 def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:

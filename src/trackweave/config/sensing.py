@@ -113,7 +113,12 @@ def sensor_of(
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
         scans=scans,
+        trust=_trust(choose("trust", default=default_of(Sensor, "trust"))),
     )
+
+
+def _trust(value: bool | Sequence[str]) -> bool | tuple[str, ...]:
+    return value if isinstance(value, bool) else tuple(value)
 
 
 def section_of(configuration: Configuration, name: str) -> SensorSection:

@@ -18,6 +18,7 @@ from trackweave.config.fields import (
     one_of,
 )
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.models.sensors import DOUBTED
 
 __all__ = ["FieldOfViewSection", "SensorSection", "SigmaTable", "StrengthSection"]
 
@@ -27,6 +28,10 @@ Measurement = Annotated[
     one_of(KINDS),
     Field(json_schema_extra={"enum": list(KINDS)}),
     Expected("one of " + ", ".join(f'"{kind}"' for kind in KINDS)),
+]
+Trust = Annotated[
+    bool | list[Annotated[str, one_of(DOUBTED), Field(json_schema_extra={"enum": list(DOUBTED)})]],
+    Expected("true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)),
 ]
 Strength = Annotated[float, Field(ge=-1e12, le=1e12), Expected("a number")]
 
@@ -206,6 +211,9 @@ class SensorSection(Section):
         Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None
     ) = None
     """Chance that a report's identity is another than its object's was."""
+
+    trust: Trust | None = None
+    """Whether what is told is kept where reports contradict it: of all keys, or of those named."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> "SensorSection":

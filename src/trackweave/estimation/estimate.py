@@ -21,7 +21,6 @@ from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, 
 from trackweave.estimation.frames import Frames, frames_of
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
-from trackweave.estimation.looking import Looking
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
 
@@ -142,18 +141,17 @@ def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | 
     if scans is True:
         return _look_at(reports, index, sigma)
     seen, threads, rows = judged(reports, index)
-    scans = seen.scans if scans is None else scans
+    is_told, scans = scans is not None, seen.scans if scans is None else scans
     if scans is not False:
         found = _look_at(reports, index, sigma)
         return replace(found, sensor=replace(found.sensor, scans=scans))
     position = reports.measurement[rows]
     lone = lone_reports(reports.time[rows], position, threads, sigma)
-    return _of_lone(lone, seen, position, sigma)
+    note = note_on_lone(lone, seen, is_told=is_told)
+    return _of_lone(lone, note, position, sigma)
 
 
-def _of_lone(
-    lone: LoneReports, seen: Looking, position: FloatArray, sigma: float | None
-) -> _Findings:
+def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | None) -> _Findings:
     """Return what a sensor's reports tell that does not look; its second is its scan."""
     typical = lone.sigma or sigma or spacing_of(position) * 0.01
     covered = covered_by(position, typical)
@@ -168,7 +166,6 @@ def _of_lone(
         scans=False,
     )
     times = lone.n_objects / covered / values.coming
-    note = note_on_lone(lone, seen)
     return _Findings(
         sensor, values.process, lone.max_speed, 0.0, None, times, note, lone, values.ways
     )

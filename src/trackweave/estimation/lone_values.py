@@ -140,7 +140,7 @@ def rhythm_of(
     }
 
 
-def note_on_lone(lone: LoneReports, seen: Looking) -> str:
+def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:
     """Return why a sensor is taken for one that does not look, and how surely.
 
     Parameters
@@ -149,18 +149,20 @@ def note_on_lone(lone: LoneReports, seen: Looking) -> str:
         What its reports tell.
     seen
         How they follow one another.
+    is_told
+        Whether a user has said so.
 
     Returns
     -------
     The sentence.
     """
-    doubt = ""
-    if seen.scans is not False:
+    doubt, otherwise = "", "" if is_told else "; if it looks, give scans = true"
+    if is_told:
         doubt = ", as is told"
     elif seen.doubt > 0:
         doubt = f" ({100 * seen.doubt:.0f} % of what tells says otherwise)"
     return (
         f"taken for one that does not scan{doubt}: {seen.n_objects} objects report by "
-        f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss; "
-        "if it looks, give scans = true"
+        f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss"
+        f"{otherwise}"
     )

@@ -8,13 +8,16 @@ from scipy.special import gammaincinv
 from trackweave.arrays import FloatArray
 from trackweave.estimation._noise import WRONG, follow_chains
 
-__all__ = ["calm_noise", "noise_of_chains"]
+__all__ = ["calm_noise", "noise_in_turns", "noise_of_chains"]
 
 # How far the search may go from where it starts, as logarithms of factors.
 FURTHEST = 12.0
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
-MOST_DOUBLINGS = 10
+MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
+# A chain is lost where more reports seem to come from elsewhere than so many, and than this share
+# of it; such a share of all chains may be two objects in one.
+LOST_REPORTS, LOST_PART, LOST_CHAINS = 3.0, 0.1, 0.05
 # Every so many-th report of a chain is looked at, where it has so many then.
 STRIDE, FEWEST_IN_CHAIN, FEWEST_IN_ALL = 4, 6, 60
 # What objects do by themselves does not come to so much less over longer steps.
@@ -69,6 +72,36 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     return sigma, process
 
 
+def noise_in_turns(
+    time: FloatArray, position: FloatArray, noise: tuple[float, float], density: float
+) -> float:
+    """Return the process noise with which a Kalman filter loses hardly any chain in a turn.
+
+    Parameters
+    ----------
+    time
+        Times [s], shape (chains, scans); NaN where a chain has none.
+    position
+        Reports of tracks beyond doubt [m], shape (chains, scans, dim); NaN where there was none.
+    noise
+        Standard deviation of a report along an axis [m], and the process noise to start from
+        [m²/s³]. Must be positive.
+    density
+        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
+
+    Returns
+    -------
+    Power spectral density of the acceleration along an axis [m²/s³].
+    """
+    sigma, process = noise
+    step, places = _gathered(time, position)
+    for _ in range(MOST_DOUBLINGS_IN_TURNS):
+        if _all_followed(step, places, (sigma**2, process, density)):
+            break
+        process *= 2
+    return process
+
+
 def calm_noise(
     time: FloatArray, position: FloatArray, sigma: float, density: float
 ) -> tuple[float, float] | None:
@@ -104,8 +137,11 @@ def calm_noise(
     found = _fitted(_gathered(*thinned), first[0], density)
     is_calmer = found[1] * CALMER < first[1] and first[0] < found[0] < WIDER * first[0]
     longer = _thinned(time, position, 2 * STRIDE)
-    if not is_calmer or longer is None:
-        return found if is_calmer else None
+    # Where errors wander, what hardly moves by itself is followed; where objects turn, it is lost.
+    if not is_calmer or not _all_followed(step, places, (found[0] ** 2, found[1], density)):
+        return None
+    if longer is None:
+        return found
     # Noise of errors soon forgotten stays what it is; turns to and fro go on growing.
     last = _fitted(_gathered(*longer), found[0], density)
     return found if last[0] < LONGER * found[0] else None
@@ -180,3 +216,22 @@ def _far_off(
     limit = 2.0 * float(gammaincinv(places.shape[2] / 2.0, 0.99))
     _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
     return far, trusted
+
+
+def _all_followed(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> bool:
+    """Tell whether a filter follows all chains to their ends, but for few.
+
+    Behind a turn that is too sharp for it, what an object reports seems to come from elsewhere.
+
+    Returns
+    -------
+    Whether it does.
+    """
+    variance, process, density = noise
+    n_lost = 0
+    for row in range(step.shape[0]):
+        chain = step[row : row + 1], places[row : row + 1]
+        own = follow_chains(*chain, variance, process, WRONG * density, np.inf)[2]
+        n_reports = int(np.count_nonzero(np.isfinite(step[row]))) - 1
+        n_lost += int(n_reports - own > max(LOST_REPORTS, LOST_PART * n_reports))
+    return bool(n_lost <= LOST_CHAINS * step.shape[0])

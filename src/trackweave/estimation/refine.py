@@ -11,7 +11,7 @@ from trackweave.estimation.chains import local_density
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
-from trackweave.estimation.noise import calm_noise, noise_of_chains
+from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
 
@@ -247,21 +247,24 @@ def _detection(
     """Return a sensor with its chance of detection and its clutter as the tracks tell."""
     index = reports.sensors.index(name)
     looks = followed.looks[name]
-    pauses: list[int] = []
+    hits = 0
+    pauses: list[IntArray] = [np.empty(0, dtype=np.int64)]
     for track in tracks:
-        own = reports.time[track.rows[reports.sensor[track.rows] == index]]
+        time, is_own = reports.time[track.rows], reports.sensor[track.rows] == index
         # A turn's scan counts as of its end, its reports as of their own times. The first and
         # the last report of a track are why it is there, and say nothing.
         ends = np.searchsorted(looks, [track.begin, track.end])
         first, last = np.minimum(ends, looks.size - 1)
-        seen = np.isin(np.arange(first, last + 1), np.searchsorted(looks, own))
+        inner = looks[first : last + 1]
+        seen = np.isin(np.arange(first, last + 1), np.searchsorted(looks, time[is_own]))
         seen[[0, -1]] = True
+        hits += max(0, int(np.count_nonzero(seen)) - 2)
+        unseen = inner[~seen]
         if name in followed.views:
-            inner = looks[first : last + 1]
-            seen = seen[seen | in_view(followed.views[name], reports, index, track.rows, inner)]
-        pauses += (np.diff(np.flatnonzero(seen)) - 1).tolist()
-    missed = np.array(pauses, dtype=np.int64)
-    hits = max(0, missed.size - len(tracks))
+            unseen = unseen[in_view(followed.views[name], reports, index, track.rows, unseen)]
+        # What another sensor saw between two misses was not hidden.
+        pauses.append(np.bincount(np.searchsorted(time, unseen), minlength=time.size))
+    missed = np.concatenate(pauses)
     # What was hidden for long was not missed.
     missed = missed[~long_pauses(missed, hits + int(missed.sum()))]
     usual = USUAL_DETECTION * USUAL_CHANCES
@@ -361,7 +364,9 @@ def _noise(
     sigma, process = calm or noise_of_chains(
         time, place, sensor.plane_sigma, sensor.clutter_density
     )
-    return sigma, max(process, 1e-9)
+    # The tracks are sure, so that what is far off behind a turn is of no other object.
+    process = noise_in_turns(time, place, (sigma, max(process, 1e-9)), sensor.clutter_density)
+    return sigma, process
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:

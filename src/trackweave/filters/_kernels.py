@@ -174,24 +174,23 @@ def update(
                 return
     overwrite(mean_out, mean)
     overwrite_rows(covariance_out, covariance)
-    known = np.empty(size)
     for axis in range(dim):
         whole = covariance_out[axis, axis] + noise[axis, axis]
         share = noise[axis, axis] / whole
         off = measurement[axis] - mean_out[axis]
         for row in range(size):
-            known[row] = covariance_out[row, axis]
-            mean_out[row] += known[row] / whole * off
-        for row in range(size):
+            known = covariance_out[row, axis] / whole
+            mean_out[row] += known * off
             for column in range(row, size):
-                if row == axis or column == axis:
-                    value = covariance_out[row, column] * share
-                else:
-                    value = covariance_out[row, column] - known[row] / whole * known[column]
+                if row != axis and column != axis:
+                    value = covariance_out[row, column] - known * covariance_out[column, axis]
                     if row == column:
                         value += LOST * covariance_out[row, row]
-                covariance_out[row, column] = value
-                covariance_out[column, row] = value
+                    covariance_out[row, column] = value
+                    covariance_out[column, row] = value
+        for row in range(size):
+            value = covariance_out[min(row, axis), max(row, axis)] * share
+            covariance_out[row, axis] = covariance_out[axis, row] = value
 
 
 @jit

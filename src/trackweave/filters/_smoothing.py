@@ -152,9 +152,9 @@ def go_back(time: FloatArray, motion: MotionRule, course: Course) -> None:
             continue
         mix(
             course.mean[moment], course.covariance[moment], course.weight[moment], interval,
-            motion, mixed.mean[0], mixed.covariance[0], mixed.weight[0],
+            motion.basis, motion.decay, mixed.mean[0], mixed.covariance[0], mixed.weight[0],
         )  # fmt: skip
-        changes(course.weight[moment], interval, motion, coming)
+        changes(course.weight[moment], interval, motion.basis, motion.decay, coming)
         for after in range(modes):
             _step_back(moment, after, interval, motion, course, mixed)
             _part(moment, after, coming[after], course, mixed, pairs)

@@ -17,6 +17,7 @@ from trackweave.models.motion import (
     CONSTANT_ACCELERATION,
     CONSTANT_VELOCITY,
     COORDINATED_TURN,
+    RANDOM_WALK,
     MotionRule,
 )
 
@@ -39,7 +40,7 @@ def advance(
 
     Several modes are mixed first, as the interacting multiple model does (Blom & Bar-Shalom 1988).
     """
-    n_modes, size = mean.shape
+    n_modes = mean.shape[0]
     if interval == 0.0:
         overwrite_rows(mean_out, mean)
         for mode in range(n_modes):
@@ -50,13 +51,27 @@ def advance(
         weight_out[0] = weight[0]
         move(0, mean[0], covariance[0], interval, motion, mean_out[0], covariance_out[0])
         return
-    mixed_mean, mixed = np.empty((n_modes, size)), np.empty((n_modes, size, size))
-    mix(mean, covariance, weight, interval, motion, mixed_mean, mixed, weight_out)
+    mix(
+        mean, covariance, weight, interval, motion.basis, motion.decay,
+        mean_out, covariance_out, weight_out,
+    )  # fmt: skip
     for mode in range(n_modes):
-        move(
-            mode, mixed_mean[mode], mixed[mode], interval, motion,
-            mean_out[mode], covariance_out[mode],
-        )  # fmt: skip
+        mixed_mean, mixed = mean_out[mode], covariance_out[mode]
+        # These can be moved in place, and without handing over a whole motion, which costs more.
+        if motion.kind[mode] == CONSTANT_VELOCITY:
+            _move_straight(
+                motion.dim, mixed_mean, mixed, interval, motion.noise[mode, 0], motion.prior,
+                mixed_mean, mixed,
+            )  # fmt: skip
+        elif motion.kind[mode] == RANDOM_WALK:
+            _stay(
+                motion.dim, mixed_mean, mixed, interval, motion.noise[mode, 0], motion.prior,
+                mixed_mean, mixed,
+            )  # fmt: skip
+        else:
+            move(
+                mode, mixed_mean.copy(), mixed.copy(), interval, motion, mixed_mean, mixed
+            )  # fmt: skip
 
 
 @jit
@@ -65,7 +80,8 @@ def mix(
     covariance: FloatArray,
     weight: FloatArray,
     interval: float,
-    motion: MotionRule,
+    basis: FloatArray,
+    decay: FloatArray,
     mean_out: FloatArray,
     covariance_out: FloatArray,
     weight_out: FloatArray,
@@ -76,7 +92,7 @@ def mix(
     """
     n_modes = mean.shape[0]
     coming = np.empty((n_modes, n_modes))
-    changes(weight, interval, motion, coming)
+    changes(weight, interval, basis, decay, coming)
     for mode in range(n_modes):
         total = 0.0
         for before in range(n_modes):
@@ -90,21 +106,24 @@ def mix(
 
 @jit
 def changes(
-    weight: FloatArray, interval: float, motion: MotionRule, coming_out: FloatArray
+    weight: FloatArray,
+    interval: float,
+    basis: FloatArray,
+    decay: FloatArray,
+    coming_out: FloatArray,
 ) -> None:
     """Write how probable it is to be in a mode (row) after the interval and in another before."""
     n_modes = weight.shape[0]
+    coming_out[:, :] = 0.0
+    for index in range(n_modes):
+        left = math.exp(-decay[index] * abs(interval))
+        for mode in range(n_modes):
+            for before in range(n_modes):
+                coming_out[mode, before] += basis[0, before, index] * left * basis[1, index, mode]
     for mode in range(n_modes):
         for before in range(n_modes):
-            chance = 0.0
-            for index in range(n_modes):
-                chance += (
-                    motion.basis[0, before, index]
-                    * math.exp(-motion.decay[index] * abs(interval))
-                    * motion.basis[1, index, mode]
-                )
             # Over next to no time rounding may leave a chance a hair below nothing.
-            coming_out[mode, before] = weight[before] * max(chance, 0.0)
+            coming_out[mode, before] = weight[before] * max(coming_out[mode, before], 0.0)
 
 
 @jit
@@ -151,14 +170,15 @@ def move(
     """Write the state of one mode after an interval other than 0 [s]."""
     if motion.kind[mode] == CONSTANT_VELOCITY:
         _move_straight(
-            mean,
-            covariance,
-            interval,
-            signed_noise(mode, 0, interval, motion),
-            motion,
-            mean_out,
-            covariance_out,
-        )
+            motion.dim, mean, covariance, interval, motion.noise[mode, 0], motion.prior,
+            mean_out, covariance_out,
+        )  # fmt: skip
+        return
+    if motion.kind[mode] == RANDOM_WALK:
+        _stay(
+            motion.dim, mean, covariance, interval, motion.noise[mode, 0], motion.prior,
+            mean_out, covariance_out,
+        )  # fmt: skip
         return
     size = mean.shape[0]
     moving, half = np.empty((size, size)), np.empty((size, size))
@@ -183,23 +203,53 @@ def move(
 
 @jit
 def _move_straight(
+    dim: int,
     mean: FloatArray,
     covariance: FloatArray,
     interval: float,
     process_noise: float,
-    motion: MotionRule,
+    prior: FloatArray,
     mean_out: FloatArray,
     covariance_out: FloatArray,
 ) -> None:
-    """Write the state of an object driven by white acceleration; the rest is forgotten."""
-    dim, size = motion.dim, mean.shape[0]
+    """Write the state of an object driven by white acceleration; the rest is forgotten.
+
+    The outputs may be the inputs.
+    """
+    size = mean.shape[0]
+    process_noise = process_noise if interval >= 0.0 else -process_noise
     predict_first(dim, mean, covariance, interval, process_noise, mean_out, covariance_out)
     for row in range(2 * dim, size):
         mean_out[row] = 0.0
         for column in range(size):
             covariance_out[row, column] = 0.0
             covariance_out[column, row] = 0.0
-        covariance_out[row, row] = motion.prior[row]
+        covariance_out[row, row] = prior[row]
+
+
+@jit
+def _stay(
+    dim: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    interval: float,
+    process_noise: float,
+    prior: FloatArray,
+    mean_out: FloatArray,
+    covariance_out: FloatArray,
+) -> None:
+    """Write the state of an object that diffuses; the rest is forgotten.
+
+    The outputs may be the inputs.
+    """
+    for row in range(mean.shape[0]):
+        mean_out[row] = mean[row] if row < dim else 0.0
+        for column in range(row, mean.shape[0]):
+            value = covariance[row, column] if column < dim else 0.0
+            if row == column:
+                value = value + process_noise * abs(interval) if row < dim else prior[row]
+                value *= 1.0 + ROUNDING
+            covariance_out[row, column] = covariance_out[column, row] = value
 
 
 @jit

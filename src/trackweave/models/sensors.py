@@ -13,7 +13,10 @@ from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["Sensor"]
+__all__ = ["DOUBTED", "Sensor"]
+
+DOUBTED = ("sigma",)
+"""Keys of a sensor that give way to what reports show where these contradict them clearly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,10 @@ class Sensor:
         objects, however many share a time. None for what a scan shows: that of a sensor with a
         ``scan_period``, and one of several reports, tells what was missed; a lone report does
         not. An empty scan always does.
+    trust
+        Whether ``track`` keeps what is told of it even where its reports contradict that: True
+        for all, or the names of fields, of which only "sigma" ever gives way. A tracker that is
+        given scans one by one always keeps what it was told.
 
     Raises
     ------
@@ -87,6 +94,7 @@ class Sensor:
     strength: StrengthModel | None = None
     identity_error: float = 0.01
     scans: bool | None = None
+    trust: bool | tuple[str, ...] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_text(plain(self.name), "name"))
@@ -108,6 +116,11 @@ class Sensor:
             )
         if self.measurement is MeasurementKind.RANGE_RATE:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
+        if not isinstance(self.trust, bool) and not set(self.trust) <= set(DOUBTED):
+            known = ", ".join(f'"{key}"' for key in DOUBTED)
+            raise InvalidInputError(
+                f"trust: {self.trust!r:.80}; expected True, False or some of {known}"
+            )
         if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
 
@@ -118,6 +131,20 @@ class Sensor:
         if self.position is not None:
             platform[: len(self.position)] = self.position
         return platform
+
+    def trusts(self, key: str) -> bool:
+        """Tell whether a key is kept as told, whatever reports show.
+
+        Parameters
+        ----------
+        key
+            Its name, such as "sigma".
+
+        Returns
+        -------
+        As ``trust`` says.
+        """
+        return self.trust if isinstance(self.trust, bool) else key in self.trust
 
     def tells_silence(self, n_reports: int) -> bool:
         """Tell whether a scan says anything of objects that it does not report.
@@ -154,9 +181,10 @@ class Sensor:
         InvalidInputError
             If the sensor was given another number of them.
         """
-        dim = checked_dimension(dim)
+        size = self.measurement.n_components(checked_dimension(dim))
+        if isinstance(self.sigma, float):
+            return np.full(size, self.sigma)
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
-        size = self.measurement.n_components(dim)
         if sigmas.size not in (1, size):
             raise InvalidInputError(
                 f"sensor {self.name}: sigma for {sigmas.size} axes; expected 1 or {size}"

@@ -36,6 +36,7 @@ __all__ = ["CONFIGURATION", "USABLE"]
 USABLE = "hillis"
 
 CONFIGURATION: dict[str, Any] = {
+    "sensors": {"default": {"trust": True}},
     "window": {"depth": 5},
     "search": {
         "method": "genetic",

@@ -65,11 +65,18 @@ class Doubles:
         """Return a sentence on the copies, none where there is none."""
         if self.copies.size == 0:
             return []
-        return [
+        sentence = (
             f"{self.copies.size:,} of {len(self.reports):,} reports are heard twice: the same "
             "numbers of one sensor at one time or in one scan, or within 2 s where it has no "
             "scans; each counts once, and copies have the track of the first"
-        ]
+        )
+        time = self.reports.time
+        if self.reports.scan is None and np.any(time[self.copies] > time[self.first[self.copies]]):
+            sentence += (
+                ". What rests and is reported anew without noise within 2 s counts as heard twice "
+                "too; if the sensor looks, give scans = true"
+            )
+        return [sentence]
 
 
 def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:

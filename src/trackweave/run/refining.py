@@ -37,8 +37,11 @@ from trackweave.trackers.window import Window
 __all__ = ["Directions", "estimates_for"]
 
 N_ROUNDS = 2
-# Tracks are followed patiently, or pauses would never be seen to end.
+# Tracks are followed patiently, or pauses would never be seen to end, and turns be two tracks.
 PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
+# So much more do objects turn then, as long as reports tell what they do from look to look: less
+# than this share of what would hide in their noise.
+PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -112,7 +115,7 @@ def estimates_for(
         return estimates
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
-        followed = _follow(stretch, fill(configuration, estimates, names))
+        followed = _follow(stretch, fill(configuration, _patient(estimates), names))
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
@@ -203,6 +206,15 @@ def _in_own_units(sensor: SensorEstimate, seen: ObservedSensor) -> SensorEstimat
         sigma = (*sigma, USUAL_RATE_SIGMA)
     density = sensor.clutter_density * sensor.covered / seen.extent
     return replace(sensor, sigma=sigma, clutter_density=density)
+
+
+def _patient(estimates: Estimates) -> Estimates:
+    """Return estimates by which objects are followed through turns that none has told of yet."""
+    sensors = estimates.sensors.values()
+    looks = sum(1.0 / each.scan_period for each in sensors if each.scan_period is not None)
+    most = HIDDEN_PART * min(each.plane_sigma for each in sensors) ** 2 * looks**3
+    known = estimates.process_noise
+    return replace(estimates, process_noise=max(known, min(PATIENT_NOISE * known, most)))
 
 
 def _follow(reports: ReportTable, settings: Settings) -> Followed:

@@ -10,9 +10,8 @@ from typing import Any, TypeAlias, overload
 
 import numpy as np
 import polars as pl
-from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray, is_number
+from trackweave.arrays import is_number
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings
 from trackweave.config.presets import preset_notes
@@ -20,28 +19,24 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import to_native
-from trackweave.io.marking import marked, notes_on_names, table_of, with_index
+from trackweave.io.marking import marked, table_of, with_index
 from trackweave.io.priors import read_priors
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import OnBadRow, load_table
-from trackweave.models.rotation import Rotation
 from trackweave.randomness import RandomSource, generator_of, seed_of
+from trackweave.run.attempts import Attempt, attempt_of
 from trackweave.run.collect import Assigned, Rows, ScanLog
-from trackweave.run.course import Course, course_of
 from trackweave.run.diagnostics import Case, diagnose
-from trackweave.run.doubles import doubles_of, with_doubles
+from trackweave.run.doubles import with_doubles
+from trackweave.run.doubting import Doubts
 from trackweave.run.history import smoothed_history
-from trackweave.run.laying import laid
-from trackweave.run.lone_stamps import is_lone, note_on_lone
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.result import RunValues, Table, TrackingResult
-from trackweave.run.scans import scan_ends
 from trackweave.solvers.auto import Auto
-from trackweave.trackers.clock_guard import MAX_AHEAD
 
-__all__ = ["report_table", "rotations_in", "settings_for", "track"]
+__all__ = ["report_table", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
 Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
@@ -145,49 +140,30 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     configuration = load_configuration(config)
     every, came = report_table(reports, configuration, on_bad_row)
     begun = _prior_table(priors, every)
-    max_ahead = configuration.live.max_ahead or MAX_AHEAD
-    doubles, (settings, _) = doubles_of(
-        every,
-        lambda once: settle(
-            _without(once, is_lone(once, max_ahead)), configuration, preset=preset
-        ),
-    )
-    table, lone = doubles.once, is_lone(doubles.once, max_ahead)
-    rotations = rotations_in(settings)
-    table, assumed = laid(table, settings.sensors)
-    notes = [
-        *table.notes,
-        *notes_on_names(every),
-        *doubles.notes(),
-        *assumed,
-        *note_on_lone(table, lone),
-        *_notes_on_priors(begun, scan_ends(table, rotations)),
-    ]
-    settings = replace(settings, notes=(*settings.notes, *notes))
-    course = course_of(_without(table, lone), settings, rotations, begun)
-    course = course.of_rows(np.flatnonzero(~lone))
-    limit = settings.deadline if deadline is None else deadline
-    with ExitStack() as stack:
-        if limit is not None:
-            from trackweave.run.preparing import prepare, without_pauses
-
-            # The first scan's deadline is not for compiling.
-            prepare(course, settings.search or Auto(), generator)
-            stack.enter_context(without_pauses())
-        rows, log, assigned = _followed(course, table, settings, (generator, limit), progress)
+    doubts, state, done = Doubts(configuration), generator.bit_generator.state, None
+    while done is None:
+        # What is found out on the way counts from the first scan on.
+        generator.bit_generator.state = state
+        attempt = attempt_of(every, doubts.configuration, preset, begun)
+        done = _followed(attempt, doubts, (generator, deadline), progress)
+    rows, log, assigned = done
+    doubles, table, course = attempt.doubles, attempt.table, attempt.course
+    settings = doubts.entered(attempt.settings)
     tracks = rows.table(table.dim)
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
     assignment = assigned.by_row()
     history = smoothed_history(table, assignment, tracks, settings, begun)
     # Tracks by a document's letter are no judges of what was told.
     case = Case(table, settings, assigned.track, history, course.looks())
-    found = [] if preset_notes(preset) else diagnose(case)
+    overruled = doubts.findings()
+    found = overruled if preset_notes(preset) else diagnose(case, overruled)
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
     table, assigned = doubles.restored(table), assigned.at(doubles.place)
     assignment = assigned.by_row()
     record = with_doubles(record, doubles, len(assignment))
+    record["told"] = doubts.as_record()
     record["diagnostics"] = [each.as_record() for each in found]
     values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     seed = seed_of(rng)
@@ -210,14 +186,32 @@ def _handed_back(
 
 
 def _followed(
-    course: Course,
-    table: ReportTable,
-    settings: Settings,
+    attempt: Attempt,
+    doubts: Doubts,
     search: tuple[np.random.Generator, float | None],
     progress: Progress | None,
-) -> tuple[Rows, ScanLog, Assigned]:
-    """Take all steps of a course, with a source of randomness and a deadline for each."""
+) -> tuple[Rows, ScanLog, Assigned] | None:
+    """Take all steps, with a source of randomness and a deadline; None to set out otherwise."""
     rng, limit = search
+    limit = attempt.settings.deadline if limit is None else limit
+    with ExitStack() as stack:
+        if limit is not None:
+            from trackweave.run.preparing import prepare, without_pauses
+
+            # The first scan's deadline is not for compiling.
+            prepare(attempt.course, attempt.settings.search or Auto(), rng)
+            stack.enter_context(without_pauses())
+        return _stepped(attempt, doubts, (rng, limit), progress)
+
+
+def _stepped(
+    attempt: Attempt,
+    doubts: Doubts,
+    search: tuple[np.random.Generator, float | None],
+    progress: Progress | None,
+) -> tuple[Rows, ScanLog, Assigned] | None:
+    """Take all steps of a course, as ``_followed`` does once all is ready."""
+    (rng, limit), course, settings, table = search, attempt.course, attempt.settings, attempt.table
     rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
     # It begins a track with every report left over; those never confirmed were false alarms.
     is_nearest = settings.tracker.kind == "nearest-neighbour"
@@ -238,7 +232,11 @@ def _followed(
             confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
         if progress is not None:
             progress(number, len(course.steps))
+        if doubts.contradict(table, settings, assigned.track):
+            return None
     assigned.enter(course.tracker.pending())
+    if doubts.contradict(table, settings, assigned.track, at_end=True):
+        return None
     if is_nearest:
         assigned.drop_all_but(confirmed)
     return rows, log, assigned
@@ -263,21 +261,6 @@ def settings_for(
     Everything that a tracker needs.
     """
     return settle(reports, configuration, preset=preset)[0]
-
-
-def rotations_in(settings: Settings) -> dict[str, Rotation]:
-    """Return how beams turn, by name of the sensor; sensors that do not turn are left out.
-
-    Parameters
-    ----------
-    settings
-        The configuration as used.
-
-    Returns
-    -------
-    What ``complete_scans`` takes.
-    """
-    return {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
 
 
 def report_table(
@@ -326,11 +309,6 @@ def report_table(
     return table, came
 
 
-def _without(reports: ReportTable, lone: NDArray[np.bool_]) -> ReportTable:
-    """Return the reports that do not stand alone."""
-    return reports.part(np.flatnonzero(~lone)) if lone.any() else reports
-
-
 def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
     if priors is None:
         return None
@@ -346,17 +324,3 @@ def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
             "tracks of before the reports"
         )
     return table
-
-
-def _notes_on_priors(priors: TrackTable | None, ends: FloatArray) -> list[str]:
-    """Return a sentence on reports in scans that end before the priors, which come too late."""
-    if priors is None or len(priors) == 0:
-        return []
-    newest = float(priors.time.max())
-    n_late = int(np.sum(ends < newest))
-    if n_late == 0:
-        return []
-    return [
-        f"priors: newest at {newest:.15g} s; {n_late} of {ends.size} reports are of before "
-        "and count as late"
-    ]

@@ -112,8 +112,15 @@ def in_order(scans: object) -> tuple[Scan, ...]:
     if isinstance(scans, Scan):
         return (scans,)
     listed = checked_members(scans, Scan, "scan")
-    if not listed or any(late.time <= early.time for early, late in pairwise(listed)):
-        raise InvalidInputError("scan: expected a Scan, or several, each later than the last")
+    if not listed:
+        raise InvalidInputError("scan: no scans; expected a Scan, or several")
+    for place, (early, late) in enumerate(pairwise(listed), start=1):
+        if late.time <= early.time:
+            raise InvalidInputError(
+                f"scan: number {place + 1} of {len(listed)} (sensor {late.sensor}) at "
+                f"{late.time:.15g} s, after one (sensor {early.sensor}) at {early.time:.15g} s; "
+                "expected each later than the last"
+            )
     return tuple(listed)
 
 
@@ -154,7 +161,9 @@ def checked_scan(
         known = ", ".join(sorted(sensors))
         raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
     dim = dimensions_of(scan, sensors[scan.sensor], dim)
-    return replace(scan, report=numbered(scan.report, used)), dim
+    report = numbered(scan.report, used)
+    # Most scans come with their numbers, and need not be checked again.
+    return scan if np.array_equal(report, scan.report) else replace(scan, report=report), dim
 
 
 def numbered(given: IntArray, used: UsedNumbers) -> IntArray:

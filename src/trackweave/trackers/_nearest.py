@@ -46,7 +46,10 @@ def squared_distances(
                 nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval, motion,
                 state.mean, state.covariance, state.weight,
             )  # fmt: skip
-            expect(scan.kind, scan.noise[setting], scan.platform[setting], state, motion, expected)
+            expect(
+                scan.kind, scan.noise[setting], scan.platform[setting], state,
+                motion.dim, motion.unscented, expected,
+            )  # fmt: skip
             distance_out[row], _ = compare(
                 scan.kind, scan.measurement, index, state.weight, expected.mean,
                 expected.inverse, expected.log_determinant, expected.innovation,

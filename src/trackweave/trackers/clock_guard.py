@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from statistics import median
 
 import numpy as np
@@ -211,6 +212,26 @@ class ClockGuard:
         if self.max_ahead is None or None in periods:
             return np.inf
         return max(usual, farthest(self.max_ahead, periods))
+
+    def parted(self, arrival: Arrival) -> tuple[Arrival, ...]:
+        """Return what comes in at once in parts between which time jumps, to be judged singly.
+
+        Parameters
+        ----------
+        arrival
+            What comes in.
+
+        Returns
+        -------
+        The parts, in order; one where nothing jumps.
+        """
+        reach = np.inf if self.max_ahead is None else self._reach()
+        parts = [[arrival.scans[0]]]
+        for early, late in pairwise(arrival.scans):
+            if late.time - early.time > reach:
+                parts.append([])
+            parts[-1].append(late)
+        return tuple(Arrival(tuple(part)) for part in parts)
 
     def judge(self, arrival: Arrival, *, is_late: bool = False) -> Verdict:
         """Return what is done about what comes in.

@@ -238,6 +238,7 @@ def gathered(
             probability=np.concatenate([part.probability for part in final]),
         ),
         late=tuple(report for step in steps for report in step.late),
+        set_aside=tuple(scan for step in steps for scan in step.set_aside),
         evaluations=sum(step.evaluations for step in steps),
         n_pruned=sum(step.n_pruned for step in steps),
         n_pruned_by_deadline=sum(step.n_pruned_by_deadline for step in steps),

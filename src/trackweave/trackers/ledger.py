@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._moving import paths_up
 from trackweave.association.beliefs import Beliefs
 from trackweave.association.states import states_at
 from trackweave.association.tree import AssociationTree
@@ -62,13 +63,7 @@ class Chosen:
     @classmethod
     def of(cls, tree: AssociationTree, leaf: IntArray) -> Self:
         """Return the sequences that end with the given nodes."""
-        # One level at least, so that no sequences at all are no special case.
-        levels = [leaf]
-        current = tree.nodes.parent[leaf]
-        while np.any(current >= 0):
-            levels.append(current)
-            current = np.where(current >= 0, tree.nodes.parent[current], -1)
-        path = np.array(levels, dtype=np.int64).reshape(len(levels), leaf.shape[0])
+        path = paths_up(tree.nodes.parent, leaf)
         family = tree.nodes.family[leaf]
         slot = np.where(path >= 0, tree.nodes.report[path], -1)
         return cls(leaf, family, path, slot, tree.track[family])

@@ -27,7 +27,7 @@ class Lifecycle:
         A track ends after so many chances missed in a row, at least 1; None to go by how probable
         it is that its object is gone.
     hidden_share
-        The share of its time, in [0, 1), for which an object is where no sensor can see it; 0
+        The share of its time, from 0 to 0.9, for which an object is where no sensor can see it; 0
         where each chance is missed by itself.
     mean_silence
         How long it is hidden then, on average [s]. Must be positive.
@@ -78,9 +78,12 @@ class Lifecycle:
             raise InvalidInputError(
                 f"delete_after_misses: {self.delete_after_misses}; expected at least 1"
             )
-        for name in ("confirm_probability", "hidden_share"):
-            if not 0 <= getattr(self, name) < 1:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected 0 to below 1")
+        if not 0 <= self.confirm_probability < 1:
+            raise InvalidInputError(
+                f"confirm_probability: {self.confirm_probability}; expected 0 to below 1"
+            )
+        if not 0 <= self.hidden_share <= 0.9:
+            raise InvalidInputError(f"hidden_share: {self.hidden_share}; expected 0 to 0.9")
         if not 0 < self.certain_probability <= 1:
             raise InvalidInputError(
                 f"certain_probability: {self.certain_probability}; expected above 0, at most 1"

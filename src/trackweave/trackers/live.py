@@ -98,7 +98,9 @@ class LiveTracker(ABC):
     def _step(self, scans: Sequence[Scan], haste: Haste) -> Hypothesis:
         """Take in what its time allows, whole or not at all."""
         with _whole_or_not_at_all(self.parts(), haste.rng):
-            return self._taken(self.checked(scans), haste)
+            parts = self._guard.parted(self.checked(scans))
+            own = haste.share(len(parts))
+            return gathered([self._taken(each, own) for each in parts], None, _reports(parts))
 
     def _taken(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         if self.is_before_all(arrival):

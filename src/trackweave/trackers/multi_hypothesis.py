@@ -188,7 +188,9 @@ class MultiHypothesisTracker(ScanByScan):
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
         if self._tree is None:
             return TrackTable.empty(self._dim or 2)
-        return live_rows(self._tree, self._dormant, self._beliefs, self._open.last_time)
+        return live_rows(
+            self._tree, self._dormant, self._open.last_time, by_belief=self._beliefs is not None
+        )
 
     def step(
         self,
@@ -239,9 +241,9 @@ class MultiHypothesisTracker(ScanByScan):
             return self.left_out(arrival, haste)
         n_pruned = self._tree.n_pruned if self._tree else 0
         final = self._slide(scans[-1])
-        tree = self._take_in(scans[0], pace)
-        for scan in scans[1:]:
-            tree = self._take_in(scan, pace, is_first=False)
+        for number, scan in enumerate(scans, start=1):
+            ends = (number == 1, number == len(scans))
+            tree = self._take_in(scan, pace, ends)
         slots, last = tree.slots(), self._open.last_time
         problem = tree.problem(slots, self._slots.instants(slots[0]))
         hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
@@ -249,7 +251,7 @@ class MultiHypothesisTracker(ScanByScan):
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
         if self._averaging:
-            self._beliefs = believe(tree, last, answer.node_probability)
+            self._beliefs = believe(tree, answer.node_probability)
         pruned, certificate = judged(tree, self._beliefs, answer.certificate)
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
@@ -296,8 +298,9 @@ class MultiHypothesisTracker(ScanByScan):
         self._dormant = Dormant(self._rule, self._period)
         return self._tree
 
-    def _take_in(self, scan: Scan, pace: Pace, *, is_first: bool = True) -> AssociationTree:
+    def _take_in(self, scan: Scan, pace: Pace, ends: tuple[bool, bool]) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
+        is_first, is_last = ends
         dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
         if tree.dim != dim:
@@ -316,7 +319,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
         self._concerned = np.concatenate([self._concerned, data.slot])
         with pace.growth(tree, len(scan)):
-            tree.grow(data, density)
+            tree.grow(data, density, is_last=is_last)
         return tree
 
     def _taken_late(

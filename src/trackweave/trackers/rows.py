@@ -4,9 +4,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
-from trackweave.association.beliefs import Beliefs
 from trackweave.association.dormant import Dormant
-from trackweave.association.states import average_at, states_at
+from trackweave.association.states import average_at
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 
@@ -48,7 +47,7 @@ def live_leaves(
 
 
 def live_rows(
-    tree: AssociationTree, dormant: Dormant, beliefs: Beliefs | None, time: float
+    tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
 ) -> TrackTable:
     """Return a row for each live track.
 
@@ -58,28 +57,25 @@ def live_rows(
         The sequences that were looked at.
     dormant
         Those that were not.
-    beliefs
-        Probabilities and average states; None to report the chosen sequences' own states.
     time
         Time of the rows [s].
+    by_belief
+        Whether states are averages over all sequences, or those of the chosen ones alone.
 
     Returns
     -------
     The rows in order of identifier.
     """
-    by_belief, dim = beliefs is not None, tree.dim
-    leaf, aside = live_leaves(tree, dormant, time, by_belief=by_belief)
-    if beliefs is not None:
-        family = tree.nodes.family[leaf]
-        states = beliefs.mean[family], beliefs.covariance[family]
-    else:
-        states = states_at(tree, leaf, time)
-    parts = [_rows(tree.nodes, tree.families, leaf, states)]
-    if aside.size:
-        nodes, families = dormant.nodes, dormant.families
-        source = (nodes, dormant.n_rows, families.track.shape[0])
-        states = average_at(source, aside, time, tree, by_belief=by_belief)
-        parts.append(_rows(nodes, families, aside, states))
+    dim, chosen = tree.dim, live_leaves(tree, dormant, time, by_belief=by_belief)
+    rooms = (tree.nodes, tree.families, tree.n_nodes), (
+        dormant.nodes, dormant.families, dormant.n_rows
+    )  # fmt: skip
+    parts = []
+    for (nodes, families, count), leaf in zip(rooms, chosen, strict=True):
+        if leaf.size or nodes is tree.nodes:
+            source = (nodes, count, families.track.shape[0])
+            states = average_at(source, leaf, time, tree, by_belief=by_belief)
+            parts.append(_rows(nodes, families, leaf, states))
     rows = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(rows[0], kind="stable")
     track, status, mean, covariance, score, hits, last_update = (row[order] for row in rows)

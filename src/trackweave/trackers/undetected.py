@@ -110,8 +110,10 @@ class Undetected:
 
     def log_density(self, position: FloatArray, time: float) -> FloatArray:
         """Return the log density at each position, shape (positions,) [m⁻² or m⁻³]."""
-        dim = position.shape[1]
-        density = np.full(position.shape[0], self._uniform)
+        count, dim = position.shape
+        if not count:
+            return np.empty(0)
+        density = np.full(count, self._uniform)
         for look in self._looks:
             density += look.new
             thin_covered(density, position, look.coverage, look.left)

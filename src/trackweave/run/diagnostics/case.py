@@ -92,7 +92,7 @@ class Case:
     track
         Track of each report, -1 for none, shape (reports,).
     history
-        The tracks, amended and smoothed, rows by time.
+        The tracks, amended and smoothed, rows by time; None while they are not known.
     looks
         When each sensor scanned [s], ascending, by its name; sectors of turning ones too.
     """
@@ -100,7 +100,7 @@ class Case:
     reports: ReportTable
     settings: Settings
     track: IntArray
-    history: TrackTable
+    history: TrackTable | None
     looks: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @cached_property
@@ -150,24 +150,26 @@ class Case:
         """The confirmed tracks with the most reports."""
         return tuple(self._paths())
 
+    @cached_property
+    def groups(self) -> tuple[IntArray, ...]:
+        """The rows of each track of some reports, by time; the tracks with the most first."""
+        rows = np.flatnonzero(self.track >= 0)
+        rows = rows[np.argsort(self.track[rows], kind="stable")]
+        ends = np.flatnonzero(np.diff(self.track[rows])) + 1
+        groups = sorted(np.split(rows, ends), key=lambda group: -group.size)
+        return tuple(group for group in groups[:MOST_PATHS] if group.size >= SURE_HITS)
+
     def _paths(self) -> Iterator[Path]:
         history = self.history
-        if len(history) == 0 or not np.any(self.track >= 0):
+        if history is None or len(history) == 0:
             return
         order = np.argsort(history.track, kind="stable")
         number, starts = np.unique(history.track[order], return_index=True)
         shown = dict(zip(number.tolist(), np.split(order, starts[1:]), strict=True))
-        rows = np.flatnonzero(self.track >= 0)
-        rows = rows[np.argsort(self.track[rows], kind="stable")]
-        taken, starts = np.unique(self.track[rows], return_index=True)
-        groups = sorted(
-            zip(taken.tolist(), np.split(rows, starts[1:]), strict=True),
-            key=lambda group: -group[1].size,
-        )
         dim = history.dim
-        for track, own in groups[:MOST_PATHS]:
-            states = shown.get(track)
-            if own.size < SURE_HITS or states is None or states.size < 2:
+        for own in self.groups:
+            states = shown.get(int(self.track[own[0]]))
+            if states is None or states.size < 2:
                 continue
             if history.status[states].max() >= CONFIRMED:
                 mean = history.mean[states]

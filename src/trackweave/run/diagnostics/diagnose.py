@@ -1,6 +1,6 @@
 """All checks, in one list."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
@@ -35,13 +35,15 @@ CONSEQUENCES = {"sigma", "max_speed", "process_noise", "detection_probability", 
 WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigma"}
 
 
-def diagnose(case: Case) -> list[Finding]:
+def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
     """Return what contradicts something, most telling first.
 
     Parameters
     ----------
     case
         A run.
+    overruled
+        What was told and not used; said whatever else there is.
 
     Returns
     -------
@@ -56,6 +58,7 @@ def diagnose(case: Case) -> list[Finding]:
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
     elif "field of view" in causes:
         found = [finding for finding in found if finding.cause != "detection_probability"]
+    found += overruled
     # How few reports are in tracks tells nothing of why: any cause beside it is told before.
     return _together(sorted(found, key=lambda f: (f.cause == "few assigned", -f.weight)))
 

@@ -1,13 +1,14 @@
 """How far reports lie beside a straight way between their track's reports before and after."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.run.diagnostics.case import Case
 
-__all__ = ["Scatter", "scatter_of"]
+__all__ = ["Scatter", "scatter_of", "without_motion"]
 
 MOST_PATHS, MOST_REPORTS = 120, 120
 # Two thirds of a normal distribution's median square to its variance; and its 95 % quantile.
@@ -42,7 +43,9 @@ class Scatter:
         return np.asarray(np.quantile(self.square, 0.95, axis=0) / OF_TAIL)
 
 
-def scatter_of(case: Case, index: int, stride: int) -> Scatter:
+def scatter_of(
+    case: Case, index: int, stride: int, tracks: Sequence[IntArray] | None = None
+) -> Scatter:
     """Return what a sensor's reports are beside the ways of their tracks.
 
     Of three reports of one track and sensor, so many apart, the middle one is compared with the
@@ -57,6 +60,8 @@ def scatter_of(case: Case, index: int, stride: int) -> Scatter:
         The sensor.
     stride
         How many reports lie between those that are compared.
+    tracks
+        Rows of each track's reports, by time; None for the paths of the case.
 
     Returns
     -------
@@ -64,8 +69,10 @@ def scatter_of(case: Case, index: int, stride: int) -> Scatter:
     """
     squares, drifts = [np.empty((0, 2))], [np.empty(0)]
     is_polar = case.reports.kind_of(index).has_range
-    for path in case.paths[:MOST_PATHS]:
-        rows = path.rows[case.reports.sensor[path.rows] == index][:MOST_REPORTS]
+    if tracks is None:
+        tracks = [path.rows for path in case.paths]
+    for each in tracks[:MOST_PATHS]:
+        rows = each[case.reports.sensor[each] == index][:MOST_REPORTS]
         if rows.size <= 2 * stride:
             continue
         time, place = case.reports.time[rows], case.position[rows]
@@ -81,6 +88,27 @@ def scatter_of(case: Case, index: int, stride: int) -> Scatter:
         squares.append(off**2 / weight[:, None])
         drifts.append(before**2 * after**2 / (3 * both) / weight)
     return Scatter(np.concatenate(squares), np.concatenate(drifts))
+
+
+def without_motion(short: Scatter, long: Scatter, near: FloatArray, far: FloatArray) -> FloatArray:
+    """Return the part of the variance beside short steps that is not motion.
+
+    What grows with the length of the steps is motion.
+
+    Parameters
+    ----------
+    short, long
+        What is beside short and long steps.
+    near, far
+        The usual variance beside both, in any unit.
+
+    Returns
+    -------
+    The variance of reports alone, in that unit.
+    """
+    grown = (np.median(short.drift), np.median(long.drift))
+    process = np.maximum(far - near, 0.0) / max(grown[1] - grown[0], 1e-30)
+    return np.asarray(near - process * grown[0])
 
 
 def _polar(off: FloatArray, relative: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding
 from trackweave.run.diagnostics.chances import chances_of
-from trackweave.run.diagnostics.scatter import Scatter, scatter_of
+from trackweave.run.diagnostics.scatter import Scatter, scatter_of, without_motion
 from trackweave.run.observing import filled
 
 __all__ = ["clutter", "detection", "expected_false", "motion", "noise", "scans_of"]
@@ -69,11 +69,11 @@ def _components(
         return
     near, far = short.usual(), long.usual()
     if kind is MeasurementKind.POSITION:
-        near, far, told = near.mean(keepdims=True), far.mean(keepdims=True), told[:1]
-    # What grows with the length of the steps is motion.
-    grown = (np.median(short.drift), np.median(long.drift))
-    process = np.maximum(far - near, 0.0) / max(grown[1] - grown[0], 1e-30)
-    own = near - process * grown[0]
+        # Axes may differ, and then each has to be compared with its own.
+        usual = np.mean(told**2)
+        near, far = (np.mean(each / told**2, keepdims=True) * usual for each in (near, far))
+        told = np.sqrt([usual])
+    own = without_motion(short, long, near, far)
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     for k, sigma in enumerate(told[: near.size]):
         ratio = 1.0

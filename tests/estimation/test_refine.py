@@ -1,0 +1,45 @@
+"""What tracks of a stretch tell of sensors."""
+
+import numpy as np
+import pytest
+
+from estimation.test_estimate import table
+from trackweave.estimation import Estimates, Followed, SensorEstimate, refined
+
+LOOKS = np.arange(100.0)
+SENSOR = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
+GUESS = Estimates({"near": SENSOR, "far": SENSOR}, 0.01, 20.0, 1e-9, 1e-8)
+
+
+def detection(*, far_sees: bool) -> dict[str, float]:
+    """Return how often two sensors are said to see objects that one never sees in the middle."""
+    rng = np.random.default_rng(1)
+    time, place, sensor, track = [], [], [], []
+    for number in range(6):
+        for index in range(2):
+            seen = rng.random(LOOKS.size) < 0.9
+            if index == 0 or not far_sees:
+                seen[30:70] = False
+            moments = LOOKS[seen] + 0.5 * index
+            time.append(moments)
+            place.append(np.stack([10 * moments, np.full(moments.size, 1000.0 * number)], axis=1))
+            sensor.append(np.full(moments.size, index))
+            track.append(np.full(moments.size, number))
+    time, place = np.concatenate(time), np.concatenate(place)
+    sensor, track = np.concatenate(sensor), np.concatenate(track)
+    place += rng.normal(0, 5, place.shape)
+    reports = table(time, place, sensor, ("near", "far"))
+    followed = Followed(track[np.lexsort((sensor, time))], {"near": LOOKS, "far": LOOKS + 0.5})
+    sensors = refined(GUESS, reports, followed).sensors
+    return {name: each.detection_probability for name, each in sensors.items()}
+
+
+def test_what_another_sensor_saw_meanwhile_was_missed() -> None:
+    found = detection(far_sees=True)
+    assert found["near"] == pytest.approx(0.9 * 0.6, abs=0.05)
+    assert found["far"] == pytest.approx(0.9, abs=0.03)
+
+
+def test_what_no_sensor_saw_for_long_was_hidden() -> None:
+    for share in detection(far_sees=False).values():
+        assert share == pytest.approx(0.9, abs=0.03)
