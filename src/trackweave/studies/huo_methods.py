@@ -15,7 +15,7 @@ from trackweave.fusion.statistic import Statistic, tuple_values
 from trackweave.presets.huo_2008 import CONFIGURATION
 from trackweave.solvers import Dual, Exact, ListGenetic
 from trackweave.solvers.genetic._columns import decode_columns
-from trackweave.solvers.genetic.list_search import make_table
+from trackweave.solvers.genetic.list_genes import make_table
 from trackweave.solvers.protocol import Solver
 from trackweave.solvers.relaxation import Relaxation
 from trackweave.studies.scenes import TrackScene

@@ -275,7 +275,7 @@ class TestAdmission:
         others = np.arange(10) != worst
         assert after.cost[worst] == cost
         assert (after.population[others] == before.population[others]).all()
-        assert (after.offspring[0] == after.population[worst]).all()
+        assert (after.bred.genes[0] == after.population[worst]).all()
         assert method.admit(view, after, selection, cost) is after
 
     def test_lays_pheromone_as_one_ant_more(self, known) -> None:

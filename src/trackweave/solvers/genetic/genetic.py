@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.solvers.genetic._decoding import Lookup
 from trackweave.solvers.genetic.parameters import Parameters
-from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
+from trackweave.solvers.genetic.report_genes import ReportGenes, make_lookup
+from trackweave.solvers.genetic.search import Evolution
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.resumable import Start, View
 
@@ -86,29 +86,25 @@ class Genetic(Parameters, Metaheuristic):
            [2, 2]])
     """
 
-    def _begin(self, view: View, start: Start) -> GeneticSearch:
-        return GeneticSearch.begin(view.component, self._lookup(view), self, start)
+    def _begin(self, view: View, start: Start) -> Evolution:
+        lookup = make_lookup(view.component, view.cost, view.instant, self.settle)
+        return Evolution.begin(ReportGenes(view.component, lookup, self), view.instant, start)
 
-    def _go_on(self, view: View, search: GeneticSearch, evaluations: int) -> GeneticSearch:
-        return search.advance(view.component, self._lookup(view), self, evaluations)
+    def _go_on(self, view: View, search: Evolution, evaluations: int) -> Evolution:
+        return search.advance(ReportGenes(view.component, search.reads, self), evaluations)
 
-    def admit(
-        self, view: View, search: GeneticSearch, selection: IntArray, cost: float
-    ) -> GeneticSearch:
+    def admit(self, view: View, search: Evolution, selection: IntArray, cost: float) -> Evolution:
         """Return the search with another's answer taken in; see ``Metaheuristic``."""
-        return search.admit(view.component, self._lookup(view), self, selection, cost)
+        return search.admit(ReportGenes(view.component, search.reads, self), selection, cost)
 
     def _chunk(self, view: View) -> int:
         # Roots of tracks from before the window are nothing that genes decide.
         n_genes = view.component.n_items - int(np.count_nonzero(view.component.must))
         return chunk_of(view, self.sizes(n_genes)[0])
 
-    def _why_over(self, search: GeneticSearch) -> str:
+    def _why_over(self, search: Evolution) -> str:
         if search.generation >= self.sizes(search.population.shape[1])[1]:
             return "generations"
         if search.evaluations >= self.evaluations:
             return "evaluations"
         return "converged" if search.spread() <= self.spread else ""
-
-    def _lookup(self, view: View) -> Lookup:
-        return make_lookup(view.component, view.cost, view.instant, self.settle)

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from trackweave.arrays import IntArray
-from trackweave.solvers.genetic.list_search import ListSearch, genes_of
+from trackweave.solvers.genetic._columns import Table
+from trackweave.solvers.genetic.list_genes import ListGenes, genes_in, make_table
 from trackweave.solvers.genetic.parameters import ListParameters
+from trackweave.solvers.genetic.search import Evolution
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
 from trackweave.solvers.resumable import Start, View
 
@@ -76,25 +78,25 @@ class ListGenetic(ListParameters, Metaheuristic):
            [2, 2]])
     """
 
-    def _begin(self, view: View, start: Start) -> ListSearch:
-        parameters = self.for_genes(genes_of(view.component, view.instant))
-        return ListSearch.begin(view.component, view.instant, parameters, start)
+    def _begin(self, view: View, start: Start) -> Evolution:
+        coding = self._coding(view, make_table(view.component, view.instant))
+        return Evolution.begin(coding, view.instant, start)
 
-    def _go_on(self, view: View, search: ListSearch, evaluations: int) -> ListSearch:
-        return search.advance(view.component, self.for_genes(search.genes), evaluations)
+    def _go_on(self, view: View, search: Evolution, evaluations: int) -> Evolution:
+        return search.advance(self._coding(view, search.reads), evaluations)
 
-    def admit(
-        self, view: View, search: ListSearch, selection: IntArray, cost: float
-    ) -> ListSearch:
+    def admit(self, view: View, search: Evolution, selection: IntArray, cost: float) -> Evolution:
         """Return the search with another's answer taken in; see ``Metaheuristic``."""
-        parameters = self.for_genes(search.genes)
-        return search.admit(view.component, parameters, selection, cost)
+        return search.admit(self._coding(view, search.reads), selection, cost)
+
+    def _coding(self, view: View, table: Table) -> ListGenes:
+        return ListGenes(view.component, table, self.for_genes(genes_in(table)))
 
     def _chunk(self, view: View) -> int:
         return chunk_of(view, self.population)
 
-    def _why_over(self, search: ListSearch) -> str:
-        limits = self.for_genes(search.genes)
+    def _why_over(self, search: Evolution) -> str:
+        limits = self.for_genes(genes_in(search.reads))
         if search.generation >= limits.generations:
             return "generations"
         if search.evaluations >= limits.evaluations:
