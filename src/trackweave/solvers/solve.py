@@ -76,17 +76,8 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
 
 
 def patient(solver: Any) -> Any:
-    """Return a solver of which a time limit leaves no other budget.
-
-    Parameters
-    ----------
-    solver
-        The solver; one that is no dataclass stays as it is.
-
-    Returns
-    -------
-    The same with its budgets without end. What ends a search that finds nothing better stays.
-    """
+    """Return a solver with budgets without end, where a time limit counts; others as they are."""
+    # What ends a search that finds nothing better stays.
     if not is_dataclass(solver) or isinstance(solver, type):
         return solver
     budgets = {field.name for field in fields(solver)} & BUDGETS

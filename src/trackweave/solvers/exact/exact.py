@@ -96,42 +96,12 @@ class Exact:
 def branch(
     components: Components, index: int, limits: BranchingLimits, stop: Stop | None
 ) -> tuple[str, int]:
-    """Search a component for its optimum; its answer and bound are improved in place.
-
-    Parameters
-    ----------
-    components
-        A problem taken apart and answered.
-    index
-        Which component.
-    limits
-        What bounds the work.
-    stop
-        Asked every few milliseconds whether to stop.
-
-    Returns
-    -------
-    Why the search ended, and how many linear programs were solved.
-    """
+    """Search a component for its optimum, in place; return why it ended and how many programs."""
     return go_on(components, index, begin(components, index, stop), limits)
 
 
 def begin(components: Components, index: int, stop: Stop | None) -> Branching:
-    """Return the search of a component for its optimum before its first linear program.
-
-    Parameters
-    ----------
-    components
-        A problem taken apart and answered; it is not changed.
-    index
-        Which component.
-    stop
-        Asked every few milliseconds whether to stop.
-
-    Returns
-    -------
-    The search.
-    """
+    """Return the search of a component for its optimum before its first linear program."""
     return Branching(
         components.component(index),
         components.taken[components.families(index)].copy(),
@@ -144,23 +114,8 @@ def begin(components: Components, index: int, stop: Stop | None) -> Branching:
 def go_on(
     components: Components, index: int, search: Branching, limits: BranchingLimits
 ) -> tuple[str, int]:
-    """Go on with a component's search; its answer and bound are improved in place.
-
-    Parameters
-    ----------
-    components
-        The problem taken apart, perhaps with a better answer by now.
-    index
-        Which component.
-    search
-        Its search.
-    limits
-        What bounds the work from here on.
-
-    Returns
-    -------
-    Why the search ended, and how many linear programs were solved.
-    """
+    """Go on with a component's search, in place; return why it ended and how many programs."""
+    # The component may have a better answer by now.
     families, before = components.families(index), search.solved
     search.learn(components.taken[families], float(components.cost[index]))
     reason = search.run(limits)

@@ -67,19 +67,7 @@ def genes_in(table: Table) -> int:
 
 
 def make_table(component: Component, instant: IntArray) -> Table:
-    """Return what decoding reads of a component.
-
-    Parameters
-    ----------
-    component
-        What is searched.
-    instant
-        Rank of each item in time.
-
-    Returns
-    -------
-    Its lists, and where each node's children are.
-    """
+    """Return what decoding reads of a component: its lists, and where each node's children are."""
     lists = lists_of(component, instant)
     parent, item = component.parent, component.item
     root, child = np.flatnonzero(parent < 0), np.flatnonzero(parent >= 0)
@@ -99,23 +87,9 @@ def make_table(component: Component, instant: IntArray) -> Table:
 def individual_of(
     component: Component, table: Table, selection: IntArray, length: int
 ) -> IntArray:
-    """Return an individual made from a selection.
-
-    Parameters
-    ----------
-    component, table
-        What is searched.
-    selection
-        Each family's node, -1 for none. Where sequences share an item the better has it.
-    length
-        Of the permutations; at least that of the longest list. Of more sequences than that the
-        worst are left out.
-
-    Returns
-    -------
-    One permutation per list, of which a column for each sequence holds its items; what is left
-    fills the rest in order.
-    """
+    """Return the individual in which a column for each sequence of a selection holds its items."""
+    # Where sequences share an item the better has it, and of more than there are columns the worst
+    # are left out. What is left fills the rest in order.
     n_lists = table.list_start.shape[0] - 1
     value, of = np.empty((2, component.n_items), dtype=np.int64)
     of[table.member] = np.repeat(np.arange(n_lists), np.diff(table.list_start))

@@ -137,18 +137,9 @@ class ListParameters:
         return MUTATIONS[self.mutate]
 
     def for_genes(self, genes: int) -> "ListParameters":
-        """Return what these numbers become for a component of so many genes.
-
-        Parameters
-        ----------
-        genes
-            Items of all lists but the first, which stays in order.
-
-        Returns
-        -------
-        The same, or where ``by_size`` says so and there are more genes than usual, a population
-        that grows as their square, generations and patience in proportion, evaluations as both.
-        """
+        """Return what these numbers become for so many genes: more where ``by_size`` says so."""
+        # The population grows as the square of the genes, generations and patience in proportion,
+        # evaluations as both.
         return self if not self.by_size or genes <= USUAL_GENES else _grown(self, genes)
 
 

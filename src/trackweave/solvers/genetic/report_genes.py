@@ -111,22 +111,9 @@ def _instants_in_order(lookup: Lookup, count: int, rng: np.random.Generator) -> 
 def genes_of(
     component: Component, lookup: Lookup, is_permutation: bool, selection: IntArray
 ) -> IntArray:
-    """Return an individual made from a selection.
-
-    Parameters
-    ----------
-    component, lookup
-        What is searched.
-    is_permutation
-        Whether to return a permutation or a list of associations.
-    selection
-        Each family's node, -1 for none. Where sequences share an item the better has it.
-
-    Returns
-    -------
-    The items of the sequences, the best first, then those that none takes; or each item's
-    predecessor, -1 for none.
-    """
+    """Return an individual made from a selection: an order of the items, or their predecessors."""
+    # In the order the sequences' items come first, those of the best before all; where sequences
+    # share an item the better has it.
     taken = selection[selection >= 0]
     taken = taken[np.argsort(component.total[taken], kind="stable")]
     ordered: list[int] = []

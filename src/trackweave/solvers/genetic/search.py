@@ -132,20 +132,8 @@ class Evolution:
         return _next_generation(moved, coding) if is_whole else moved
 
     def admit(self, coding: Coding, selection: IntArray, cost: float) -> "Evolution":
-        """Return the search with another's answer in the place of its worst individual.
-
-        Parameters
-        ----------
-        coding
-            What its individuals are.
-        selection, cost
-            The other's answer.
-
-        Returns
-        -------
-        The search at the same generation, the next one bred anew; this one where the answer is
-        no better than the worst individual, or among them already.
-        """
+        """Return the search with another's answer in the place of its worst, and bred anew."""
+        # Itself where the answer is no better than the worst, or among the individuals already.
         genes = coding.individual(selection, self.population.shape[-1])
         worst, size = int(np.argmax(self.cost)), self.cost.shape[0]
         is_known = (self.population == genes).reshape(size, -1).all(axis=1).any()
