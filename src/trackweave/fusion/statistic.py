@@ -156,15 +156,7 @@ class Statistic:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TupleValues:
-    """Statistics of tuples and what they are compared with.
-
-    Parameters
-    ----------
-    value
-        Statistic λ of each tuple, shape (tuples,).
-    threshold
-        What it exceeds with the false-rejection rate if the tuple is of one object.
-    """
+    """Statistics λ of tuples, and what tuples of one object exceed at the false-rejection rate."""
 
     value: FloatArray
     threshold: FloatArray
@@ -172,19 +164,7 @@ class TupleValues:
 
 @lru_cache(maxsize=32)
 def quantiles(false_rejection: float, size: int) -> FloatArray:
-    """Return what χ² exceeds so rarely, for 0, ¼, ½, … up to ``size`` degrees of freedom.
-
-    Parameters
-    ----------
-    false_rejection
-        The probability, between 0 and 1.
-    size
-        Most degrees of freedom.
-
-    Returns
-    -------
-    The quantiles, shape (4 size + 1,).
-    """
+    """Return what χ² exceeds so rarely, for 0, ¼, ½, … up to ``size`` degrees of freedom."""
     freedom = np.arange(4 * size + 1) / 4.0
     values = np.zeros(freedom.shape[0])
     values[1:] = chdtri(freedom[1:], false_rejection)
@@ -260,27 +240,10 @@ def _tail(weight: FloatArray, x: float) -> float:
 
 
 def tuple_values(mean: FloatArray, covariance: FloatArray, statistic: Statistic) -> TupleValues:
-    """Return the statistics of tuples of tracks whose estimates are all known.
-
-    Parameters
-    ----------
-    mean
-        Estimates, shape (tuples, times, members, n), members in the order of the sensors.
-    covariance
-        Their covariances, with two axes of length n instead of one. Must be positive definite.
-    statistic
-        Which statistic. A memory that is not full counts the last times only.
-
-    Returns
-    -------
-    Statistic and threshold of each tuple, taking errors to be independent from time to time.
-
-    Raises
-    ------
-    InvalidInputError
-        If shapes do not fit, or the correlation of errors would have to be reckoned, which takes
-        the process noise: ``TrackAssociator`` does it.
-    """
+    """Return the statistics of tuples of tracks whose estimates are all known."""
+    # Errors are taken to be independent from time to time; reckoning with their correlation takes
+    # the process noise, as in ``TrackAssociator``. Estimates have the shape (tuples, times,
+    # members, n).
     means = float_array(mean, "mean", (None,) * 4)
     spreads = float_array(covariance, "covariance", (*means.shape, means.shape[-1]))
     if statistic.correlation not in {"none", "inflated"}:

@@ -228,13 +228,8 @@ class Scenario:
         _check_names("targets", [target.name for target in self.explicit_targets()])
 
     def explicit_targets(self) -> tuple[Target, ...]:
-        """Return all targets but the random ones, each with a name.
-
-        Returns
-        -------
-        Single targets, then those of crossings and parallels. One without a name is called by
-        its number, counted from 1.
-        """
+        """Return all targets but the random ones, each with a name."""
+        # One without a name is called by its number, counted from 1.
         everyone = list(self.targets)
         groups: tuple[Crossing | Parallel, ...] = (*self.crossings, *self.parallels)
         for group in groups:
