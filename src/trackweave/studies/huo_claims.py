@@ -61,19 +61,7 @@ PICTURES = {
 
 
 def write_up(tables: Tables, quick: bool) -> WriteUp:
-    """Return what the study's tables say.
-
-    Parameters
-    ----------
-    tables
-        What was measured, by name.
-    quick
-        Whether of a fraction of the scenes.
-
-    Returns
-    -------
-    Report, claims and figures.
-    """
+    """Return what the study's tables say: report, claims and figures."""
     claims = _claims(tables)
     shown = {name: table for name, table in tables.items() if name not in {"search", "strings"}}
     grouped = {

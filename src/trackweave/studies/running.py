@@ -25,17 +25,7 @@ PARTS_OF_PROGRESS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Which study is run, and how.
-
-    Parameters
-    ----------
-    preset
-        Name of the preset whose document is repeated.
-    seed
-        Seed of the random numbers.
-    quick
-        Whether a fraction of the scenes will do.
-    """
+    """Which preset's study is run, from which seed, and whether a few of its scenes will do."""
 
     preset: str
     seed: int = 0
@@ -55,31 +45,9 @@ def run_study(
     place: OutputDirectory,
     progress: Callable[[int, int], None] | None = None,
 ) -> WriteUp:
-    """Measure a study's parts, write each as it comes, and at last the report.
-
-    An earlier run of the same order that was interrupted is gone on with: its parts are read, not
-    measured again. The outcome is the same to the byte.
-
-    Parameters
-    ----------
-    study
-        What is run.
-    order
-        Which it is.
-    place
-        Where the files go.
-    progress
-        Called with how much is done and how much it is in all.
-
-    Returns
-    -------
-    The report with claims and figures, all of them written.
-
-    Raises
-    ------
-    OutputError
-        If the place is refused, or the environment fails.
-    """
+    """Measure a study's parts, write each as it comes, and at last the report."""
+    # An earlier run of the same order that was interrupted is gone on with: its parts are read,
+    # not measured again. The outcome is the same to the byte.
     done, timing = _earlier(order, place)
     files = {name: content for part in done.values() for name, content in part.items()}
     for number, part in enumerate(study.parts):

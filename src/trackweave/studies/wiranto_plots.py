@@ -72,16 +72,10 @@ class Posed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sorted:
-    """A sky's plots by groups.
+    """A sky's plots by groups, -1 for a false alarm.
 
-    Parameters
-    ----------
-    group
-        Number of each plot's group, -1 for a false alarm, shape (plots,).
-    time, place
-        When [s] and where [m] each group is, shapes (groups,) and (groups, 2).
-    counts
-        How many groups there are at each instant, shape (instants,).
+    ``time`` [s] and ``place`` [m] tell when and where each group is, ``counts`` how many there are
+    at each instant.
     """
 
     group: IntArray

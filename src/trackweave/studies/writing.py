@@ -18,15 +18,7 @@ __all__ = ["Table", "claims_text", "csv_table", "text_table"]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Numbers of a part.
-
-    Parameters
-    ----------
-    head
-        Names of the columns.
-    rows
-        The cells.
-    """
+    """Names of columns, and rows of cells."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[object, ...], ...]
@@ -45,39 +37,13 @@ class Table:
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """Return a table as Markdown; numbers with three digits that count, None as a dash.
-
-    Parameters
-    ----------
-    header
-        Names of the columns.
-    rows
-        The cells.
-
-    Returns
-    -------
-    The lines.
-    """
+    """Return a table as Markdown; numbers with three digits that count, None as a dash."""
     lines = [header, ["---"] * len(header), *([_shown(cell) for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def csv_table(header: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> dict[str, bytes]:
-    """Return a table as a file.
-
-    Parameters
-    ----------
-    header
-        Names of the columns.
-    rows
-        The cells.
-    name
-        The file's name.
-
-    Returns
-    -------
-    The file's name and content.
-    """
+    """Return a table as a file: its name and content."""
     columns = {column: [row[place] for row in rows] for place, column in enumerate(header)}
     return {name: encode_table(pl.DataFrame(columns, strict=False), name)}
 
