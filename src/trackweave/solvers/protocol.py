@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -20,6 +21,7 @@ __all__ = [
     "refuse_parameters",
     "require_solver",
     "require_stop",
+    "until",
 ]
 
 Stop: TypeAlias = Callable[[], bool]
@@ -102,6 +104,12 @@ def require_stop(stop: object) -> None:
     """Refuse what is neither None nor can be asked whether to stop."""
     if stop is not None and not callable(stop):
         raise InvalidInputError(f"stop: {stop!r:.80}; expected something to call, or None")
+
+
+def until(seconds: float, stop: Stop | None) -> Stop:
+    """Return a stop that also heeds a time limit from now on."""
+    end = perf_counter() + seconds
+    return lambda: perf_counter() >= end or (stop is not None and stop())
 
 
 def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) -> None:

@@ -6,8 +6,19 @@ from enum import StrEnum
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting.panels_of_curves import SpreadCurve
+from trackweave.studies.writing import Table, numbers
 
-__all__ = ["Interval", "Verdict", "at_least", "at_most", "mean_of", "share_of", "verdict_of"]
+__all__ = [
+    "Interval",
+    "Verdict",
+    "at_least",
+    "at_most",
+    "mean_curve",
+    "mean_of",
+    "share_of",
+    "verdict_of",
+]
 
 CONFIDENCE = 0.95
 
@@ -64,6 +75,16 @@ def mean_of(values: FloatArray, unit: str = "") -> Interval:
         # No mean of shares lies beyond what a share can be.
         low, high = max(low, 0.0), min(high, 100.0)
     return Interval(mean, low, high, int(known.size), unit)
+
+
+def mean_curve(table: Table, by: str, y: str, x: str | None = None) -> SpreadCurve:
+    """Return means with their intervals, a point for each value of a column, or its mean x."""
+    points = []
+    for (value,), own in table.sort(by, maintain_order=True).group_by(by, maintain_order=True):
+        found = mean_of(numbers(own, y))
+        spread = found.high - found.value if np.isfinite(found.high) else 0.0
+        points.append((value if x is None else numbers(own, x).mean(), found.value, spread))
+    return SpreadCurve(*np.array(points, dtype=float).T)
 
 
 def share_of(hits: int, count: int) -> Interval:

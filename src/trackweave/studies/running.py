@@ -9,10 +9,11 @@ from typing import Any
 import polars as pl
 
 from trackweave.errors import InvalidInputError
+from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
 from trackweave.randomness import generator_for
 from trackweave.studies import Part, Study, WriteUp
-from trackweave.studies.writing import Table, csv_table
+from trackweave.studies.writing import Table
 
 __all__ = ["Order", "run_study"]
 
@@ -89,17 +90,16 @@ def _measured(part: Part, order: Order, tick: Callable[[int, int], None]) -> dic
     rng = generator_for(order.seed, part.name)
     files: dict[str, bytes] = {}
     for name, table in part.measure(rng, order.quick, tick).items():
-        files |= csv_table(table.head, table.rows, f"{name}.csv")
+        files[f"{name}.csv"] = encode_table(table, f"{name}.csv")
     return files
 
 
 def _tables(files: Mapping[str, bytes]) -> dict[str, Table]:
     """Return tables as their files have them, so that read and measured ones are the same."""
-    tables = {}
-    for name, content in files.items():
-        frame = pl.read_csv(content, infer_schema_length=None)
-        tables[name.removesuffix(".csv")] = Table(tuple(frame.columns), tuple(frame.rows()))
-    return tables
+    return {
+        name.removesuffix(".csv"): pl.read_csv(content, infer_schema_length=None)
+        for name, content in files.items()
+    }
 
 
 def _earlier(

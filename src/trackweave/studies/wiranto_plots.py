@@ -17,7 +17,7 @@ from trackweave.solvers.ants.points import most_visited
 from trackweave.solvers.protocol import Solver
 from trackweave.studies import Tick
 from trackweave.studies.wiranto_scenes import SIDE, SKIES, RadarSky, draw_sky
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 from trackweave.trackers.plot_choice import objects_in, worth_choosing
 
 __all__ = [
@@ -141,7 +141,7 @@ def sorting(
                     **_ends(instants[cost], answers),
                 })  # fmt: skip
             tick(len(rows), sum(n_skies.values()) * len(METHODS))
-    return {"sorting": Table(tuple(rows[0]), tuple(tuple(row.values()) for row in rows))}
+    return {"sorting": Table(rows, infer_schema_length=None)}
 
 
 def _ends(instants: Posed, answers: Sequence[Answer]) -> dict[str, float]:
@@ -197,7 +197,7 @@ def search(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Tabl
         "sky", "draw", "method", "cycles", "evaluations", "above the least cost [nats]",
         "classified rightly [%]", "one route [%]",
     )  # fmt: skip
-    return {"search": Table(head, tuple(rows))}
+    return {"search": frame(head, rows)}
 
 
 def _quality(

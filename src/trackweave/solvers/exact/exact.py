@@ -1,7 +1,6 @@
 """The optimum, by branch and bound."""
 
 from dataclasses import dataclass
-from time import perf_counter
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
@@ -10,7 +9,7 @@ from trackweave.randomness import RandomSource
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, until
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Exact", "begin", "branch", "go_on"]
@@ -76,7 +75,7 @@ class Exact:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the best answer found; see ``Solver``."""
-        stop = _until(stop, self.time_limit)
+        stop = stop if self.time_limit is None else until(self.time_limit, stop)
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
         reason = "stopped" if stopped else ""
         rest = relaxation.rest
@@ -123,11 +122,3 @@ def go_on(
     components.cost[index] = search.upper
     components.lower[index] = max(float(components.lower[index]), search.lower)
     return reason, search.solved - before
-
-
-def _until(stop: Stop | None, time_limit: float | None) -> Stop | None:
-    """Return a stop that also heeds a time limit from now on."""
-    if time_limit is None:
-        return stop
-    end = perf_counter() + time_limit
-    return lambda: perf_counter() >= end or (stop is not None and stop())
