@@ -12,7 +12,6 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Hint, ListGenetic, SearchState
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
-from trackweave.solvers.genetic.parameters import Parameters
 from trackweave.solvers.genetic.report_genes import ReportGenes, make_lookup
 from trackweave.solvers.genetic.search import Evolution
 from trackweave.solvers.resumable import Start, _view
@@ -202,7 +201,7 @@ class TestState:
         )
 
 
-def search_of(problem: AssignmentProblem, parameters: Parameters) -> tuple[Evolution, ReportGenes]:
+def search_of(problem: AssignmentProblem, parameters: Genetic) -> tuple[Evolution, ReportGenes]:
     """Return the search of the first component of a problem, and what it advances with."""
     state: SearchState = Genetic(seeded=False).start(problem, rng=rng())
     parts = state.relaxation.rest
@@ -217,7 +216,7 @@ def search_of(problem: AssignmentProblem, parameters: Parameters) -> tuple[Evolu
 
 class TestGenerations:
     def test_elitism_keeps_the_best(self) -> None:
-        search, coding = search_of(hard(), Parameters(population=12, elite=2, improvement=False))
+        search, coding = search_of(hard(), Genetic(population=12, elite=2, improvement=False))
         best = []
         for _ in range(12):
             ranking = np.argsort(search.cost, kind="stable")[:2]
@@ -230,7 +229,7 @@ class TestGenerations:
         assert best[-1] == pytest.approx(search.best)
 
     def test_without_elitism_the_best_found_is_kept_all_the_same(self) -> None:
-        search, coding = search_of(hard(), Parameters(population=6, elite=0, improvement=False))
+        search, coding = search_of(hard(), Genetic(population=6, elite=0, improvement=False))
         lost, best = False, []
         for _ in range(25):
             search = search.advance(coding, 6)
@@ -240,20 +239,20 @@ class TestGenerations:
         assert (np.diff(best) <= 0).all()
 
     def test_the_first_generation_is_of_different_permutations(self) -> None:
-        search, coding = search_of(hard(), Parameters(population=30, seeded=False))
+        search, coding = search_of(hard(), Genetic(population=30, seeded=False))
         genes = sorted(coding.reads.gene_item.tolist())
         assert all(sorted(row) == genes for row in search.bred.genes.tolist())
         assert len({tuple(row) for row in search.bred.genes.tolist()}) == 30
 
     def test_children_are_permutations(self) -> None:
-        search, coding = search_of(hard(), Parameters(population=30, seeded=False))
+        search, coding = search_of(hard(), Genetic(population=30, seeded=False))
         genes = sorted(coding.reads.gene_item.tolist())
         for _ in range(5):
             search = search.advance(coding, 30)
             assert all(sorted(row) == genes for row in search.bred.genes.tolist())
 
     def test_without_crossover_and_mutation_children_are_their_parents(self) -> None:
-        search, coding = search_of(hard(), Parameters(population=20))
+        search, coding = search_of(hard(), Genetic(population=20))
         offspring, key = np.empty_like(search.population), np.empty(20, dtype=np.int64)
         breed(
             coding.component, coding.reads, True, search.population, np.arange(20.0),
