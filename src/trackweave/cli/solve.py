@@ -11,8 +11,7 @@ import numpy as np
 from trackweave import solvers
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.cli.edge import Voice, telling_compiling
-from trackweave.config.messages import suggest
-from trackweave.config.search import DEFAULT_METHOD, METHODS
+from trackweave.config.search import DEFAULT_METHOD, METHODS, instead_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.output_file import OutputFile
@@ -89,7 +88,7 @@ def _solver(method: str) -> Solver:
     """Return the solver of a name."""
     if method not in METHODS:
         raise InvalidInputError(
-            f'--method: "{method}" is not known; {suggest(method, list(METHODS))}'
+            f'--method: "{method}" is not known; {instead_of(method, list(METHODS))}'
         )
     solver: Solver = getattr(solvers, METHODS[method])()
     return solver

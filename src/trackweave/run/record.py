@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
-from trackweave.run.merging import MergedReports
 
 __all__ = ["certainty_of", "record_of", "with_file", "with_seed"]
 
@@ -22,7 +21,7 @@ def record_of(
     settings: Settings,
     log: ScanLog,
     assignment: Mapping[int, int],
-    merged: MergedReports,
+    merged: IntArray,
 ) -> dict[str, Any]:
     """Return the record of a run.
 
@@ -37,7 +36,7 @@ def record_of(
     assignment
         From a report's row to its track.
     merged
-        Reports that may be of two objects at once.
+        Rows of reports that may be of two objects at once.
 
     Returns
     -------
@@ -58,7 +57,6 @@ def record_of(
             "late_reports": len(log.late),
             "skipped_rows": len(reports.skipped),
             "merged_reports": len(merged),
-            "merged_by_chance": merged.by_chance,
             "scans": len(log.scans),
             "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
             "tracks": len(set(assignment.values())),
@@ -68,7 +66,6 @@ def record_of(
             **_pruning(log),
             **_haste(log),
         },
-        "merged_reports": merged.listed(reports, assignment),
         "late_reports": [str(reports.report[row]) for row in log.late],
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
