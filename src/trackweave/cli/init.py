@@ -11,7 +11,7 @@ from trackweave.config.fill import Settings
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
-from trackweave.io.output_file import OutputFile
+from trackweave.io.output import OutputFile
 from trackweave.io.reports import read_reports
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle

@@ -11,7 +11,7 @@ from trackweave.cli.edge import Voice, telling_compiling
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
-from trackweave.io.output_file import OutputFile
+from trackweave.io.output import OutputFile
 from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run

@@ -15,7 +15,7 @@ from trackweave.config.messages import suggest
 from trackweave.config.search import DEFAULT_METHOD, METHODS
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
-from trackweave.io.output_file import OutputFile
+from trackweave.io.output import OutputFile
 from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
 from trackweave.io.tables import file_ending
 from trackweave.solvers import Solver
