@@ -217,8 +217,7 @@ def evaluate(
 @with_status
 def solve(
     problem: Annotated[
-        Path,
-        required("PROBLEM", "Assignment problem: a .csv, .csv.gz, .parquet or .txt file."),
+        Path, required("PROBLEM", "Assignment problem: a .csv, .csv.gz, .parquet or .txt file.")
     ],
     method: Annotated[
         str | None, typer.Option(help="Solver by its name; left out, the library's default.")
@@ -273,8 +272,7 @@ def plot(
         typer.Option(help="The reports that were tracked, to draw them; a demo has them in DIR."),
     ] = None,
     truth: Annotated[
-        Path | None,
-        typer.Option(help="Truth to draw: time, target, x, y[, z]; as in a demo."),
+        Path | None, typer.Option(help="Truth to draw: time, target, x, y[, z]; as in a demo.")
     ] = None,
     history: Annotated[
         bool, typer.Option("--history", help="Draw the smoothed history of tracks.")

@@ -51,8 +51,7 @@ def fuse(
         ),
     ] = None,
     preset: Annotated[
-        str | None,
-        typer.Option(help="Preset: huo, or huo-2008, the document to the letter."),
+        str | None, typer.Option(help="Preset: huo, or huo-2008, the document to the letter.")
     ] = None,
     search: Annotated[
         str | None, typer.Option(help="Solver of the association, by its name.")

@@ -10,7 +10,7 @@ from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.fields import checked_count, checked_number
 from trackweave.io.frames_out import tracks_frame
 from trackweave.io.tables import TableSource
-from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
+from trackweave.io.truth import read_assignments, read_tracks, read_truth_on_plane
 from trackweave.metrics import AssignmentQuality, Evaluation, assignment_quality
 from trackweave.metrics import evaluate as measure
 from trackweave.run.result import Result, TrackingResult
@@ -106,8 +106,7 @@ def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | Tr
     if isinstance(truth, TruthTable):
         true, frame = truth, None
     else:
-        frame = plane_of(truth)
-        true = read_truth(truth, frame)
+        true, frame = read_truth_on_plane(truth)
     found: Any = tracks
     if isinstance(tracks, Result):
         found = tracks.values.tracks
@@ -149,12 +148,13 @@ def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
     """
     if isinstance(truth, TruthTable):
         return truth
-    if frame is None and plane_of(truth) is not None:
+    true, plane = read_truth_on_plane(truth, frame)
+    if frame is None and plane is not None:
         raise InvalidInputError(
             f"{_named(truth, 'truth')}: in latitudes and longitudes, which {place} is not; "
             "expected columns x and y"
         )
-    return read_truth(truth, frame)
+    return true
 
 
 def quality_in(assignments: TableSource) -> AssignmentQuality:
