@@ -1,11 +1,11 @@
 """The command ``plot``: the picture of a run from its files."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackweave.association.problem import Status
 from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
@@ -15,8 +15,7 @@ from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
-from trackweave.run.drawing import assigned_per_scan
-from trackweave.run.judging import truth_on
+from trackweave.run.drawing import scene_of, series_of
 
 __all__ = ["run_plot"]
 
@@ -62,17 +61,13 @@ def run_plot(
         # Those that nobody asked for may be others.
         table = None
         voice.say(f"{err}; so they are left out")
-    scene = Scene(
+    scene = replace(
+        scene_of(run, truth, f"the run in {run.path}", history=history, pixels=pixels),
         reports=table,
-        tracks=run.history if history else run.tracks,
-        truth=None if truth is None else truth_on(truth, run.frame, f"the run in {run.path}"),
         assignment=assignment,
-        sensor_positions=run.sensor_positions(),
         title=None if table is not None else _title(run),
-        pixels=pixels,
-        origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),
     )
-    series = _series(run)
+    series = series_of(run)
     place.write(picture_of_run(scene, series, ending))
     if table is None:
         voice.say("reports are not drawn, for their positions are not in the run; see --reports")
@@ -120,24 +115,6 @@ def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, in
         )
     tracks = [track_of[name] for name in reports.report.tolist()]
     return {row: track for row, track in enumerate(tracks) if track >= 0}
-
-
-def _series(run: RunFiles) -> ScanSeries:
-    time, reports, gap = run.scans("time", "reports", "gap")
-    is_proven = [
-        scan["status"] == Status.OPTIMAL if "status" in scan else scan["gap"] == 0.0
-        for scan in run.record["scans"]
-    ]
-    return ScanSeries(
-        time=time,
-        reports=reports,
-        assigned=assigned_per_scan(run.record, time, run.assignments),
-        gap=gap,
-        proven=np.array(is_proven, dtype=np.bool_),
-        cpu_ms=run.cpu_ms(),
-        known=run.tracks,
-        iso_time=run.iso_time,
-    )
 
 
 def _title(run: RunFiles) -> str:

@@ -63,19 +63,7 @@ class OutputDirectory:
         self.command = command
 
     def check(self, inputs: Iterable[str | os.PathLike[str] | None] = ()) -> None:
-        """Refuse a place where ``write`` would fail, before any work is done.
-
-        Parameters
-        ----------
-        inputs
-            Files that the run reads, which it must not replace or remove; None for one not given.
-
-        Raises
-        ------
-        OutputError
-            If the path is a file, a directory that is not empty and not ours, or not writable, or
-            if an input would be lost.
-        """
+        """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
         with _translated(self.path):
             target = self._target()
             if target.is_dir():
@@ -91,24 +79,7 @@ class OutputDirectory:
                 raise OutputError(f"{self.path}: no permission to write in {place}")
 
     def write(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
-        """Write all files and run.json, or nothing.
-
-        Parameters
-        ----------
-        files
-            Each file's name, without folders, and content.
-        record
-            Content of run.json; it must have the key ``trackweave``, the version. The command and
-            the names of all files are added to it as ``command`` and ``files``.
-
-        Raises
-        ------
-        InvalidInputError
-            If a file is none that the command writes, or the record has no version.
-        OutputError
-            If the place is refused as by ``check``, or the environment fails, such as by a full
-            disk; then nothing has changed.
-        """
+        """Write all files and run.json, which then tells the command and all names, or nothing."""
         contents = self._contents(files, record)
         with _translated(self.path), _signals_held():
             target = self._target()
@@ -228,19 +199,7 @@ class OutputFile:
         self.path = Path(path)
 
     def check(self, inputs: Iterable[str | os.PathLike[str]] = ()) -> None:
-        """Refuse a place where ``write`` would fail, before any work is done.
-
-        Parameters
-        ----------
-        inputs
-            Files that the run reads, which it must not replace.
-
-        Raises
-        ------
-        OutputError
-            If the path is a directory or another thing than a file, its folder is missing or not
-            writable, or an input would be lost.
-        """
+        """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
         with _translated(self.path):
             target = self._target()
             if target.exists():
@@ -255,7 +214,7 @@ class OutputFile:
                 raise OutputError(f"{self.path}: no permission to write in {target.parent}")
 
     def write(self, content: bytes) -> None:
-        """Write the file, or nothing: ``OutputError`` where the environment fails."""
+        """Write the file, or nothing."""
         with _translated(self.path), _signals_held():
             target = self._target()
             with _staged(target.parent, {target.name: content}) as new:

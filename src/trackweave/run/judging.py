@@ -87,22 +87,7 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
 
 
 def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | TruthTable]:
-    """Return truth and tracks as values, on one plane and of the same time.
-
-    Parameters
-    ----------
-    truth, tracks
-        As ``evaluate`` takes them.
-
-    Returns
-    -------
-    Both.
-
-    Raises
-    ------
-    InvalidInputError
-        If a table cannot be used, or they are of different times.
-    """
+    """Return truth and tracks as values, on one plane; refuse them where their times differ."""
     if isinstance(truth, TruthTable):
         true, frame = truth, None
     else:
@@ -126,26 +111,7 @@ def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | Tr
 
 
 def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
-    """Return the truth on a run's own plane.
-
-    Parameters
-    ----------
-    truth
-        As ``evaluate`` takes it.
-    frame
-        The plane, None for plane coordinates.
-    place
-        What messages call the run.
-
-    Returns
-    -------
-    The truth.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is in latitudes and longitudes, and the run is not.
-    """
+    """Return the truth on a run's own plane; refuse one in latitudes where the run is not."""
     if isinstance(truth, TruthTable):
         return truth
     true, plane = read_truth_on_plane(truth, frame)
@@ -158,22 +124,7 @@ def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
 
 
 def quality_in(assignments: TableSource) -> AssignmentQuality:
-    """Return how rightly reports were assigned.
-
-    Parameters
-    ----------
-    assignments
-        A path or table of assignments with targets.
-
-    Returns
-    -------
-    The measures of reports.
-
-    Raises
-    ------
-    DataFormatError
-        If there is no column ``target``.
-    """
+    """Return how rightly reports were assigned, of a table with a column ``target``."""
     table = read_assignments(assignments)
     if table.target is None:
         raise DataFormatError(
