@@ -125,15 +125,9 @@ def _head(axes: Axes, title: str) -> None:
     axes.set_title(title, loc="left", fontsize=9, fontweight="bold", pad=5)
     if axes.get_legend_handles_labels()[0]:
         legend = axes.legend(
-            loc="lower right",
-            bbox_to_anchor=(1.0, 0.98),
-            ncols=3,
-            frameon=False,
-            fontsize=8,
-            borderaxespad=0.1,
-            handlelength=1.2,
-            columnspacing=1.0,
-        )
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=3, frameon=False, fontsize=8,
+            borderaxespad=0.1, handlelength=1.2, columnspacing=1.0,
+        )  # fmt: skip
         for mark in legend.get_lines():
             mark.set_markersize(max(mark.get_markersize(), 4.0))
 

@@ -156,14 +156,9 @@ def _draw_legend(canvas: Canvas, n_tracks: int) -> None:
         return
     in_two_rows = len(handles) <= MOST_IN_TWO_ROWS
     legend = canvas.figure.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=canvas.legend_at,
-        ncols=4,
-        frameon=False,
-        fontsize=9 if in_two_rows else 8,
-        labelspacing=0.5 if in_two_rows else 0.25,
-    )
+        handles=handles, loc="upper center", bbox_to_anchor=canvas.legend_at, ncols=4,
+        frameon=False, fontsize=9 if in_two_rows else 8, labelspacing=0.5 if in_two_rows else 0.25,
+    )  # fmt: skip
     for mark in legend.get_lines():
         mark.set_markersize(max(mark.get_markersize(), LEAST_LEGEND_MARK))
         if mark.get_marker() == "x":
