@@ -267,7 +267,7 @@ def _signals_held() -> Iterator[None]:
         yield
     finally:
         for number, handler in zip(ours, handlers, strict=True):
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
         for held in came:
             signal.raise_signal(held)
 
