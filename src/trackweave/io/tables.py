@@ -109,6 +109,8 @@ def file_ending(path: Path) -> str:
 
 def read_bytes(path: Path) -> bytes:
     """Return a file's content, or say why it cannot be had."""
+    if "\0" in str(path):
+        raise DataFormatError(f"{str(path)!r}: not a file name")
     try:
         if path.is_file():
             return path.read_bytes()
@@ -121,10 +123,6 @@ def read_bytes(path: Path) -> bytes:
         raise DataFormatError(f"{path}: no permission to read the file") from err
     except OSError as err:
         raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
-    except ValueError as err:  # a NUL in the name
-        if isinstance(err, DataFormatError):
-            raise
-        raise DataFormatError(f"{str(path)!r}: not a file name") from err
 
 
 def _load_file(path: Path) -> RawTable:
