@@ -31,7 +31,7 @@ from trackweave.solvers import Annealing, Auto, Dual, Genetic, Hint
 from trackweave.solvers._kernels import part_of
 from trackweave.solvers.genetic._decoding import Lookup, evaluate
 from trackweave.solvers.genetic._operators import breed, random_population
-from trackweave.solvers.genetic.search import _fresh_trail, make_lookup
+from trackweave.solvers.genetic.report_genes import fresh_trail, make_lookup
 from trackweave.solvers.relaxation import Relaxation
 from trackweave.solvers.warming import warm_up
 
@@ -110,7 +110,7 @@ def shared_beginnings(name: str, problem: AssignmentProblem, times: int) -> Row:
             cost = np.empty(population.shape[0])
             selection = np.empty(component.must.shape[0], dtype=np.int64)
             for rows in np.split(order, order.shape[0]) if each else [order]:
-                trail = _fresh_trail(component, population.shape[1])
+                trail = fresh_trail(component, population.shape[1])
                 evaluate(component, lookup, True, population, rows, trail, cost, selection, np.inf)
             costs.append(cost)
         return np.concatenate(costs)
@@ -137,7 +137,7 @@ def _generations(component: Any, lookup: Lookup) -> list[tuple[Any, Any]]:
         found.append((population, order))
         cost = np.empty(POPULATION)
         selection = np.empty(component.must.shape[0], dtype=np.int64)
-        trail = _fresh_trail(component, n_genes)
+        trail = fresh_trail(component, n_genes)
         evaluate(component, lookup, True, population, order, trail, cost, selection, np.inf)
         offspring, key = np.empty_like(population), np.empty(POPULATION, dtype=np.int64)
         breed(

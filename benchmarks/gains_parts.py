@@ -16,7 +16,7 @@ from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.association.tree import AssociationTree
 from trackweave.config import load_configuration
 from trackweave.domain.scans import Scan
-from trackweave.io.priors import read_priors
+from trackweave.io.tracks_in import read_priors
 from trackweave.run.course import course_of
 from trackweave.run.tracking import rotations_in, settings_for
 from trackweave.solvers import Auto, Hint, Stop

@@ -18,7 +18,7 @@ from solvers_families import (
 )
 from text_tables import command, heading, table
 
-from trackweave import Annealing, Genetic, Islands, MaxMinAntSystem, TabuSearch, solve
+from trackweave import Annealing, Islands, TabuSearch, solve
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.simulation.scenes import BearingKind
 
@@ -29,7 +29,6 @@ MOST_EPOCHS = 40
 """Where islands do not reach the gap, both numbers of threads end with this epoch."""
 THREADS = (1, 2)
 ENDLESSLY: dict[str, Any] = {"epochs": ENDLESS, "patience": ENDLESS}
-MIXED = (Annealing(), TabuSearch(), MaxMinAntSystem(), Genetic())
 ALONE = {"evaluations": ENDLESS, "patience": ENDLESS}
 CONTENDERS: dict[str, Any] = {
     "annealing alone": Annealing(**ALONE),
@@ -37,10 +36,6 @@ CONTENDERS: dict[str, Any] = {
     "4 islands of annealing": Islands((Annealing(),), threads=1, **ENDLESSLY),
     "4 islands of annealing and tabu search (the default)": Islands(threads=1, **ENDLESSLY),
     "the same, nothing sent": Islands(threads=1, neighbours=0, **ENDLESSLY),
-    "4 islands: annealing, tabu search, max–min ants, genes": Islands(
-        MIXED, threads=1, **ENDLESSLY
-    ),
-    "the same, nothing sent ": Islands(MIXED, threads=1, neighbours=0, **ENDLESSLY),
 }
 
 
@@ -50,7 +45,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0, help="CPU time of each contender")
     parser.add_argument("--seeds", type=int, default=3, help="runs of each contender")
     arguments = parser.parse_args()
-    warm_up(Islands(MIXED, epochs=3), Islands(MIXED, epochs=3, threads=1))
+    warm_up(Islands(epochs=3), Islands(epochs=3, threads=1))
     problems = {
         f"{family.name}, seed {seed}": _problem(family, seed) for family, seed, _ in SCENES
     }

@@ -13,8 +13,8 @@ import trackweave as tw
 from trackweave.simulation.scenes import Scene, draw_scene
 
 SOLVERS = (
-    "Greedy", "Dual", "Exact", "AntSystem", "MaxMinAntSystem", "Annealing", "TabuSearch",
-    "Genetic", "ListGenetic", "Auto",
+    "Greedy", "Dual", "Exact", "AntSystem", "Annealing", "TabuSearch", "Genetic",
+    "ListGenetic", "Auto",
 )  # fmt: skip
 SCENES = {20: 4, 50: 2}
 

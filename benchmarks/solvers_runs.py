@@ -44,7 +44,6 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "ListGenetic": ("ListGenetic", {"generations": ENDLESS, **PATIENT}),
     "AntSystem": ("AntSystem", {"ants": 30, "cycles": ENDLESS}),
-    "MaxMinAntSystem": ("MaxMinAntSystem", {}),
     "Annealing": ("Annealing", PATIENT),
     "TabuSearch": ("TabuSearch", PATIENT),
 }  # fmt: skip

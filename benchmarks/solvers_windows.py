@@ -15,7 +15,7 @@ from text_tables import command, heading, table
 from trackweave import MultiHypothesisTracker, read_reports, solve
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.config import load_configuration
-from trackweave.io.priors import read_priors
+from trackweave.io.tracks_in import read_priors
 from trackweave.run.tracking import settings_for
 from trackweave.solvers import Hint, Stop
 

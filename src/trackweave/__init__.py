@@ -73,7 +73,6 @@ if TYPE_CHECKING:
     from trackweave.solvers import Hint as Hint
     from trackweave.solvers import Islands as Islands
     from trackweave.solvers import ListGenetic as ListGenetic
-    from trackweave.solvers import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers import MBest as MBest
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
@@ -133,7 +132,6 @@ _HOMES = {
     "LocalPicture": "trackweave.fusion.pictures",
     "LocalTracks": "trackweave.io.tracks_in",
     "MBest": "trackweave.solvers",
-    "MaxMinAntSystem": "trackweave.solvers",
     "MeasurementKind": "trackweave.domain.measurements",
     "MultiHypothesisTracker": "trackweave.trackers.multi_hypothesis",
     "NearestNeighbourTracker": "trackweave.trackers.nearest_neighbour",

@@ -8,7 +8,7 @@ import pytest
 from cli.conftest import Run
 from cli.test_voice import terminal
 from trackweave.cli.edge import Voice
-from trackweave.cli.evaluate import MOST_TARGETS, Measure, run_evaluate, show_evaluation
+from trackweave.cli.evaluate import MOST_TARGETS, run_evaluate, show_evaluation
 
 
 def write_scene(folder: Path, n_targets: int) -> tuple[Path, Path]:
@@ -49,7 +49,7 @@ def test_a_terminal_sees_the_worst_of_very_many(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     truth, tracks = write_scene(tmp_path, MOST_TARGETS + 5)
-    found = run_evaluate(truth, tracks, None, Measure())
+    found = run_evaluate(Voice(quiet=True), truth, tracks, None)
     screen = terminal(monkeypatch)
     show_evaluation(found, Voice(quiet=False))
     said = screen.getvalue()

@@ -12,7 +12,7 @@ import pytest
 
 from cli.conftest import Run, write_reports
 from cli.run_directory import write_run
-from trackweave.io.priors import covariance_names, state_names
+from trackweave.io.tracks_in import covariance_names, state_names
 
 SCENE = """
 duration = 20.0

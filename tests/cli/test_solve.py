@@ -16,7 +16,7 @@ from numba.core.event import trigger_event
 import trackweave as tw
 from cli.conftest import Run
 from oracles.assignment import least_cost_of_tuples, random_tuples
-from trackweave.cli.solve import SolveRequest, run_solve
+from trackweave.cli.solve import run_solve
 from trackweave.config.search import METHODS
 from trackweave.io.problem_file import read_problem
 
@@ -201,7 +201,7 @@ def test_the_clock_runs_from_the_start_of_solving(
     monkeypatch.setattr(command.solvers, "solve", watch)
     file = tmp_path / "p.csv"
     file.write_text(TEXT)
-    values = run_solve(SolveRequest(file, time_limit=2.5), Voice(quiet=True))
+    values = run_solve(Voice(quiet=True), file, time_limit=2.5)
     assert limits == [1.5]
     assert values["time_s"] == 2.0
 

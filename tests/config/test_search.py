@@ -53,6 +53,10 @@ def test_options_reach_the_solver() -> None:
     ("section", "said"),
     [
         ({"method": "gready"}, 'search.method: "gready" is not known; did you mean greedy?'),
+        (
+            {"method": "max-min-ant-system"},
+            'search.method: "max-min-ant-system" is not known; it was removed; annealing answers',
+        ),
         ({"method": "greedy", "stesp": 1}, "search.stesp: unknown key; did you mean steps?"),
         ({"method": "greedy", "parts": []}, "search.parts: unknown key"),
         ({"method": "greedy", "steps": 1.5}, "search.steps: 1.5; expected a whole number"),

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from oracles.quadratic_forms import weighted_threshold
 from oracles.track_scenes import contrasts
 from trackweave.errors import InvalidInputError
-from trackweave.fusion.statistic import Statistic, quantiles, tuple_values, weighted_threshold
+from trackweave.fusion.statistic import Statistic, quantiles, tuple_values
 
 N = 4
 
@@ -150,13 +151,6 @@ def test_a_fading_memory_ends_where_weights_are_nothing() -> None:
 def test_refuses_what_is_no_statistic(parts: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         Statistic(**parts)  # type: ignore[arg-type]
-
-
-def test_refuses_weights_and_rates_out_of_range() -> None:
-    with pytest.raises(InvalidInputError, match="weights: expected at least one, and positive"):
-        weighted_threshold(np.array([1.0, 0.0]), 0.05)
-    with pytest.raises(InvalidInputError, match=r"false_rejection: 1\.0; expected a probability"):
-        weighted_threshold(np.ones(2), 1.0)
 
 
 def test_refuses_to_reckon_correlation_without_process_noise() -> None:

@@ -158,26 +158,3 @@ def test_the_fast_parser_agrees_with_the_careful_one(data):
         return table.columns.columns, table.columns.rows(), table.row.tolist()
 
     assert outcome(parse_csv) == outcome(parse_csv_carefully)
-
-
-@settings(max_examples=500)
-@given(
-    rows=st.lists(
-        st.lists(
-            st.sampled_from([b"a", b'"a"', b'""', b"", b'"a,"', b'",a"', b'"a""b"', b'a"']),
-            min_size=2,
-            max_size=3,
-        ),
-        min_size=1,
-        max_size=5,
-    )
-)
-def test_needless_quotation_marks_change_nothing(rows):
-    data = b"\n".join([b'"x",y', *map(b",".join, rows)])
-    outcomes = []
-    for parse in (parse_csv, parse_csv_carefully):
-        try:
-            outcomes.append(parse(data, "r.csv").columns.rows())
-        except DataFormatError as err:
-            outcomes.append(str(err))
-    assert outcomes[0] == outcomes[1]

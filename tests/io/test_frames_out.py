@@ -8,8 +8,8 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.io.frames_out import assignments_frame, reports_frame, tracks_frame, truth_frame
-from trackweave.io.priors import read_priors
 from trackweave.io.reports import read_reports
+from trackweave.io.tracks_in import read_priors
 from trackweave.io.truth import read_truth
 
 REPORTS = {

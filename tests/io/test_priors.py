@@ -7,7 +7,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import COASTING, CONFIRMED, TrackTable
 from trackweave.errors import DataFormatError
 from trackweave.io.frames_out import tracks_frame
-from trackweave.io.priors import covariance_names, read_priors, state_names
+from trackweave.io.tracks_in import covariance_names, read_priors, state_names
 
 
 def tracks(dim: int = 2, n: int = 4) -> TrackTable:

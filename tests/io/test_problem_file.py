@@ -220,7 +220,7 @@ def test_names_a_file_that_is_not_there(tmp_path, name):
 
 def test_names_what_is_no_file(tmp_path):
     (tmp_path / "p.txt").mkdir()
-    assert "not a regular file; expected a file" in refusal(tmp_path / "p.txt")
+    assert "a directory; expected a file" in refusal(tmp_path / "p.txt")
     assert "not a file name" in refusal("a\0b.txt")
     assert "cannot be read" in refusal("x" * 300 + ".txt")
 

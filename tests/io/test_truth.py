@@ -6,7 +6,12 @@ import pytest
 
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import DataFormatError
-from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
+from trackweave.io.truth import (
+    read_assignments,
+    read_tracks,
+    read_truth,
+    read_truth_on_plane,
+)
 
 TRUTH = {"time": [1.0, 0.0, 1.0], "target": ["b", "a", "a"], "x": [1.0, 2.0, 3.0], "y": [0.0] * 3}
 TRACKS = {
@@ -40,9 +45,9 @@ def test_iso_times_become_seconds_from_1970():
 def test_truth_in_latitudes_is_laid_on_the_plane_of_the_tracks():
     geodetic = {"lat": [47.0, 47.1, 47.2], "lon": [8.0] * 3}
     truth = {**{name: TRUTH[name] for name in ("time", "target")}, **geodetic}
-    frame = plane_of(pl.DataFrame(truth))
+    frame = read_truth_on_plane(pl.DataFrame(truth))[1]
     assert frame == LocalFrame(47.1, 8.0)
-    assert plane_of(pl.DataFrame(TRUTH)) is None
+    assert read_truth_on_plane(pl.DataFrame(TRUTH))[1] is None
     there = read_truth(pl.DataFrame(truth), frame)
     tracks = read_tracks(pl.DataFrame({**TRACKS, **geodetic}), frame)
     np.testing.assert_allclose(there.position[0], [0.0, 0.0], atol=1e-6)

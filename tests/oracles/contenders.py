@@ -12,7 +12,6 @@ from trackweave.solvers import (
     Greedy,
     Islands,
     ListGenetic,
-    MaxMinAntSystem,
     MBest,
     Solver,
     TabuSearch,
@@ -43,10 +42,6 @@ SOLVERS: dict[str, Solver] = {
     "ant system": AntSystem(ants=8, cycles=12),
     "ant system, whole": AntSystem(ants=8, cycles=12, decompose=False),
     "ant system, seeded": AntSystem(ants=8, cycles=12, seeded=True),
-    "max-min ant system": MaxMinAntSystem(ants=8, evaluations=80),
-    "max-min ant system, unseeded": MaxMinAntSystem(
-        ants=8, evaluations=80, patience=3, seeded=False, improvement=False, decompose=False
-    ),
     "annealing": Annealing(evaluations=6000, moves_per_item=300),
     "annealing, unseeded": Annealing(
         evaluations=6000, links=1, seeded=False, improvement=False, decompose=False
@@ -55,7 +50,7 @@ SOLVERS: dict[str, Solver] = {
     "islands on threads": Islands(
         (
             Annealing(evaluations=2000),
-            MaxMinAntSystem(ants=8),
+            ListGenetic(**SMALL),
             TabuSearch(),
             Genetic(**SMALL),
             AntSystem(ants=8),

@@ -10,7 +10,7 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._decoding import Lookup, Trail, begin, decode_permutation
-from trackweave.solvers.genetic.search import make_lookup
+from trackweave.solvers.genetic.report_genes import make_lookup
 
 Hypothesis = set[tuple[int, ...]]
 

@@ -202,7 +202,7 @@ def constructors() -> list[Call]:
     simple = [
         tw.Annealing, tw.AntSystem, tw.Auto, tw.BiasModel, tw.Combination, tw.Confirmation,
         tw.Dual, tw.Exact, tw.FieldOfView, tw.Genetic, tw.GrowthLimits, tw.Greedy, tw.Islands,
-        tw.Lifecycle, tw.ListGenetic, tw.MBest, tw.MaxMinAntSystem, tw.Sampling, tw.Statistic,
+        tw.Lifecycle, tw.ListGenetic, tw.MBest, tw.Sampling, tw.Statistic,
         tw.TabuSearch, tw.TrackAssociator, tw.TrackFuser, tw.Window,
     ]  # fmt: skip
     modes = (tw.ConstantVelocity(**MOTION), tw.CoordinatedTurn(0.1, 1e-3, 20.0, 0.2))

@@ -3,7 +3,6 @@
 import io
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -14,11 +13,10 @@ import pytest
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.domain.truth import TruthTable
-from trackweave.errors import OutputError
 from trackweave.plotting import _looks
 from trackweave.plotting import run as module
 from trackweave.plotting._canvas import Canvas, open_canvas
-from trackweave.plotting.run import Scene, picture_of_run, plot_run
+from trackweave.plotting.run import Scene, picture_of_run
 
 
 def report_table(n: int, dim: int = 2, extent: float = 1000.0) -> ReportTable:
@@ -200,11 +198,3 @@ def test_an_ellipse_is_as_long_as_95_per_cent_asks(canvas: Iterator[list[Canvas]
     assert ellipses.get_widths() == pytest.approx(2 * 2.4477 * 20, rel=1e-4)
     assert ellipses.get_heights() == pytest.approx(2 * 2.4477 * 10, rel=1e-4)
     assert np.abs(np.sin(np.radians(ellipses.get_angles()))) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_writes_the_file_or_says_why_not(tmp_path: Path) -> None:
-    scene = Scene(report_table(5), track_table(1), title="Harbour")
-    plot_run(scene, tmp_path / "run.png")
-    assert (tmp_path / "run.png").read_bytes() == picture_of_run(scene)
-    with pytest.raises(OutputError, match=r"none.run\.png: No such file"):
-        plot_run(scene, tmp_path / "none" / "run.png")

@@ -28,7 +28,7 @@ from trackweave.studies.hillis_fitness import (
 from trackweave.studies.hillis_scenes import TwoSensors, follow, lone_reports, meeting_scene
 from trackweave.studies.hillis_search import evolve, full_window, interrupted, least_cost
 from trackweave.studies.judging import Verdict
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 
 Hypothesis = frozenset[tuple[int, ...]]
 
@@ -199,7 +199,7 @@ def curves(excess: float, n_windows: int) -> Table:
         for spent in (500, 1_000)
     ]
     head = ("objects", "window", "reports", "search", "evaluations", "excess [nats]")
-    return Table(head, tuple(rows))
+    return frame(head, rows)
 
 
 def test_a_search_is_judged_by_where_it_ends() -> None:
@@ -232,21 +232,21 @@ def tables() -> dict[str, Table]:
     ]
     return {
         **drawn(rng, True, lambda done, total: None),
-        "depths": Table(head, tuple(depths)),
+        "depths": frame(head, depths),
         "search": curves(0.0, 99),
-        "thresholds": Table(
+        "thresholds": frame(
             ("objects", "window", "threshold [nats]", "generation", "of", "excess [nats]"),
             tuple((5, k, 3.0, 9, 20, 0.0) for k in range(9)),
         ),
-        "interruptions": Table(
+        "interruptions": frame(
             ("window", "looks", "excess [nats]", "whole"),
             tuple((k, looks, 9.0 / looks, True) for k in range(9) for looks in (1, 2)),
         ),
-        "arrivals": Table(
+        "arrivals": frame(
             ("scene", "arrival", "of scans right [%]", "alone right [%]", "GOSPA [m]"),
             tuple(arrivals),
         ),
-        "islands": Table(
+        "islands": frame(
             ("window", "search", "excess [nats]", "evaluations", "sent", "same on threads"),
             tuple(islands),
         ),

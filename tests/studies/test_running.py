@@ -12,7 +12,7 @@ from trackweave.io.output import OutputDirectory
 from trackweave.studies import Claim, Part, Study, Tick, WriteUp
 from trackweave.studies.judging import Verdict
 from trackweave.studies.running import Order, run_study
-from trackweave.studies.writing import Table, text_table
+from trackweave.studies.writing import Table, frame, text_table
 
 ORDER = Order("huo-2008", seed=3, quick=True)
 
@@ -34,12 +34,12 @@ class _Drawn:
             self.measured.append(name)
             tick(1, 2)
             rows = ((name, 1, float(rng.normal()), None), ('x, "y"', 2, 1.0, float(quick)))
-            return {f"table-{name}": Table(("what", "number", "drawn", "known"), rows)}
+            return {f"table-{name}": frame(("what", "number", "drawn", "known"), rows)}
 
         return measure
 
     def _write_up(self, tables: Mapping[str, Table], quick: bool) -> WriteUp:
-        text = "\n\n".join(text_table(table.head, table.rows) for table in tables.values())
+        text = "\n\n".join(text_table(table.columns, table.rows()) for table in tables.values())
         claims = (Claim("“It holds”", Verdict.HOLDS, "1 of 1."),)
         return WriteUp(f"# Report\n\n{text}\n", claims, {"figure.png": b"png"})
 

@@ -1,7 +1,6 @@
 """The study of three radars, repeated on a fraction of its skies, and what it is made of."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,7 +43,7 @@ from trackweave.studies.wiranto_tracks import (
     run_tracker,
     tracking,
 )  # fmt: skip
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame, numbers
 from trackweave.trackers.plot_fusion import PlotFuser
 
 
@@ -199,17 +198,17 @@ def tables() -> dict[str, Table]:
 
 def test_no_answer_is_cheaper_than_the_exact_one(tables: dict[str, Table]) -> None:
     name = "above the least cost [nats]"
-    assert np.all(tables["sorting"].column(name) >= 0.0)
-    assert not tables["sorting"].column(name, method=EXACT).any()
-    proven = tables["sorting"].column("scans proven best", method=EXACT)
-    assert proven.tolist() == tables["sorting"].column("scans", method=EXACT).tolist()
+    assert np.all(numbers(tables["sorting"], name) >= 0.0)
+    assert not numbers(tables["sorting"], name, method=EXACT).any()
+    proven = numbers(tables["sorting"], "scans proven best", method=EXACT)
+    assert proven.tolist() == numbers(tables["sorting"], "scans", method=EXACT).tolist()
 
 
 def test_curves_do_not_rise_and_cost_a_colony_of_tours_a_cycle(tables: dict[str, Table]) -> None:
     for method in wiranto_plots.COLONIES:
         where = {"sky": "as chosen", "draw": 0, "method": method}
-        excess = tables["search"].column("above the least cost [nats]", **where)
-        tours = tables["search"].column("evaluations", **where)
+        excess = numbers(tables["search"], "above the least cost [nats]", **where)
+        tours = numbers(tables["search"], "evaluations", **where)
         assert np.all(np.diff(excess) <= 1e-9)
         assert np.all(np.diff(tours) >= 0.0)
         if method == "10 ants":
@@ -219,7 +218,7 @@ def test_curves_do_not_rise_and_cost_a_colony_of_tours_a_cycle(tables: dict[str,
 
 def test_same_seed_same_numbers() -> None:
     first, second, other = (
-        sorting(np.random.default_rng(seed), {"as chosen": 1}, 4, nobody)["sorting"].rows
+        sorting(np.random.default_rng(seed), {"as chosen": 1}, 4, nobody)["sorting"].rows()
         for seed in (7, 7, 8)
     )
     assert first == second
@@ -229,11 +228,11 @@ def test_same_seed_same_numbers() -> None:
 def test_figures_have_the_points_that_they_plot() -> None:
     made = figures(np.random.default_rng(1), nobody)
     assert sorted(made) == ["figure3", "figure4", "figure5", "figure6"]
-    whats = {row[0] for row in made["figure4"].rows}
+    whats = {row[0] for row in made["figure4"].rows()}
     assert whats == {"truth", "estimate", "selected, fused"}
-    assert len(made["figure4"].column("x", what="truth")) == 300
+    assert len(numbers(made["figure4"], "x", what="truth")) == 300
     for name in ("figure5", "figure6"):
-        assert np.isfinite(made[name].column("to the right [m]")).all()
+        assert np.isfinite(numbers(made[name], "to the right [m]")).all()
 
 
 def judged_with(tables: Mapping[str, Table], factors: Mapping[str, float]) -> list[Verdict]:
@@ -241,10 +240,10 @@ def judged_with(tables: Mapping[str, Table], factors: Mapping[str, float]) -> li
     changed = {}
     for name, table in tables.items():
         rows = []
-        for row in table.rows:
+        for row in table.rows():
             factor = next((factors[cell] for cell in row if cell in factors), 1.0)
             rows.append(tuple(c * factor if isinstance(c, float) else c for c in row))
-        changed[name] = replace(table, rows=tuple(rows))
+        changed[name] = frame(table.columns, rows)
     return [claim.verdict for claim in claims_of(changed)]
 
 

@@ -2,7 +2,6 @@
 
 import os
 import tempfile
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,16 +9,24 @@ import typer
 
 from trackweave.cli.edge import (
     DEBUG,
-    Voice,
+    carry_out,
     last_resort,
     show_json,
     show_our_warnings,
     with_status,
 )
 from trackweave.cli.fusing import fuse, reproduce
-from trackweave.cli.options import JsonOption, QuietOption, SeedOption
+from trackweave.cli.options import (
+    JsonOption,
+    OnBadRow,
+    OutOption,
+    QuietOption,
+    ReportsArgument,
+    SeedOption,
+    required,
+)
 
-__all__ = ["OnBadRow", "app", "run"]
+__all__ = ["app", "run"]
 
 app = typer.Typer(
     name="trackweave",
@@ -36,13 +43,6 @@ app = typer.Typer(
         "interrupted, 141 nobody reads the output any more, 1 a failure of ours."
     ),
 )
-
-
-class OnBadRow(StrEnum):
-    """What to do with a row of a reports file that cannot be used."""
-
-    fail = "fail"
-    skip = "skip"
 
 
 def _show_version(wanted: bool) -> None:
@@ -68,10 +68,7 @@ def _options(
 @app.command()
 @with_status
 def demo(
-    out: Annotated[
-        Path,
-        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
-    ] = Path("trackweave-demo"),
+    out: OutOption = Path("trackweave-demo"),
     seed: SeedOption = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
@@ -83,29 +80,20 @@ def demo(
     """
     from trackweave.cli.demo import run_demo
 
-    result = run_demo(out, 1 if seed is None else seed, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(run_demo, out, 1 if seed is None else seed, json=json, quiet=quiet)
 
 
 @app.command()
 @with_status
 def init(
-    reports: Annotated[
-        Path,
-        typer.Argument(
-            metavar="REPORTS",
-            help="Reports: a .csv, .csv.gz or .parquet file.",
-            show_default=False,
-        ),
-    ],
+    reports: ReportsArgument,
     out: Annotated[Path, typer.Option("--out", "-o", help="File for the configuration.")] = Path(
         "tracker.toml"
     ),
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or leave it out and go on.")
-    ] = OnBadRow.fail,
+    ] = "fail",
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -114,30 +102,16 @@ def init(
     Each key with its value, its unit and where the value came from. `track --config` with the
     file does what `track` does without a configuration, until you change it.
     """
-    from trackweave.cli.init import InitRequest, run_init
+    from trackweave.cli.init import run_init
 
-    result = run_init(
-        InitRequest(reports, out, force, on_bad_row.value), Voice(quiet=quiet or json)
-    )
-    if json:
-        show_json(result)
+    carry_out(run_init, reports, out, json=json, quiet=quiet, force=force, on_bad_row=on_bad_row)
 
 
 @app.command()
 @with_status
 def track(
-    reports: Annotated[
-        Path,
-        typer.Argument(
-            metavar="REPORTS",
-            help="Reports: a .csv, .csv.gz or .parquet file.",
-            show_default=False,
-        ),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
-    ],
+    reports: ReportsArgument,
+    out: OutOption,
     config: Annotated[
         Path | None,
         typer.Option(help="Configuration (tracker.toml). Keys left out are estimated or default."),
@@ -158,7 +132,7 @@ def track(
     ] = None,
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or list it in run.json and go on.")
-    ] = OnBadRow.fail,
+    ] = "fail",
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -173,27 +147,19 @@ def track(
     everything is estimated from the reports, and what was assumed is said. Seed 0 unless given
     here or in the configuration.
     """
-    from trackweave.cli.track import Request, run_track
+    from trackweave.cli.track import run_track
 
-    request = Request(reports, out, config, preset, priors, seed, deadline_ms, on_bad_row.value)
-    result = run_track(request, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(
+        run_track, reports, out, json=json, quiet=quiet, config=config, preset=preset,
+        priors=priors, seed=seed, deadline_ms=deadline_ms, on_bad_row=on_bad_row,
+    )  # fmt: skip
 
 
 @app.command()
 @with_status
 def simulate(
-    scenario: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCENARIO", help="Scenario (TOML): area, sensors, targets.", show_default=False
-        ),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
-    ],
+    scenario: Annotated[Path, required("SCENARIO", "Scenario (TOML): area, sensors, targets.")],
+    out: OutOption,
     seed: SeedOption = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
@@ -205,9 +171,7 @@ def simulate(
     """
     from trackweave.cli.simulate import run_simulate
 
-    result = run_simulate(scenario, out, seed, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(run_simulate, scenario, out, seed, json=json, quiet=quiet)
 
 
 @app.command()
@@ -241,25 +205,19 @@ def evaluate(
     fragmentations, RMSE and, with assignments, the share of reports assigned rightly; then each
     target's own record.
     """
-    from trackweave.cli.evaluate import Measure, run_evaluate, show_evaluation
+    from trackweave.cli.evaluate import run_evaluate
 
-    result = run_evaluate(truth, tracks, assignments, Measure(cutoff, order, max_gap, window))
-    if json:
-        show_json(result)
-    else:
-        show_evaluation(result, Voice(quiet=quiet))
+    carry_out(
+        run_evaluate, truth, tracks, assignments, json=json, quiet=quiet,
+        cutoff=cutoff, order=order, max_gap=max_gap, window=window,
+    )  # fmt: skip
 
 
 @app.command()
 @with_status
 def solve(
     problem: Annotated[
-        Path,
-        typer.Argument(
-            metavar="PROBLEM",
-            help="Assignment problem: a .csv, .csv.gz, .parquet or .txt file.",
-            show_default=False,
-        ),
+        Path, required("PROBLEM", "Assignment problem: a .csv, .csv.gz, .parquet or .txt file.")
     ],
     method: Annotated[
         str | None, typer.Option(help="Solver by its name; left out, the library's default.")
@@ -288,23 +246,18 @@ def solve(
     every item covered once. Prints cost, lower bound, gap and status: optimal, feasible,
     infeasible, or unknown where the time was over before anything was found. Seed 0 unless given.
     """
-    from trackweave.cli.solve import SolveRequest, run_solve
+    from trackweave.cli.solve import run_solve
 
-    request = SolveRequest(problem, method, time_limit, seed or 0, out)
-    result = run_solve(request, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(
+        run_solve, problem, json=json, quiet=quiet,
+        method=method, time_limit=time_limit, seed=seed or 0, out=out,
+    )  # fmt: skip
 
 
 @app.command()
 @with_status
 def plot(
-    directory: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR", help="Directory of a run of `track` or `demo`.", show_default=False
-        ),
-    ],
+    directory: Annotated[Path, required("DIR", "Directory of a run of `track` or `demo`.")],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -319,8 +272,7 @@ def plot(
         typer.Option(help="The reports that were tracked, to draw them; a demo has them in DIR."),
     ] = None,
     truth: Annotated[
-        Path | None,
-        typer.Option(help="Truth to draw: time, target, x, y[, z]; as in a demo."),
+        Path | None, typer.Option(help="Truth to draw: time, target, x, y[, z]; as in a demo.")
     ] = None,
     history: Annotated[
         bool, typer.Option("--history", help="Draw the smoothed history of tracks.")
@@ -337,12 +289,12 @@ def plot(
     number of tracks by status, reports and those assigned in each scan, the gap to the bound with
     the scans told apart that were proven optimal, CPU per scan, and the speed of tracks over time.
     """
-    from trackweave.cli.plot import PlotRequest, run_plot
+    from trackweave.cli.plot import run_plot
 
-    request = PlotRequest(directory, out, reports, truth, history, pixels)
-    result = run_plot(request, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(
+        run_plot, directory, json=json, quiet=quiet,
+        out=out, reports=reports, truth=truth, history=history, pixels=pixels,
+    )  # fmt: skip
 
 
 app.command()(fuse)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.cli.edge import Voice
 from trackweave.cli.simulate import simulated_tables
 from trackweave.config import load_configuration
 from trackweave.io.output import OutputDirectory
@@ -20,8 +20,7 @@ __all__ = ["demo_configuration", "run_demo"]
 CUTOFF = 50.0
 
 
-@telling_compiling
-def run_demo(out: Path, seed: int, voice: Voice) -> dict[str, Any]:
+def run_demo(voice: Voice, out: Path, seed: int) -> dict[str, Any]:
     """Simulate, track, compare with the truth and write everything; return the comparison."""
     import tomllib
 

@@ -7,22 +7,21 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Any, ParamSpec, TextIO, TypeVar
+from math import isfinite
+from typing import Any, TextIO
 
 import typer
 
 __all__ = [
     "Voice",
+    "carry_out",
     "last_resort",
     "named_output",
     "show_json",
     "show_our_warnings",
-    "telling_compiling",
+    "shown",
     "with_status",
 ]
-
-_Given = ParamSpec("_Given")
-_Found = TypeVar("_Found")
 
 BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 READER_LEFT = 141
@@ -63,17 +62,18 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
-def telling_compiling(run: Callable[_Given, _Found]) -> Callable[_Given, _Found]:
-    """Return what a command runs, with a word where kernels are compiled; its voice is last."""
+def carry_out(
+    run: Callable[..., Any], *given: object, json: bool, quiet: bool, **options: object
+) -> None:
+    """Run what a command does, with a voice first, and print what it returns where JSON is asked.
 
-    @functools.wraps(run)
-    def told(*args: _Given.args, **options: _Given.kwargs) -> _Found:
-        voice = args[-1]
-        assert isinstance(voice, Voice)
-        with voice.compiling():
-            return run(*args, **options)
-
-    return told
+    A word is said where kernels are compiled meanwhile.
+    """
+    voice = Voice(quiet=quiet or json)
+    with voice.compiling():
+        found = run(voice, *given, **options)
+    if json:
+        show_json(found)
 
 
 def _forget_output() -> None:
@@ -215,6 +215,13 @@ class Voice:
             table.add_row(*row)
         Console(stderr=True).print(table)
 
+    def results(self, title: str, found: dict[str, Any], digits: int = 4) -> None:
+        """Print what a command found, a row for each name."""
+        rows = [
+            (name.replace("_", " "), shown(value, digits=digits)) for name, value in found.items()
+        ]
+        self.table(title, rows)
+
     @contextmanager
     def progress(self, what: str) -> Iterator[Callable[[int, int], None] | None]:
         """Show a bar on a terminal while the block runs; yields what to call with done and all."""
@@ -232,3 +239,11 @@ class Voice:
                 bar.update(task, completed=done, total=total)
 
             yield advance
+
+
+def shown(value: Any, unit: str = "", *, digits: int = 4) -> str:
+    """Return a value for people, with a dash for none."""
+    if value is None or (isinstance(value, float) and not isfinite(value)):
+        return "–"
+    text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return f"{text} {unit}" if unit else text

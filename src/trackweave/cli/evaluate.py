@@ -1,17 +1,16 @@
 """The command ``evaluate``."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, shown
 from trackweave.domain.truth import TruthTable
 from trackweave.metrics import evaluate
 from trackweave.run.judging import compared, quality_in
 
-__all__ = ["Measure", "run_evaluate", "show_evaluation"]
+__all__ = ["run_evaluate", "show_evaluation"]
 
 MOST_TARGETS = 20
 """As many targets are listed on a terminal; all are in the JSON."""
@@ -22,44 +21,17 @@ LEAST_PRESENCE = 0.6
 LENGTHS = ("gospa", "ospa", "motp", "rmse", "cutoff")
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """How to compare.
-
-    Parameters
-    ----------
-    cutoff
-        Distance from which a track is not a target's [m].
-    order
-        Exponent of GOSPA, OSPA and OSPA(2).
-    max_gap
-        Longest time between rows that is bridged [s]; None for a period and a half.
-    window
-        Number of the truth's times over which OSPA(2) is taken.
-    """
-
-    cutoff: float = 50.0
-    order: float = 2.0
-    max_gap: float | None = None
-    window: int = 10
-
-
 def run_evaluate(
-    truth: Path, tracks: Path, assignments: Path | None, measure: Measure
+    voice: Voice, truth: Path, tracks: Path, assignments: Path | None, **how: Any
 ) -> dict[str, Any]:
-    """Return every measure of tracks against the truth by its name."""
+    """Return every measure of tracks against the truth by its name, and show them."""
     true, claimed = compared(truth, tracks)
-    found = evaluate(
-        true,
-        claimed,
-        cutoff=measure.cutoff,
-        order=measure.order,
-        max_gap=measure.max_gap,
-        window=measure.window,
-    )
+    measures = evaluate(true, claimed, **how)
     if assignments is not None:
-        found = found.with_assignments(quality_in(assignments))
-    return {**found.as_dict(), "notes": _notes(true)}
+        measures = measures.with_assignments(quality_in(assignments))
+    found = {**measures.as_dict(), "notes": _notes(true)}
+    show_evaluation(found, voice)
+    return found
 
 
 def _notes(truth: TruthTable) -> list[str]:
@@ -83,7 +55,7 @@ def _notes(truth: TruthTable) -> list[str]:
 def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     """Show every measure, then the targets that were followed worst."""
     measures = [
-        (name, _shown(value, "m" if name.startswith(LENGTHS) else ""))
+        (name, shown(value, "m" if name.startswith(LENGTHS) else ""))
         for name, value in found.items()
         if not isinstance(value, list)
     ]
@@ -106,13 +78,6 @@ def _told(record: dict[str, Any]) -> str:
     return (
         f"tracked {record['time_tracked']:.6g} of {record['time_present']:.6g} s, "
         f"{100 * record['covered']:.1f} % of positions, "
-        f"rmse {_shown(record['rmse'], 'm')}, switches {record['switches']}, "
+        f"rmse {shown(record['rmse'], 'm')}, switches {record['switches']}, "
         f"fragmentations {record['fragmentations']}, tracks {tracks or '–'}"
     )
-
-
-def _shown(value: float | int | None, unit: str = "") -> str:
-    if value is None:
-        return "–"
-    shown = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return f"{shown} {unit}" if unit else shown

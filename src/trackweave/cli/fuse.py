@@ -1,74 +1,46 @@
 """The command ``fuse``."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.cli.edge import Voice, shown
 from trackweave.config.fusion import order_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
 from trackweave.io.tables import ENDINGS
-from trackweave.run.fusing import FusionResult, fuse
+from trackweave.run.fusing import fuse
 
-__all__ = ["FuseRequest", "run_fuse"]
-
-
-@dataclass(frozen=True, slots=True)
-class FuseRequest:
-    """What the command was asked for.
-
-    Parameters
-    ----------
-    tracks
-        Files of tracks.
-    out
-        Directory for the files.
-    names
-        Names of sensors, each as NAME=FILE; a file that is not among ``tracks`` is one more.
-    options
-        What is not to be as by default, as ``fuse`` takes it; None is as good as left out.
-    config
-        A configuration, of which the table ``[fusion]`` counts where ``options`` are silent.
-    preset
-        Name of a preset.
-    seed
-        Seed of the random numbers; None for the configuration's, else 0.
-    """
-
-    tracks: Sequence[Path]
-    out: Path
-    names: Sequence[str]
-    options: dict[str, Any]
-    config: Path | None = None
-    preset: str | None = None
-    seed: int | None = None
+__all__ = ["run_fuse"]
 
 
-@telling_compiling
-def run_fuse(request: FuseRequest, voice: Voice) -> dict[str, Any]:
+def run_fuse(
+    voice: Voice,
+    tracks: Sequence[Path],
+    out: Path,
+    *,
+    names: Sequence[str],
+    options: dict[str, Any],
+    config: Path | None = None,
+    preset: str | None = None,
+    seed: int | None = None,
+) -> dict[str, Any]:
     """Fuse files of tracks and write what was found; return the run's totals."""
-    files = _named_files(request.tracks, request.names)
-    place = OutputDirectory(request.out, "fuse")
-    place.check([*files.values(), *([request.config] if request.config else [])])
-    order = order_of(request.config, request.options)
-    seed = request.seed if request.seed is not None else order.seed or 0
+    files = _named_files(tracks, names)
+    place = OutputDirectory(out, "fuse")
+    place.check([*files.values(), config])
+    order = order_of(config, options)
+    used = seed if seed is not None else order.seed or 0
     with voice.progress("fusing") as progress:
-        result = fuse(
-            files,
-            order,
-            preset=request.preset,
-            rng=seed,
-            progress=progress,
-        )
+        result = fuse(files, order, preset=preset, rng=used, progress=progress)
     record = result.run
-    place.write(_tables(result), record)
+    tables = {"associations.csv": result.associations, "tracks.csv": result.tracks}
+    place.write({name: encode_table(table, name) for name, table in tables.items()}, record)
     for line in [*_assumed(record), *_registered(record), *record["notes"]]:
         voice.say(line)
-    found = _summary(record, request.out)
-    voice.table("Objects", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
+    found = _summary(record, out)
+    voice.results("Objects", found)
     return found
 
 
@@ -103,19 +75,12 @@ def _stem(path: Path) -> str:
     return path.name
 
 
-def _tables(result: FusionResult[Any]) -> dict[str, bytes]:
-    return {
-        "associations.csv": encode_table(result.associations, "associations.csv"),
-        "tracks.csv": encode_table(result.tracks, "tracks.csv"),
-    }
-
-
 def _assumed(record: dict[str, Any]) -> list[str]:
     """Return a line on what the tracks told of themselves."""
     if record["sources"]["process_noise"] != "estimated":
         return []
     value = record["configuration"]["process_noise"]
-    return [f"estimated from the covariances: process_noise {_shown(value)} m²/s³"]
+    return [f"estimated from the covariances: process_noise {shown(value)} m²/s³"]
 
 
 def _registered(record: dict[str, Any]) -> list[str]:
@@ -123,7 +88,7 @@ def _registered(record: dict[str, Any]) -> list[str]:
     lines = []
     for name, found in record["registrations"].items():
         numbers = ", ".join(
-            f"{what.replace('_', ' ')} {_shown(value)} ± {_shown(found['sigma'][what])}"
+            f"{what.replace('_', ' ')} {shown(value)} ± {shown(found['sigma'][what])}"
             for what, value in found["bias"].items()
             if found["sigma"][what] > 0.0
         )
@@ -143,9 +108,3 @@ def _summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
         "seed": record["seed"],
         "out": str(out),
     }
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "–"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

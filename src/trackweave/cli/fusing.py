@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import Voice, show_json, with_status
-from trackweave.cli.options import JsonOption, QuietOption, SeedOption
+from trackweave.cli.edge import carry_out, with_status
+from trackweave.cli.options import JsonOption, OutOption, QuietOption, SeedOption, required
 
 __all__ = ["fuse", "reproduce"]
 
@@ -15,17 +15,13 @@ __all__ = ["fuse", "reproduce"]
 def fuse(
     tracks: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="TRACKS TRACKS …",
-            help="Tracks of one sensor each, as `track` writes them; the reference first.",
-            show_default=False,
+        required(
+            "TRACKS TRACKS …",
+            "Tracks of one sensor each, as `track` writes them; the reference first.",
         ),
     ] = None,
     *,
-    out: Annotated[
-        Path,
-        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
-    ],
+    out: OutOption,
     name: Annotated[
         list[str] | None,
         typer.Option(help="NAME=FILE: the sensor's name; left out, that of its file."),
@@ -55,8 +51,7 @@ def fuse(
         ),
     ] = None,
     preset: Annotated[
-        str | None,
-        typer.Option(help="Preset: huo, or huo-2008, the document to the letter."),
+        str | None, typer.Option(help="Preset: huo, or huo-2008, the document to the letter.")
     ] = None,
     search: Annotated[
         str | None, typer.Option(help="Solver of the association, by its name.")
@@ -91,7 +86,7 @@ def fuse(
     (one row per object and time) and run.json. Options come before the configuration, that
     before the preset, key by key. Seed 0 unless given here or there.
     """
-    from trackweave.cli.fuse import FuseRequest, run_fuse
+    from trackweave.cli.fuse import run_fuse
 
     if bias is not None and not register:
         from trackweave.errors import InvalidInputError
@@ -106,24 +101,16 @@ def fuse(
         "statistic": {"false_rejection": false_rejection, "correlation": correlation},
         "search": {"method": search},
     }
-    request = FuseRequest(tracks or [], out, name or [], options, config, preset, seed)
-    result = run_fuse(request, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(
+        run_fuse, tracks or [], out, json=json, quiet=quiet,
+        names=name or [], options=options, config=config, preset=preset, seed=seed,
+    )  # fmt: skip
 
 
 @with_status
 def reproduce(
-    preset: Annotated[
-        str,
-        typer.Argument(
-            metavar="PRESET", help="Preset whose document is repeated.", show_default=False
-        ),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(help="Directory for the files: new, empty, or that of its earlier run."),
-    ],
+    preset: Annotated[str, required("PRESET", "Preset whose document is repeated.")],
+    out: OutOption,
     quick: Annotated[
         bool, typer.Option("--quick", help="A fraction of the scenes: seconds, not minutes.")
     ] = False,
@@ -136,9 +123,6 @@ def reproduce(
     Writes report.md, claim by claim, with its figures (.png) and their numbers (.csv), and
     run.json. Seed 0 unless given.
     """
-    from trackweave.cli.reproduce import ReproduceRequest, run_reproduce
+    from trackweave.cli.reproduce import run_reproduce
 
-    request = ReproduceRequest(preset, out, seed or 0, quick)
-    result = run_reproduce(request, Voice(quiet=quiet or json))
-    if json:
-        show_json(result)
+    carry_out(run_reproduce, preset, out, json=json, quiet=quiet, seed=seed or 0, quick=quick)

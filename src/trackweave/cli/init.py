@@ -1,76 +1,54 @@
 """The command ``init``."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.cli.edge import Voice
 from trackweave.cli.track import what_was_assumed
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
-from trackweave.io.output_file import OutputFile
+from trackweave.io.output import OutputFile
 from trackweave.io.reports import read_reports
+from trackweave.io.tables import OnBadRow
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
 
-__all__ = ["InitRequest", "run_init"]
+__all__ = ["run_init"]
 
 
-@dataclass(frozen=True, slots=True)
-class InitRequest:
-    """What the command was asked for.
-
-    Parameters
-    ----------
-    reports
-        File of reports.
-    out
-        File for the configuration.
-    force
-        Whether to replace a file that is there.
-    on_bad_row
-        Whether to stop at a bad row or to go on.
-    """
-
-    reports: Path
-    out: Path
-    force: bool = False
-    on_bad_row: Literal["fail", "skip"] | str = "fail"
-
-
-@telling_compiling
-def run_init(request: InitRequest, voice: Voice) -> dict[str, Any]:
+def run_init(
+    voice: Voice, reports: Path, out: Path, *, force: bool = False, on_bad_row: OnBadRow = "fail"
+) -> dict[str, Any]:
     """Estimate a configuration, write it with comments, and return what was found."""
-    place = OutputFile(request.out)
-    place.check([request.reports])
-    if request.out.exists() and not request.force:
-        raise OutputError(f"{request.out}: there already; --force replaces it")
-    reports = read_reports(
-        request.reports, on_bad_row="skip" if request.on_bad_row == "skip" else "fail"
-    )
-    if len(reports) == 0:
-        raise InvalidInputError(f"{request.reports}: no rows; expected at least one report")
+    place = OutputFile(out)
+    place.check([reports])
+    if out.exists() and not force:
+        raise OutputError(f"{out}: there already; --force replaces it")
+    table = read_reports(reports, on_bad_row=on_bad_row)
+    if len(table) == 0:
+        raise InvalidInputError(f"{reports}: no rows; expected at least one report")
     configuration = load_configuration(None)
     doubles, (settings, estimates) = doubles_of(
-        reports, lambda once: settle(once, configuration, to_be_edited=True)
+        table, lambda once: settle(once, configuration, to_be_edited=True)
     )
     # What a run takes where nobody says a seed.
-    notes = (*reports.notes, *doubles.notes(), *settings.notes)
+    notes = (*table.notes, *doubles.notes(), *settings.notes)
     settings = replace(settings, values={**settings.values, "seed": 0}, notes=notes)
     text = commented_toml(
         settings,
-        head=_head(request.reports, reports),
+        head=_head(reports, table),
         remarks=estimates.remarks if estimates else {},
         doubts=estimates.doubts if estimates else {},
     )
     place.write(text.encode("utf-8"))
-    found = _found(settings, request.out)
+    found = _found(settings, out)
     for line in [*what_was_assumed(found), *settings.notes]:
         voice.say(line)
-    voice.say(f"written: {request.out}")
+    voice.say(f"written: {out}")
     return found
 
 

@@ -1,11 +1,24 @@
 """Options that several commands have."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import typer
 
-__all__ = ["JsonOption", "QuietOption", "SeedOption"]
+__all__ = [
+    "JsonOption",
+    "OnBadRow",
+    "OutOption",
+    "QuietOption",
+    "ReportsArgument",
+    "SeedOption",
+    "required",
+]
 
+OnBadRow = Literal["fail", "skip"]
+OutOption = Annotated[
+    Path, typer.Option(help="Directory for the files: new, empty, or that of its earlier run.")
+]
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")
 ]
@@ -13,4 +26,14 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing 
 SeedOption = Annotated[
     int | None,
     typer.Option(min=0, help="Seed of the random numbers; the same seed gives the same files."),
+]
+
+
+def required(metavar: str, explained: str) -> Any:
+    """Return an argument that a command cannot do without."""
+    return typer.Argument(metavar=metavar, help=explained, show_default=False)
+
+
+ReportsArgument = Annotated[
+    Path, required("REPORTS", "Reports: a .csv, .csv.gz or .parquet file.")
 ]

@@ -1,123 +1,91 @@
 """The command ``plot``: the picture of a run from its files."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackweave.association.problem import Status
-from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
-from trackweave.io.output_file import OutputFile
+from trackweave.io.output import OutputFile
 from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
-from trackweave.run.drawing import assigned_per_scan
-from trackweave.run.judging import truth_on
+from trackweave.run.drawing import scene_of, series_of
 
-__all__ = ["PlotRequest", "run_plot"]
+__all__ = ["run_plot"]
 
 PICTURE = "plot.png"
 # Times that were written to a file and read back may differ in the last digits.
 SAME_REPORT_S = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
-class PlotRequest:
-    """What the command was asked for.
+def run_plot(
+    voice: Voice,
+    directory: Path,
+    *,
+    out: Path | None = None,
+    reports: Path | None = None,
+    truth: Path | None = None,
+    history: bool = False,
+    pixels: bool = False,
+) -> dict[str, Any]:
+    """Draw a run and write the picture; return what is on it.
 
-    Parameters
-    ----------
-    directory
-        Directory of a run.
-    out
-        File for the picture; None for plot.png in the directory.
-    reports
-        The reports that were tracked; None for reports.csv in the directory, if it is there, or
-        else the file that the run names, if it is still where it was.
-    truth
-        Where targets really were.
-    history
-        Whether to draw the smoothed history instead of what was known then.
-    pixels
-        Whether positions are those of an image.
+    What is not told is looked for in the directory, where a demo's run holds it, and reports then
+    where the run says that they were.
     """
-
-    directory: Path
-    out: Path | None = None
-    reports: Path | None = None
-    truth: Path | None = None
-    history: bool = False
-    pixels: bool = False
-
-
-@telling_compiling
-def run_plot(request: PlotRequest, voice: Voice) -> dict[str, Any]:
-    """Draw a run and write the picture; return what is on it."""
-    out = request.directory / PICTURE if request.out is None else request.out
+    out = directory / PICTURE if out is None else out
     ending = out.suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         raise InvalidInputError(f"--out: {out}; expected a name that ends in .png, .svg or .pdf")
-    run = read_run(request.directory)
-    reports_file = _reports_file(request, run)
-    own = request.directory / "truth.csv"  # a demo's run holds it
-    truth = own if request.truth is None and own.is_file() else request.truth
-    inputs = [*request.directory.glob("*.*"), reports_file, truth]
-    spared = [path for path in inputs if path is not None and path.name != PICTURE]
-    OutputFile(out).check(spared)
-    reports, assignment = _reports(request, reports_file, run, voice)
-    scene = Scene(
-        reports=reports,
-        tracks=run.history if request.history else run.tracks,
-        truth=None if truth is None else truth_on(truth, run.frame, f"the run in {run.path}"),
+    run = read_run(directory)
+    file = _reports_file(run) if reports is None else reports
+    if truth is None and (directory / "truth.csv").is_file():
+        truth = directory / "truth.csv"
+    inputs = [*directory.glob("*.*"), file, truth]
+    place = OutputFile(out)
+    place.check([path for path in inputs if path is not None and path.name != PICTURE])
+    table, assignment = None, None
+    try:
+        if file is not None:
+            table = _read_reports(file, run)
+            assignment = _assignment(file, table, run)
+    except InvalidInputError as err:
+        if reports is not None:
+            raise
+        # Those that nobody asked for may be others.
+        table = None
+        voice.say(f"{err}; so they are left out")
+    scene = replace(
+        scene_of(run, truth, f"the run in {run.path}", history=history, pixels=pixels),
+        reports=table,
         assignment=assignment,
-        sensor_positions=run.sensor_positions(),
-        title=None if reports is not None else _title(run),
-        pixels=request.pixels,
-        origin=None if run.frame is None else (run.frame.latitude_deg, run.frame.longitude_deg),
+        title=None if table is not None else _title(run),
     )
-    series = _series(run)
-    OutputFile(out).write(picture_of_run(scene, series, ending))
-    found = _found(run, scene, series, out)
-    if reports is None:
+    series = series_of(run)
+    place.write(picture_of_run(scene, series, ending))
+    if table is None:
         voice.say("reports are not drawn, for their positions are not in the run; see --reports")
     voice.say(f"The picture is {out}.")
-    return found
+    return _found(run, scene, series, out)
 
 
-def _reports_file(request: PlotRequest, run: RunFiles) -> Path | None:
-    if request.reports is not None:
-        return request.reports
-    own = request.directory / "reports.csv"  # a demo's run holds its reports
+def _reports_file(run: RunFiles) -> Path | None:
+    own = run.path / "reports.csv"
     if own.is_file():
         return own
     named = run.record["input"].get("file")
     if not isinstance(named, str) or not named:
         return None
     # As it was given, which a move of the run's directory together with its reports survives.
-    beside = request.directory.absolute().parent
+    beside = run.path.absolute().parent
     places = (Path(named), beside / named, beside / Path(named).name)
     return next((place for place in places if place.is_file()), None)
-
-
-def _reports(
-    request: PlotRequest, path: Path | None, run: RunFiles, voice: Voice
-) -> tuple[ReportTable | None, dict[int, int] | None]:
-    """Return the reports and the track of each row; those that nobody asked for may be others."""
-    if path is None:
-        return None, None
-    try:
-        reports = _read_reports(path, run)
-        return reports, _assignment(path, reports, run)
-    except InvalidInputError as err:
-        if request.reports is not None:
-            raise
-        voice.say(f"{err}; so they are left out")
-        return None, None
 
 
 def _read_reports(path: Path, run: RunFiles) -> ReportTable:
@@ -147,24 +115,6 @@ def _assignment(path: Path, reports: ReportTable, run: RunFiles) -> dict[int, in
         )
     tracks = [track_of[name] for name in reports.report.tolist()]
     return {row: track for row, track in enumerate(tracks) if track >= 0}
-
-
-def _series(run: RunFiles) -> ScanSeries:
-    time, reports, gap = run.scans("time", "reports", "gap")
-    is_proven = [
-        scan["status"] == Status.OPTIMAL if "status" in scan else scan["gap"] == 0.0
-        for scan in run.record["scans"]
-    ]
-    return ScanSeries(
-        time=time,
-        reports=reports,
-        assigned=assigned_per_scan(run.record, time, run.assignments),
-        gap=gap,
-        proven=np.array(is_proven, dtype=np.bool_),
-        cpu_ms=run.cpu_ms(),
-        known=run.tracks,
-        iso_time=run.iso_time,
-    )
 
 
 def _title(run: RunFiles) -> str:

@@ -15,7 +15,7 @@ def end_on_signals() -> None:
     """From here on, let Control-C and SIGTERM end the program at once and leave nothing behind.
 
     Not by an exception: compiled modules and finalisers that meet one while they load hide it or
-    print it. What is being written is undone first.
+    print it. What is being written is finished first (``trackweave.io.output``).
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
@@ -24,11 +24,6 @@ def end_on_signals() -> None:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    staging = sys.modules.get("trackweave.io.staging")
-    clear = getattr(staging, "clear_all", None)  # none while the module itself is loading
-    with suppress(Exception):
-        if clear is not None:
-            clear()
     with suppress(OSError):
         if os.isatty(2):  # a progress bar hides it
             os.write(2, _SHOW_CURSOR)

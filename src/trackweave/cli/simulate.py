@@ -16,7 +16,7 @@ from trackweave.simulation import Simulation, read_scenario, simulate
 __all__ = ["run_simulate", "simulated_tables"]
 
 
-def run_simulate(scenario: Path, out: Path, seed: int | None, voice: Voice) -> dict[str, Any]:
+def run_simulate(voice: Voice, scenario: Path, out: Path, seed: int | None) -> dict[str, Any]:
     """Simulate a scenario file and write reports and truth; return how many."""
     place = OutputDirectory(out, "simulate")
     place.check([scenario])

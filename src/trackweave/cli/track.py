@@ -1,101 +1,77 @@
 """The command ``track``."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any
 
-from trackweave.cli.edge import Voice, telling_compiling
+from trackweave.cli.edge import Voice, shown
 from trackweave.config import load_configuration
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
 from trackweave.io.output import OutputDirectory
 from trackweave.io.reports import read_reports
-from trackweave.run import track as run
+from trackweave.io.tables import OnBadRow
+from trackweave.run import track
 from trackweave.run.record import with_file, with_seed
 
-__all__ = ["Request", "run_track", "summary", "what_was_assumed"]
+__all__ = ["run_track", "what_was_assumed"]
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What the command was asked for.
-
-    Parameters
-    ----------
-    reports
-        File of reports.
-    out
-        Directory for the files.
-    config
-        Configuration file.
-    preset
-        Name of a preset.
-    priors
-        Tracks file to set out from.
-    seed
-        Seed; None for the configuration's.
-    deadline_ms
-        Wall clock per scan [ms].
-    on_bad_row
-        Whether to stop at a bad row or to go on.
-    """
-
-    reports: Path
-    out: Path
-    config: Path | None
-    preset: str | None
-    priors: Path | None
-    seed: int | None
-    deadline_ms: float | None
-    on_bad_row: Literal["fail", "skip"] | str
-
-
-@telling_compiling
-def run_track(request: Request, voice: Voice) -> dict[str, Any]:
+def run_track(
+    voice: Voice,
+    reports: Path,
+    out: Path,
+    *,
+    config: Path | None,
+    preset: str | None,
+    priors: Path | None,
+    seed: int | None,
+    deadline_ms: float | None,
+    on_bad_row: OnBadRow,
+) -> dict[str, Any]:
     """Track a file of reports and write what was found; return the run's totals."""
     begin = perf_counter()
-    place = OutputDirectory(request.out, "track")
-    place.check([request.reports, request.config, request.priors])
-    if request.deadline_ms is not None and not 0 < request.deadline_ms < float("inf"):
+    place = OutputDirectory(out, "track")
+    place.check([reports, config, priors])
+    if deadline_ms is not None and not 0 < deadline_ms < float("inf"):
         raise InvalidInputError(
-            f"--deadline-ms: {request.deadline_ms}; expected a number > 0 of milliseconds"
+            f"--deadline-ms: {deadline_ms}; expected a number > 0 of milliseconds"
         )
-    configuration = load_configuration(request.config)
-    seed = request.seed if request.seed is not None else (configuration.seed or 0)
+    configuration = load_configuration(config)
+    used = seed if seed is not None else (configuration.seed or 0)
     origin = configuration.frame.origin
-    reports = read_reports(
-        request.reports,
+    table = read_reports(
+        reports,
         frame_origin=None if origin is None else (origin[0], origin[1]),
         frame_projection=configuration.frame.projection or "tangent",
-        on_bad_row="skip" if request.on_bad_row == "skip" else "fail",
+        on_bad_row=on_bad_row,
     )
     # Before a search to the letter of a document takes minutes, not after.
-    early = preset_notes(request.preset)
+    early = preset_notes(preset)
     for line in early:
         voice.say(line)
     with voice.progress("tracking") as progress:
-        result = run(
-            reports,
+        result = track(
+            table,
             configuration,
-            preset=request.preset,
-            priors=request.priors,
-            rng=seed,
-            deadline=None if request.deadline_ms is None else request.deadline_ms / 1e3,
+            preset=preset,
+            priors=priors,
+            rng=used,
+            deadline=None if deadline_ms is None else deadline_ms / 1e3,
             progress=progress,
         )
-    record = with_file(result.run, request.reports)
-    record = with_seed(record, seed, None if request.seed is None else "command line")
+    record = with_file(result.run, reports)
+    record = with_seed(record, used, None if seed is None else "command line")
     place.write(result.files(), record)
     late = [note for note in record["notes"] if note not in early]
     for line in [*what_was_assumed(record), *late]:
         voice.say(line)
-    found = {**summary(record, request.out), "time_s": perf_counter() - begin}
-    voice.table("Tracks", [(name.replace("_", " "), _shown(v)) for name, v in found.items()])
+    found = {**_summary(record, out), "time_s": perf_counter() - begin}
+    voice.results("Tracks", found)
     return found
 
 
-def summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
+def _summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
     """Return a run's totals, as ``--json`` prints them."""
     totals, timing = record["totals"], record["timing"]
     return {
@@ -113,7 +89,7 @@ def what_was_assumed(record: dict[str, Any]) -> list[str]:
     for key, source in record["sources"].items():
         if source == "estimated":
             table, _, name = key.rpartition(".")
-            told.setdefault(table, []).append(f"{name} {_shown(_value(record, key))}")
+            told.setdefault(table, []).append(f"{name} {shown(_value(record, key))}")
     return [f"estimated {table}: {', '.join(values)}" for table, values in told.items()]
 
 
@@ -126,9 +102,3 @@ def _value(record: dict[str, Any], key: str) -> Any:
     for part in rest.split("."):
         table = table[part]
     return table
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "–"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

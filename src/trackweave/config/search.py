@@ -12,7 +12,7 @@ from trackweave.config.fusion_sections import SolverSection
 from trackweave.config.messages import explain, show_value, suggest
 from trackweave.errors import InvalidInputError
 
-__all__ = ["METHODS", "check_search", "make_solver", "options_model"]
+__all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_model"]
 
 # What ``[search] method`` may name, and the class in trackweave.solvers behind it.
 METHODS = {
@@ -23,13 +23,14 @@ METHODS = {
     "genetic": "Genetic",
     "list-genetic": "ListGenetic",
     "ant-system": "AntSystem",
-    "max-min-ant-system": "MaxMinAntSystem",
     "annealing": "Annealing",
     "islands": "Islands",
     "tabu": "TabuSearch",
     "m-best": "MBest",
 }
 DEFAULT_METHOD = "auto"
+# Searches that are no more.
+GONE = ("max-min-ant-system",)
 
 
 def check_search(search: SolverSection, name: str, key: str = "search") -> None:
@@ -58,6 +59,13 @@ def check_search(search: SolverSection, name: str, key: str = "search") -> None:
         # Whose options these are, a preset may still say.
         return
     make_solver(search, name, key)
+
+
+def instead_of(method: str, known: list[str]) -> str:
+    """Return what to write instead of a method that is not known."""
+    if method in GONE:
+        return "it was removed; annealing answers as well or better"
+    return suggest(method, known)
 
 
 def _options(method: str) -> dict[str, Any]:
@@ -91,7 +99,7 @@ def make_solver(search: SolverSection, name: str = "configuration", key: str = "
     method = search.method or DEFAULT_METHOD
     if method not in METHODS:
         raise InvalidInputError(
-            f'{name}, {key}.method: "{method}" is not known; {suggest(method, list(METHODS))}'
+            f'{name}, {key}.method: "{method}" is not known; {instead_of(method, list(METHODS))}'
         )
     return _made(method, options, name, key)
 
@@ -146,7 +154,7 @@ def _searches(entries: list[Any], key: str, name: str) -> tuple[Any, ...]:
         method = str(options.pop("method", ""))
         if method not in known:
             raise InvalidInputError(
-                f'{name}, {key}: "{method}" is no search; {suggest(method, known)}'
+                f'{name}, {key}: "{method}" is no search; {instead_of(method, known)}'
             )
         found.append(_made(method, options, name, key))
     return tuple(found)

@@ -13,22 +13,11 @@ HALVINGS = 60
 
 
 def assumed_process_noise(tracks: TrackTable) -> float | None:
-    """Return the process noise that a tracker must have assumed to write such covariances.
-
-    A report of position tells nothing of velocity but through the prediction. So the information
-    that a track has gained between two rows, beside its prediction, has nothing in the block of
-    velocities: that is so for one process noise only.
-
-    Parameters
-    ----------
-    tracks
-        Rows of the tracker, at successive times.
-
-    Returns
-    -------
-    Power spectral density of the acceleration [m²/s³], the median over rows; None where no track
-    has two rows.
-    """
+    """Return the process noise [m²/s³] that a tracker must have assumed for such covariances."""
+    # A report of position tells nothing of velocity but through the prediction. So the information
+    # that a track has gained between two rows, beside its prediction, has nothing in the block of
+    # velocities: that is so for one process noise only. The median over rows; None where no track
+    # has two.
     before, after, gap = _steps(tracks)
     if not gap.size:
         return None

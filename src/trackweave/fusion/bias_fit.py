@@ -99,21 +99,7 @@ class _Weighed(NamedTuple):
 def differences(
     reference: Learned, other: Learned, pairs: IntArray, trust: FloatArray
 ) -> Differences:
-    """Return what pairs of tracks learned at the same times.
-
-    Parameters
-    ----------
-    reference, other
-        What tracks learned between pictures of the same times.
-    pairs
-        Numbers of a track of the reference and of one of the other sensor, shape (pairs, 2).
-    trust
-        Probability of each pair, shape (pairs,).
-
-    Returns
-    -------
-    One row for each pair and time at which both tracks are there, pair by pair.
-    """
+    """Return what pairs of tracks learned at the times at which both are there, pair by pair."""
     places: list[IntArray] = []
     for place, (first, second) in enumerate(pairs):
         mine, yours = (
@@ -134,31 +120,11 @@ def differences(
 
 
 def fit_bias(rows: Differences, model: BiasModel, start: FloatArray, *, check: bool) -> BiasFit:
-    """Return the bias that explains the differences best.
-
-    Gauss-Newton steps on Huber's function first, which wrong pairs pull little; then least
-    squares over the differences, and pairs, that the result does not contradict.
-
-    Parameters
-    ----------
-    rows
-        The differences.
-    model
-        What may be wrong.
-    start
-        Where to begin, in the order of ``model.names``.
-    check
-        Whether to refuse what cannot be told; otherwise it stays as uncertain as ``PLAUSIBLE``.
-
-    Returns
-    -------
-    The bias, with its covariance.
-
-    Raises
-    ------
-    NotObservableError
-        If the differences do not tell a bias, or one from another.
-    """
+    """Return the bias that explains the differences best, with its covariance."""
+    # Gauss-Newton steps on Huber's function first, which wrong pairs pull little; then least
+    # squares over the differences, and pairs, that the result does not contradict. What cannot be
+    # told is refused where ``check`` asks for it; otherwise it stays as uncertain as
+    # ``PLAUSIBLE``.
     dim = rows.reference.shape[1] // 2
     free = model.is_estimated(dim)
     prior = np.diag(1.0 / model.each(model.prior, dim, np.inf)[free] ** 2)

@@ -33,19 +33,7 @@ class Evidence(NamedTuple):
 
 
 def described(new: Renumbering, evidence: Evidence) -> tuple[Change, ...]:
-    """Return what became of objects.
-
-    Parameters
-    ----------
-    new
-        The new numbers.
-    evidence
-        What they rest on.
-
-    Returns
-    -------
-    The changes: begun, merged, split, ended.
-    """
+    """Return what became of objects: begun, merged, split, ended."""
     return (
         *(Change("begun", number, (), "no object fits its tracks") for number in new.begun),
         *(Change("begun", number, (), "its tracks are back") for number in new.returned),

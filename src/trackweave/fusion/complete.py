@@ -17,18 +17,7 @@ __all__ = ["group_completely", "require_equal_lists"]
 
 
 def require_equal_lists(counts: dict[str, int]) -> None:
-    """Refuse sensors that do not see equally many objects.
-
-    Parameters
-    ----------
-    counts
-        How many tracks each sensor has.
-
-    Raises
-    ------
-    InvalidInputError
-        If they differ.
-    """
+    """Refuse sensors that do not see equally many objects."""
     if len(set(counts.values())) > 1:
         said = ", ".join(f"{name} {count}" for name, count in counts.items())
         raise InvalidInputError(
@@ -40,28 +29,9 @@ def require_equal_lists(counts: dict[str, int]) -> None:
 def group_completely(
     scene: Scene, statistic: Statistic, search: Solver | None, rng: np.random.Generator
 ) -> Groups:
-    """Return the tuples of least total statistic J, each track in one of them.
-
-    Parameters
-    ----------
-    scene
-        What to group; equally many tracks of each sensor.
-    statistic
-        A chain.
-    search
-        What chooses; None for ``Auto``.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The groups; a tuple beyond its threshold is of several objects, so its tracks are alone. The
-    certificate is that of J = Σ b.
-
-    References
-    ----------
-    .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (10), (11) and (12).
-    """
+    """Return the tuples of least total statistic J, each track in one of them."""
+    # Huo and others, 2008, eqs. (10) to (12). A tuple beyond its threshold is of several objects,
+    # so its tracks are alone. The certificate is that of J = Σ b.
     live = scene.live
     places = [np.flatnonzero(live.sensor == number) for number in np.unique(live.sensor)]
     n_tracks = live.row.shape[0]

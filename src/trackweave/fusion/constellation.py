@@ -45,19 +45,9 @@ class _Fits(NamedTuple):
 
 
 def guess_bias(reference: LocalPicture, other: LocalPicture, model: BiasModel) -> BiasGuess | None:
-    """Return the bias under which two pictures show most of each other.
-
-    Parameters
-    ----------
-    reference, other
-        Pictures of one time.
-    model
-        What may be wrong; biases are sought up to ``PLAUSIBLE``, or within their priors.
-
-    Returns
-    -------
-    The guess, or None where nothing fits better than chance would have it.
-    """
+    """Return the bias under which two pictures of one time show most of each other."""
+    # None where nothing fits better than chance would have it. Biases are sought up to
+    # ``PLAUSIBLE``, or within their priors.
     if min(len(reference), len(other)) < 3:
         return None
     fits = _fitted(reference, other, model, _pairings(reference, other, model))

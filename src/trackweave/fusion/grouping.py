@@ -37,19 +37,11 @@ class Scene(NamedTuple):
 class Groups:
     """Live tracks in groups, one object each.
 
-    Parameters
-    ----------
-    label
-        Group of each live track, numbered from 0, shape (tracks,).
-    value, threshold
-        Statistic of each track's group, and what it was allowed to be; 0 for a track alone.
-    certificate
-        Cost of the grouping, and what it could cost at least.
-    n_tuples
-        Tuples that the search chose from.
-    n_pruned
-        Tuples left out for want of room. The bound covers neither these nor pairs that were left
-        out because both tracks have a far better partner.
+    ``label`` is the group of each live track, numbered from 0; ``value`` and ``threshold`` are the
+    statistic of each track's group and what it was allowed to be, 0 for a track alone. The search
+    chose from ``n_tuples``; ``n_pruned`` were left out for want of room. The certificate's bound
+    covers neither these nor pairs that were left out because both tracks have a far better
+    partner.
     """
 
     label: IntArray
@@ -95,21 +87,7 @@ class Grouping:
     room: int = 30_000
 
     def __call__(self, scene: Scene, search: Solver | None, rng: np.random.Generator) -> Groups:
-        """Return the groups of least cost that are found.
-
-        Parameters
-        ----------
-        scene
-            What to group.
-        search
-            What chooses where tuples compete; None for ``Auto``.
-        rng
-            Source of randomness.
-
-        Returns
-        -------
-        The groups.
-        """
+        """Return the groups of least cost that ``search``, or else ``Auto``, finds."""
         live = scene.live
         n_tracks, n_sensors = live.row.shape[0], int(live.sensor.max(initial=-1)) + 1
         if not n_tracks:
@@ -294,21 +272,9 @@ def _choose(
 def labelled(
     member: IntArray, value: FloatArray, limit: FloatArray, n_tracks: int
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return each track's group, and the statistic and threshold of that.
-
-    Parameters
-    ----------
-    member
-        Tuples, one column per sensor with places of tracks, -1 for none.
-    value, limit
-        Statistic and threshold of each.
-    n_tracks
-        Number of tracks; those in no tuple are alone.
-
-    Returns
-    -------
-    Group, statistic and threshold of each track.
-    """
+    """Return each track's group, and the statistic and threshold of that."""
+    # ``member`` are tuples, one column per sensor with places of tracks, -1 for none; tracks in no
+    # tuple are alone.
     label = np.full(n_tracks, -1, dtype=np.int64)
     row, column = np.nonzero(member >= 0)
     label[member[row, column]] = row

@@ -68,25 +68,8 @@ class Histories:
     owner: IntArray = field(default_factory=lambda: np.zeros(FIRST_ROWS, dtype=np.int64))
 
     def take(self, time: float, pictures: Mapping[str, LocalPicture]) -> Live:
-        """Enter what sensors say by a time, and return the live tracks.
-
-        Parameters
-        ----------
-        time
-            That time [s], not before the last one.
-        pictures
-            The news; a sensor that is not there has none.
-
-        Returns
-        -------
-        The live tracks, sensor by sensor in the order of the chain.
-
-        Raises
-        ------
-        InvalidInputError
-            If a time lies before an earlier one, a picture lies in the future, or dimensions
-            differ. Nothing has been entered then.
-        """
+        """Enter what sensors say by a time; return the live tracks in the order of the chain."""
+        # What cannot be entered is refused before anything is.
         self._require(time, pictures)
         step = 0.0 if self.time is None else time - self.time
         live = [s for s in self.sources.values() if s.is_live(time, self.patience, step)]

@@ -39,26 +39,10 @@ class Learned(NamedTuple):
 
 
 def learned(pictures: Sequence[LocalPicture], process_noise: float) -> Learned:
-    """Return what each track learned between one picture and the next.
-
-    Parameters
-    ----------
-    pictures
-        The pictures of one sensor in the order of time, at least one.
-    process_noise
-        Power spectral density of the acceleration that the sensor's tracker assumes [m²/s³]. Too
-        great a value makes the rows correlated, too small a value loses information; neither
-        shifts them.
-
-    Returns
-    -------
-    Equivalent measurements, picture by picture, in the order of the pictures' tracks.
-
-    References
-    ----------
-    .. [1] Lin, Bar-Shalom, Kirubarajan, *Exact multisensor dynamic bias estimation with local
-       tracks*, IEEE Transactions on Aerospace and Electronic Systems 40 (2), 2004.
-    """
+    """Return what each track learned between one picture and the next, picture by picture."""
+    # Lin, Bar-Shalom, Kirubarajan, *Exact multisensor dynamic bias estimation with local tracks*,
+    # IEEE Transactions on Aerospace and Electronic Systems 40 (2), 2004. Too great a process noise
+    # [m²/s³] makes the rows correlated, too small a one loses information; neither shifts them.
     picture = np.repeat(np.arange(len(pictures)), [len(one) for one in pictures])
     track = np.concatenate([one.track for one in pictures])
     time = np.repeat([one.time for one in pictures], [len(one) for one in pictures])

@@ -22,23 +22,7 @@ _WIDE = 95.0
 def unbiased(
     picture: LocalPicture, model: BiasModel, bias: FloatArray, covariance: FloatArray
 ) -> LocalPicture:
-    """Return a picture without a bias, as uncertain as that leaves it.
-
-    Parameters
-    ----------
-    picture
-        The picture of the biased sensor.
-    model
-        What is wrong.
-    bias
-        How much, in the order of ``model.names``.
-    covariance
-        Covariance of the bias.
-
-    Returns
-    -------
-    The corrected picture.
-    """
+    """Return a picture without a bias, as uncertain as that leaves it."""
     moved = model.gradient(picture.mean, bias)
     spread = moved.by_state @ picture.covariance @ moved.by_state.swapaxes(1, 2)
     spread += moved.by_bias @ covariance @ moved.by_bias.swapaxes(1, 2)
@@ -51,22 +35,10 @@ def unbiased(
 def match_tracks(
     reference: Sequence[LocalPicture], other: Sequence[LocalPicture], noise: float = 0.0
 ) -> IntArray:
-    """Return the pairs of tracks that agree best over all times.
-
-    A time at which both tracks are there speaks for the pair by as much as their squared distance
-    falls short of the gate, or against it.
-
-    Parameters
-    ----------
-    reference, other
-        Pictures of the same times, the other sensor's without its bias.
-    noise
-        A variance that is added along each position axis [m²].
-
-    Returns
-    -------
-    Numbers of the tracks, shape (pairs, 2), each track once.
-    """
+    """Return the pairs of tracks that agree best over all times, each track once."""
+    # A time at which both tracks are there speaks for the pair by as much as their squared
+    # distance falls short of the gate, or against it. ``noise`` is a variance that is added along
+    # each axis.
     mine, yours = (
         np.unique(np.concatenate([p.track for p in side])) for side in (reference, other)
     )

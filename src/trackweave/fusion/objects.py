@@ -14,21 +14,10 @@ __all__ = ["Change", "Renumbering", "renumber"]
 class Change:
     """What became of an object.
 
-    Parameters
-    ----------
-    kind
-        "begun": tracks that had no object; "ended": no track is left; "merged": tracks of other
-        objects joined it; "split": tracks of it went to others.
-    object
-        Number of the object.
-    others
-        The objects merged with it, or split off it.
-    reason
-        Why, in words.
-    statistic
-        λ of the tracks in question together; NaN where there is none to name.
-    threshold
-        What λ was compared with.
+    It has "begun" of tracks that had none, "ended" with no track left, "merged" with tracks of
+    ``others``, or "split" into ``others``; the reason is in words. ``statistic`` is λ of the
+    tracks in question together and ``threshold`` what it was compared with; NaN where there is
+    none to name.
     """
 
     kind: Literal["begun", "ended", "merged", "split"]
@@ -43,16 +32,9 @@ class Change:
 class Renumbering:
     """New numbers of live tracks, and which objects changed.
 
-    Parameters
-    ----------
-    object
-        Number of each live track's object, shape (tracks,).
-    begun, returned, ended
-        Objects that are new, that were without a live track before, and that are now.
-    merged, split
-        For each object, which others its tracks came from, or went to.
-    next_number
-        The number that the next new object gets.
+    ``object`` is that of each live track. Objects have ``begun``, are back, or have none left;
+    ``merged`` and ``split`` tell of objects which others their tracks came from, or went to. The
+    next new object gets ``next_number``.
     """
 
     object: IntArray
@@ -65,23 +47,9 @@ class Renumbering:
 
 
 def renumber(label: IntArray, held: IntArray, before: IntArray, next_number: int) -> Renumbering:
-    """Return objects' numbers for groups: each keeps that of most of its tracks.
-
-    Parameters
-    ----------
-    label
-        Group of each live track, numbered from 0, shape (tracks,).
-    held
-        Number of the object that each had before, -1 for none.
-    before
-        Objects that had live tracks.
-    next_number
-        The number that the next new object gets.
-
-    Returns
-    -------
-    The numbers, each for one group only, and what changed.
-    """
+    """Return objects' numbers for groups: each keeps that of most of its tracks, no two one."""
+    # ``held`` is the number of the object that each track had before, -1 for none; ``before`` are
+    # the objects that had live tracks.
     had = np.flatnonzero(held >= 0)
     pairs, count = np.unique(np.stack([label[had], held[had]], axis=1), axis=0, return_counts=True)
     number = np.full(int(label.max(initial=-1)) + 1, -1, dtype=np.int64)

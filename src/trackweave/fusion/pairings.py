@@ -12,18 +12,8 @@ __all__ = ["Pairing", "Pairings"]
 class Pairing:
     """A local track's time with one object.
 
-    Parameters
-    ----------
-    object
-        Number of the object.
-    sensor
-        Name of the sensor.
-    track
-        The sensor's number of the track.
-    begin, end
-        First and last time at which it was so [s].
-    reason
-        Why it ended; empty where it lasted to the end of the run.
+    From ``begin`` to ``end`` [s]; the reason says why it ended, and is empty where it lasted to
+    the end of the run.
     """
 
     object: int
@@ -36,28 +26,15 @@ class Pairing:
 
 @dataclass(slots=True)
 class Pairings:
-    """Pairings as they come and go.
-
-    Parameters
-    ----------
-    common
-        Numbers of the objects that several tracks ever were of.
-    """
+    """Pairings as they come and go; ``common`` objects are those of several tracks, ever."""
 
     common: set[int] = field(default_factory=set)
     _ended: list[Pairing] = field(default_factory=list)
     _open: dict[tuple[str, int], Pairing] = field(default_factory=dict)
 
     def add(self, association: Association, there: Mapping[str, set[int]]) -> None:
-        """Go on with pairings that hold, and end those that do not.
-
-        Parameters
-        ----------
-        association
-            What was found at the next time.
-        there
-            The tracks that each sensor had when it last spoke.
-        """
+        """Go on with pairings that hold, and end those that do not."""
+        # ``there`` are the tracks that each sensor had when it last spoke.
         now = {
             (association.names[sensor], track): number
             for sensor, track, number in zip(

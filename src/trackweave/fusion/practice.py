@@ -18,42 +18,17 @@ __all__ = ["nearest_neighbour", "pairwise_sequential"]
 def pairwise_sequential(
     sensors: Sequence[TrackEstimates], *, false_rejection: float = 0.01
 ) -> list[IntArray]:
-    """Return groups of tracks by one optimal assignment per further sensor.
-
-    The first sensor's tracks are the first groups. Each further sensor's tracks are assigned to
-    the groups so far, at least total accumulated distance to their fused estimates; what is
-    beyond the threshold begins a group.
-
-    Parameters
-    ----------
-    sensors
-        The tracks of each sensor at the same times, in the order in which they are taken.
-    false_rejection
-        Probability α of the pairwise test, between 0 and 1.
-
-    Returns
-    -------
-    For each sensor, the group of each track, numbered from 0.
-    """
+    """Return groups of tracks by one optimal assignment per further sensor."""
+    # The first sensor's tracks are the first groups. Each further sensor's are assigned to the
+    # groups so far, at least total accumulated distance to their fused estimates; what is beyond
+    # the threshold begins a group.
     return _sequential(sensors, false_rejection, _assigned)
 
 
 def nearest_neighbour(
     sensors: Sequence[TrackEstimates], *, false_rejection: float = 0.01
 ) -> list[IntArray]:
-    """Return groups of tracks where each track in turn takes the nearest group that is free.
-
-    Parameters
-    ----------
-    sensors
-        The tracks of each sensor at the same times, in the order in which they are taken.
-    false_rejection
-        Probability α of the pairwise test, between 0 and 1.
-
-    Returns
-    -------
-    For each sensor, the group of each track, numbered from 0.
-    """
+    """Return groups of tracks where each track in turn takes the nearest group that is free."""
     return _sequential(sensors, false_rejection, _nearest)
 
 

@@ -6,10 +6,9 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import chdtri
 
-from trackweave.arrays import FloatArray, float_array, is_number, require_finite
+from trackweave.arrays import FloatArray, float_array
 from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.fusion._statistic import (
@@ -21,11 +20,9 @@ from trackweave.fusion._statistic import (
     evaluate_all,
 )
 
-__all__ = ["Statistic", "TupleValues", "quantiles", "tuple_values", "weighted_threshold"]
+__all__ = ["Statistic", "TupleValues", "quantiles", "tuple_values"]
 
 KINDS = {"chain": CHAIN, "all-pairs": ALL_PAIRS, "fused-mean": FUSED_MEAN}
-MEMORIES = ("full", "sliding", "fading")
-REMEDIES = ("none", "inflated", "effective", "cross-covariance", "both")
 FADED = 1e-3
 """Weight below which a fading memory forgets a time."""
 
@@ -156,15 +153,7 @@ class Statistic:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TupleValues:
-    """Statistics of tuples and what they are compared with.
-
-    Parameters
-    ----------
-    value
-        Statistic λ of each tuple, shape (tuples,).
-    threshold
-        What it exceeds with the false-rejection rate if the tuple is of one object.
-    """
+    """Statistics λ of tuples, and what tuples of one object exceed at the false-rejection rate."""
 
     value: FloatArray
     threshold: FloatArray
@@ -172,115 +161,18 @@ class TupleValues:
 
 @lru_cache(maxsize=32)
 def quantiles(false_rejection: float, size: int) -> FloatArray:
-    """Return what χ² exceeds so rarely, for 0, ¼, ½, … up to ``size`` degrees of freedom.
-
-    Parameters
-    ----------
-    false_rejection
-        The probability, between 0 and 1.
-    size
-        Most degrees of freedom.
-
-    Returns
-    -------
-    The quantiles, shape (4 size + 1,).
-    """
+    """Return what χ² exceeds so rarely, for 0, ¼, ½, … up to ``size`` degrees of freedom."""
     freedom = np.arange(4 * size + 1) / 4.0
     values = np.zeros(freedom.shape[0])
     values[1:] = chdtri(freedom[1:], false_rejection)
     return values
 
 
-def weighted_threshold(weights: FloatArray, false_rejection: float) -> float:
-    """Return what Σ wᵢ χ²₁ exceeds with a probability, by inverting its characteristic function.
-
-    Parameters
-    ----------
-    weights
-        Weights wᵢ > 0 of independent χ² variables of one degree of freedom, shape (terms,): the
-        eigenvalues of a quadratic form in normal errors.
-    false_rejection
-        The probability, between 0 and 1.
-
-    Returns
-    -------
-    The threshold; its probability is right to 1e-6 of itself or better.
-
-    Raises
-    ------
-    InvalidInputError
-        If a number is out of range.
-
-    References
-    ----------
-    .. [1] Imhof J. P., *Computing the distribution of quadratic forms in normal variables*,
-       Biometrika, 1961, eq. (3.2).
-    """
-    weight = float_array(weights, "weights", (None,))
-    require_finite(weight, "weights")
-    if not weight.size or np.any(weight <= 0.0):
-        raise InvalidInputError("weights: expected at least one, and positive numbers")
-    if not is_number(false_rejection) or not 0.0 < false_rejection < 1.0:
-        raise InvalidInputError(
-            f"false_rejection: {false_rejection!r:.80}; expected a probability between 0 and 1"
-        )
-    scale = float(weight.max())
-    share = weight / scale
-    if np.all(share == 1.0):
-        return scale * float(chdtri(weight.size, false_rejection))
-
-    def excess(x: float) -> float:
-        return _tail(share, x) - false_rejection
-
-    high = float(share.sum() + 1.0)
-    while excess(high) > 0.0:
-        high *= 2.0
-    return scale * float(brentq(excess, 1e-9, high, xtol=1e-9))
-
-
-def _tail(weight: FloatArray, x: float) -> float:
-    """Return P{Σ wᵢ χ²₁ > x} from Imhof's integral."""
-    if weight.size == 2:
-        # Imhof's integrand falls off too slowly; around the circle of directions it is smooth.
-        turn = np.linspace(0.0, np.pi, 4096, endpoint=False)
-        across = weight[0] * np.cos(turn) ** 2 + weight[1] * np.sin(turn) ** 2
-        return float(np.exp(-x / (2.0 * across)).mean())
-    # Beyond this the integrand is below 1e-9 of its size; fine steps follow its turns.
-    last = 1.0
-    while np.log1p(weight**2 * last**2).sum() / 4.0 + math.log(last) < 21.0:
-        last *= 1.5
-    steps = 1 << 15
-    # Squares of even steps: dense near zero, where the integrand is large.
-    t = np.linspace(0.0, 1.0, steps + 1)[1:]
-    u = last * t**3
-    angle = 0.5 * np.arctan(weight[:, None] * u).sum(axis=0) - 0.5 * x * u
-    size = np.exp(0.25 * np.log1p((weight[:, None] * u) ** 2).sum(axis=0))
-    integrand = np.sin(angle) / (u * size) * 3.0 * last * t**2
-    return float(0.5 + (integrand.sum() - integrand[-1] / 2.0) / steps / math.pi)
-
-
 def tuple_values(mean: FloatArray, covariance: FloatArray, statistic: Statistic) -> TupleValues:
-    """Return the statistics of tuples of tracks whose estimates are all known.
-
-    Parameters
-    ----------
-    mean
-        Estimates, shape (tuples, times, members, n), members in the order of the sensors.
-    covariance
-        Their covariances, with two axes of length n instead of one. Must be positive definite.
-    statistic
-        Which statistic. A memory that is not full counts the last times only.
-
-    Returns
-    -------
-    Statistic and threshold of each tuple, taking errors to be independent from time to time.
-
-    Raises
-    ------
-    InvalidInputError
-        If shapes do not fit, or the correlation of errors would have to be reckoned, which takes
-        the process noise: ``TrackAssociator`` does it.
-    """
+    """Return the statistics of tuples of tracks whose estimates are all known."""
+    # Errors are taken to be independent from time to time; reckoning with their correlation takes
+    # the process noise, as in ``TrackAssociator``. Estimates have the shape (tuples, times,
+    # members, n).
     means = float_array(mean, "mean", (None,) * 4)
     spreads = float_array(covariance, "covariance", (*means.shape, means.shape[-1]))
     if statistic.correlation not in {"none", "inflated"}:

@@ -2,6 +2,6 @@
 
 Reading goes in three steps: a file or table becomes a table of raw columns (``tables``), its
 cells become checked numbers and text (``columns``, ``times``, ``checks``), and these become
-values of ``trackweave.domain`` (``reports``, ``truth``, ``priors``). Writing goes through data
+values of ``trackweave.domain`` (``reports``, ``truth``, ``tracks_in``). Writing goes through data
 frames (``frames_out``) and bytes (``encoding``) to a directory (``output``).
 """

@@ -33,25 +33,17 @@ LONGEST_NAME = 256
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What a number may be.
-
-    Parameters
-    ----------
-    low
-        The smallest value.
-    high
-        The largest value.
-    expected
-        What a message asks for where there is no number, or a negative one where a positive is
-        wanted.
-    positive
-        Whether zero and less count as no number at all.
-    """
+    """What a number may be."""
 
     low: float
+    """The smallest value."""
     high: float
+    """The largest value."""
     expected: str = "a finite number"
+    """What a message asks for where there is no number, or a negative one where a positive is
+    wanted."""
     positive: bool = False
+    """Whether zero and less count as no number at all."""
 
     @property
     def limits(self) -> str:
@@ -115,20 +107,7 @@ class RowChecks:
         return name in self.names and not empty_cells(self.column(name)).all()
 
     def require(self, name: str, expected: str) -> None:
-        """Refuse the table where a column is missing.
-
-        Parameters
-        ----------
-        name
-            The column's name.
-        expected
-            What it should hold.
-
-        Raises
-        ------
-        DataFormatError
-            If there is no such column; the message lists those that there are.
-        """
+        """Refuse a table without a column, saying what was expected and what there is."""
         if name in self.names:
             return
         same = [found for found in self.names if found.lower() == name]
@@ -138,17 +117,7 @@ class RowChecks:
         )
 
     def refuse(self, column: str, where: BoolArray, expected: str) -> None:
-        """Complain about the cells of a column.
-
-        Parameters
-        ----------
-        column
-            The column's name.
-        where
-            The rows that are bad.
-        expected
-            What should be there.
-        """
+        """Complain about a column's cells where rows are bad, saying what should be there."""
         fresh = where & (self._complaint < 0)
         if fresh.any():
             self._complaint[fresh] = len(self._reasons)
@@ -159,12 +128,7 @@ class RowChecks:
         self._aside |= where
 
     def numbers(
-        self,
-        name: str,
-        within: Range,
-        *,
-        optional: bool = False,
-        among: BoolArray | None = None,
+        self, name: str, within: Range, *, optional: bool = False, among: BoolArray | None = None
     ) -> FloatArray:
         """Return a column's numbers, complaining of every cell that is not as it should be.
 
@@ -196,6 +160,14 @@ class RowChecks:
             self.refuse(name, among & np.isnan(values), within.expected)
         return values
 
+    def optional_numbers(
+        self, name: str, within: Range, among: BoolArray | None = None
+    ) -> FloatArray:
+        """Return the numbers of a column that may be missing, NaN where there is none."""
+        if name not in self.names:
+            return np.full(len(self), np.nan)
+        return self.numbers(name, within, optional=True, among=among)
+
     def filled_cells(self, name: str) -> BoolArray:
         """Return in which rows a column holds anything; nowhere where there is no such column."""
         if name not in self.names:
@@ -209,37 +181,13 @@ class RowChecks:
         return values
 
     def times(self, name: str, *, optional: bool = False) -> tuple[FloatArray, bool]:
-        """Return a column's times [s] and whether they came as ISO 8601.
-
-        Parameters
-        ----------
-        name
-            The column's name.
-        optional
-            Whether a cell may be empty.
-
-        Returns
-        -------
-        Seconds, NaN in bad rows, and whether they are counted from 1970 UTC.
-        """
+        """Return times [s], NaN in bad rows, and whether they are ISO 8601, from 1970 UTC."""
         times: Times = read_times(self.column(name))
         within = Range(-_LATEST_S, _LATEST_S, times.expected)
         return self._checked(name, times.numbers, within, optional=optional), times.iso
 
     def text(self, name: str, expected: str | None = None) -> pl.Series:
-        """Return a column as text.
-
-        Parameters
-        ----------
-        name
-            The column's name.
-        expected
-            What an empty cell should hold; None where it may be empty.
-
-        Returns
-        -------
-        Text, null where a cell is empty.
-        """
+        """Return a column as text, null where empty: a fault where something is expected there."""
         column = read_text(self.column(name))
         too_long = (column.str.len_bytes() > LONGEST_NAME).fill_null(value=False)
         self.refuse(name, too_long.to_numpy(), f"at most {LONGEST_NAME} bytes of text")

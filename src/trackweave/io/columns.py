@@ -28,35 +28,18 @@ _LONGEST_CELL = 60
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """A column read as numbers.
-
-    Parameters
-    ----------
-    values
-        The numbers; NaN where there is none.
-    missing
-        Where the cell is empty.
-    unreadable
-        Where the cell holds something else than a number.
-    """
+    """A column read as numbers."""
 
     values: FloatArray
+    """The numbers; NaN where there is none."""
     missing: BoolArray
+    """Where the cell is empty."""
     unreadable: BoolArray
+    """Where the cell holds something else than a number."""
 
 
 def read_numbers(column: pl.Series) -> Numbers:
-    """Return a column's numbers, and where it has none.
-
-    Parameters
-    ----------
-    column
-        Text or numbers; blanks around a number in text are allowed.
-
-    Returns
-    -------
-    The numbers; NaN and infinities are numbers here.
-    """
+    """Return a column's numbers, NaN and infinities too; blanks around them are allowed."""
     if column.dtype == pl.String:
         numbers = column.cast(pl.Float64, strict=False)
         if numbers.null_count() > column.null_count():
@@ -73,17 +56,7 @@ def read_numbers(column: pl.Series) -> Numbers:
 
 
 def empty_cells(column: pl.Series) -> BoolArray:
-    """Return where a column has empty or blank cells.
-
-    Parameters
-    ----------
-    column
-        Values of any type.
-
-    Returns
-    -------
-    One truth value per cell.
-    """
+    """Return where a column has empty or blank cells."""
     missing = column.is_null()
     if column.dtype == pl.String:
         missing = missing | (column.str.strip_chars() == "").fill_null(value=False)
@@ -91,17 +64,7 @@ def empty_cells(column: pl.Series) -> BoolArray:
 
 
 def read_text(column: pl.Series) -> pl.Series:
-    """Return a column as text without blanks around it, null where a cell is empty.
-
-    Parameters
-    ----------
-    column
-        Values of any type; whole numbers lose their decimal point, so that 3.0 becomes "3".
-
-    Returns
-    -------
-    The same number of cells, of type text.
-    """
+    """Return a column as text without blanks around it, null where empty; 3.0 becomes "3"."""
     if column.dtype.is_float():
         column = column.fill_nan(None)
         whole = column.is_null() | ((column == column.floor()) & (column.abs() < 2.0**53))
@@ -117,32 +80,12 @@ def read_text(column: pl.Series) -> pl.Series:
 
 
 def text_array(column: pl.Series) -> np.ndarray[Any, Any]:
-    """Return text as an array of Python strings, empty where the cell is null.
-
-    Parameters
-    ----------
-    column
-        Text.
-
-    Returns
-    -------
-    Strings, dtype object.
-    """
+    """Return text as an array of Python strings, empty where the cell is null."""
     return column.fill_null("").to_numpy().astype(object, copy=False)
 
 
 def typed_column(column: pl.Series) -> pl.Series:
-    """Return a column of a text file as numbers where all its cells are; others as they are.
-
-    Parameters
-    ----------
-    column
-        Values of any type. Numbers written with leading zeros are names, and stay text.
-
-    Returns
-    -------
-    The cells as whole numbers, as numbers or as they came.
-    """
+    """Return text as numbers where all cells are; with leading zeros they are names."""
     if column.dtype != pl.String or column.null_count() == len(column):
         return column
     whole = column.cast(pl.Int64, strict=False)
@@ -154,17 +97,7 @@ def typed_column(column: pl.Series) -> pl.Series:
 
 
 def numbered(names: pl.Series) -> tuple[tuple[str, ...], IntArray]:
-    """Return the different names, numbers first and by size, and each row's place among them.
-
-    Parameters
-    ----------
-    names
-        Text without nulls.
-
-    Returns
-    -------
-    The names in their order, and an index into them for each cell.
-    """
+    """Return the different names, numbers first and by size, and each row's place among them."""
     different = sorted(names.unique().to_list(), key=_natural_order)
     places = pl.Series(range(len(different)), dtype=pl.Int64)
     code = names.replace_strict(pl.Series(different), places, return_dtype=pl.Int64)
@@ -180,19 +113,7 @@ def _natural_order(name: str) -> tuple[bool, float, str]:
 
 
 def cell_text(column: pl.Series, place: int) -> str:
-    """Return one cell as a message shows it: short, on one line, "(empty)" when there is nothing.
-
-    Parameters
-    ----------
-    column
-        The column.
-    place
-        The cell's position, 0 for the first.
-
-    Returns
-    -------
-    Printable text.
-    """
+    """Return a cell as a message shows it: short, on one line, "(empty)" for nothing."""
     value = column[place]
     text = "(empty)" if value is None else str(value)
     if text.strip() == "":

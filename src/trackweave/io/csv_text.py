@@ -1,9 +1,8 @@
 """Text of comma-separated values becomes columns of text.
 
-Two parsers give the same answer: a fast one for plain text, in which a row is a line, and a
-careful one that knows quotation marks and blank lines and says which row is wrong. The fast one's
-answer is taken only where counting lines and commas proves that every row has its number of cells;
-polars alone is silent about blank lines, short rows and repeated names.
+Polars reads plain text, in which counting lines and commas proves that every row is a line with
+its number of cells: it is silent about blank lines, short rows and quotation marks out of place.
+Anything else Python's own reader takes record by record, which can say which row is wrong.
 """
 
 import csv
@@ -53,24 +52,7 @@ def parse_csv(data: bytes, name: str) -> RawTable:
 
 
 def parse_csv_carefully(data: bytes, name: str) -> RawTable:
-    """Return the columns of a CSV file, reading it record by record.
-
-    Parameters
-    ----------
-    data
-        UTF-8 text without a byte order mark.
-    name
-        What messages call the file.
-
-    Returns
-    -------
-    The columns, all of type text.
-
-    Raises
-    ------
-    DataFormatError
-        As ``parse_csv``.
-    """
+    """Return what ``parse_csv`` does, reading the text record by record."""
     records = _records(data.decode("utf-8"), name)
     header = next(records, None)
     if header is None:
@@ -119,12 +101,9 @@ def _count(n_cells: int) -> str:
 
 def _parse_plain(data: bytes, name: str) -> RawTable | None:
     """Return the columns of text whose rows are lines, None where the careful parser is needed."""
-    if data.count(b"\r") != data.count(b"\r\n"):
+    if b'"' in data or data.count(b"\r") != data.count(b"\r\n"):
         return None
-    unquoted = _without_needless_quotes(data)
-    if unquoted is None:
-        return None
-    head, _, body = unquoted.partition(b"\n")
+    head, _, body = data.partition(b"\n")
     n_commas, n_rows = head.count(b","), body.count(b"\n") + 1
     if not head.strip() or not body or not n_commas or body.count(b",") != n_rows * n_commas:
         return None
@@ -137,23 +116,6 @@ def _parse_plain(data: bytes, name: str) -> RawTable | None:
     if frame.height != n_rows:
         return None
     return RawTable(name, frame, np.arange(1, n_rows + 1), is_text=True)
-
-
-def _without_needless_quotes(data: bytes) -> bytes | None:
-    """Return text without quotation marks, None where one of them is needed or out of place."""
-    if b'"' not in data:
-        return data
-    # Parts are outside and inside quotation marks by turns.
-    parts = data.split(b'"')
-    inside, outside = b"".join(parts[1::2]), parts[2:-1:2]
-    if len(parts) % 2 == 0 or b"," in inside or b"\n" in inside or b"\r" in inside:
-        return None
-    starts = b"".join([part[:1] for part in outside]) + parts[-1][:1]
-    ends = b"".join([part[-1:] for part in outside]) + parts[0][-1:]
-    # An empty part is a doubled quotation mark, except at the ends of the text.
-    if not all(outside) or starts.strip(b",\r\n") or ends.strip(b",\n"):
-        return None
-    return b"".join(parts)
 
 
 def _records(text: str, name: str) -> Iterator[list[str]]:

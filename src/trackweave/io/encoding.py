@@ -47,19 +47,7 @@ def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
 
 
 def to_native(frame: pl.DataFrame, kind: str) -> Any:
-    """Return a table in the library from which the reports came.
-
-    Parameters
-    ----------
-    frame
-        The table.
-    kind
-        "polars", "pandas" or "pyarrow", as ``ReportTable.kind`` has it.
-
-    Returns
-    -------
-    A data frame or Arrow table of that library.
-    """
+    """Return a table as one of "polars", "pandas" or "pyarrow", from which the reports came."""
     if kind == "pyarrow":
         return frame.to_arrow()
     return _to_pandas(frame) if kind == "pandas" else frame

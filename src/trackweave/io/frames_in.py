@@ -15,24 +15,7 @@ _NAME = "table"
 
 
 def from_native(source: Any) -> RawTable:
-    """Return the columns of a table in memory; missing values become null.
-
-    Parameters
-    ----------
-    source
-        A pandas or polars data frame or an Arrow table. It is not changed.
-
-    Returns
-    -------
-    The columns; rows are numbered from 1, whatever the index of the table.
-
-    Raises
-    ------
-    InvalidInputError
-        If the source is no such table.
-    DataFormatError
-        If a column's name appears twice, or a column cannot be read.
-    """
+    """Return the columns of a table in memory, which is not changed; rows count from 1."""
     if isinstance(source, pl.LazyFrame):
         raise InvalidInputError("a lazy table; expected one in memory (call .collect() first)")
     try:

@@ -1,6 +1,6 @@
 """Results become data frames with the columns that files have."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,19 +11,24 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
 from trackweave.domain.truth import TruthTable
-from trackweave.io.measured_out import geodetic_columns, measured_columns, number_columns
+from trackweave.fusion.pairings import Pairing
 from trackweave.io.positions import NO_LATITUDE, NO_LONGITUDE
-from trackweave.io.priors import covariance_names, state_names
 from trackweave.io.times import datetime_column
+from trackweave.io.tracks_in import covariance_names, state_names
 
 __all__ = [
     "assignments_frame",
+    "associations_frame",
     "reports_frame",
-    "time_column",
     "tracks_frame",
     "truth_frame",
     "ways_out",
 ]
+
+
+_AXES = ("x", "y", "z")
+_PLATFORM = tuple(f"sensor_{name}" for name in ("x", "y", "z", "vx", "vy", "vz"))
+_PLATFORM_ON_EARTH = ("sensor_lat", "sensor_lon", "sensor_alt_m", *_PLATFORM[3:])
 
 
 def tracks_frame(
@@ -52,19 +57,19 @@ def tracks_frame(
     covariance = tracks.covariance[:, upper[0], upper[1]]
     return pl.DataFrame(
         [
-            time_column("time", tracks.time, iso_time=iso_time),
+            _time_column("time", tracks.time, iso_time=iso_time),
             pl.Series("track", tracks.track, dtype=pl.Int64),
             status,
-            *number_columns(names[:dim], tracks.mean[:, :dim]),
-            *geodetic_columns(tracks.mean[:, :dim], frame),
-            *number_columns(names[dim:], tracks.mean[:, dim:]),
-            *number_columns(covariance_names(dim), covariance),
-            *number_columns(
+            *_number_columns(names[:dim], tracks.mean[:, :dim]),
+            *_geodetic_columns(tracks.mean[:, :dim], frame),
+            *_number_columns(names[dim:], tracks.mean[:, dim:]),
+            *_number_columns(covariance_names(dim), covariance),
+            *_number_columns(
                 ("ax", "ay", "az")[: tracks.acceleration.shape[1]], tracks.acceleration
             ),
             pl.Series("score", tracks.score, dtype=pl.Float64),
             pl.Series("hits", tracks.hits, dtype=pl.Int64),
-            time_column("last_update", tracks.last_update, iso_time=iso_time),
+            _time_column("last_update", tracks.last_update, iso_time=iso_time),
         ]
     )
 
@@ -114,7 +119,7 @@ def _assigned_rows(
     chances = np.full(len(reports), np.nan) if probability is None else probability
     columns = [
         _identifier_column(reports),
-        time_column("time", reports.time, iso_time=reports.iso_time),
+        _time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
         pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
@@ -149,9 +154,9 @@ def reports_frame(reports: ReportTable) -> pl.DataFrame:
 def _report_rows(reports: ReportTable) -> pl.DataFrame:
     columns = [
         _identifier_column(reports),
-        time_column("time", reports.time, iso_time=reports.iso_time),
+        _time_column("time", reports.time, iso_time=reports.iso_time),
         _sensor_column(reports),
-        *measured_columns(reports),
+        *_measured_columns(reports),
     ]
     if reports.scan is not None:
         columns.append(pl.Series("scan", reports.scan, dtype=pl.Int64))
@@ -161,31 +166,33 @@ def _report_rows(reports: ReportTable) -> pl.DataFrame:
 def truth_frame(
     truth: TruthTable, frame: LocalFrame | None = None, *, iso_time: bool = False
 ) -> pl.DataFrame:
-    """Return true positions as a data frame.
-
-    Parameters
-    ----------
-    truth
-        The rows, whose order is kept.
-    frame
-        When given, columns ``lat,lon[,alt_m]`` tell where on the Earth each position is.
-    iso_time
-        Whether times are written as dates.
-
-    Returns
-    -------
-    ``time,target,x,y[,z][,lat,lon[,alt_m]][,vx,vy[,vz]]``.
-    """
+    """Return true positions: ``time,target,x,y[,z][,lat,lon[,alt_m]][,vx,vy[,vz]]``."""
     dim = truth.dim
     names = state_names(dim)
-    velocity = [] if truth.velocity is None else number_columns(names[dim:], truth.velocity)
+    velocity = [] if truth.velocity is None else _number_columns(names[dim:], truth.velocity)
     return pl.DataFrame(
         [
-            time_column("time", truth.time, iso_time=iso_time),
+            _time_column("time", truth.time, iso_time=iso_time),
             _text_column("target", truth.target),
-            *number_columns(names[:dim], truth.position),
-            *geodetic_columns(truth.position, frame),
+            *_number_columns(names[:dim], truth.position),
+            *_geodetic_columns(truth.position, frame),
             *velocity,
+        ]
+    )
+
+
+def associations_frame(pairings: Sequence[Pairing], *, iso_time: bool = False) -> pl.DataFrame:
+    """Return ``object,sensor,track,from,to,reason``, no reason where it lasted to the end."""
+    begin = np.array([one.begin for one in pairings], dtype=np.float64)
+    end = np.array([one.end for one in pairings], dtype=np.float64)
+    return pl.DataFrame(
+        [
+            pl.Series("object", [one.object for one in pairings], dtype=pl.Int64),
+            pl.Series("sensor", [one.sensor for one in pairings], dtype=pl.String),
+            pl.Series("track", [one.track for one in pairings], dtype=pl.Int64),
+            _time_column("from", begin, iso_time=iso_time),
+            _time_column("to", end, iso_time=iso_time),
+            pl.Series("reason", [one.reason or None for one in pairings], dtype=pl.String),
         ]
     )
 
@@ -207,22 +214,8 @@ def _identifier_column(reports: ReportTable) -> pl.Series:
     return column if reports.report_type is None else column.cast(reports.report_type)
 
 
-def time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
-    """Return times as a column.
-
-    Parameters
-    ----------
-    name
-        The column's name.
-    seconds
-        Times [s].
-    iso_time
-        Whether they are written as dates.
-
-    Returns
-    -------
-    Seconds, or dates and times.
-    """
+def _time_column(name: str, seconds: FloatArray, *, iso_time: bool) -> pl.Series:
+    """Return times [s] as a column of seconds, or of dates and times."""
     if iso_time:
         return datetime_column(name, seconds)
     return pl.Series(name, seconds, dtype=pl.Float64)
@@ -250,19 +243,7 @@ def _carried_columns(reports: ReportTable, taken: list[pl.Series]) -> list[pl.Se
 
 
 def ways_out(taken: Collection[str], names: Collection[str]) -> dict[str, str]:
-    """Return other names for columns whose names are ours, so that neither is lost.
-
-    Parameters
-    ----------
-    taken
-        The names of our columns.
-    names
-        The names of a user's columns.
-
-    Returns
-    -------
-    From each name that is taken to one that nobody has: with the prefix ``reports_``.
-    """
+    """Return other names for a user's columns that are called as ours, as ``reports_…``."""
     everybody, ways = {*taken, *names}, {}
     for name in names:
         if name in taken:
@@ -272,3 +253,55 @@ def ways_out(taken: Collection[str], names: Collection[str]) -> dict[str, str]:
             everybody.add(free)
             ways[name] = free
     return ways
+
+
+def _measured_columns(reports: ReportTable) -> list[pl.Series]:
+    """Return what is measured, its noise, and where sensors were unless that is carried along."""
+    values: dict[str, FloatArray] = {}
+    noise: dict[str, FloatArray] = {}
+    for sensor in range(len(reports.sensors)):
+        rows = reports.sensor == sensor
+        for place, name in enumerate(reports.kind_of(sensor).columns(reports.dim)):
+            unit = np.pi / 180 if name.endswith("_deg") else 1.0
+            for columns, column, numbers in (
+                (values, name, reports.measurement),
+                (noise, f"sigma_{name}", reports.sigma),
+            ):
+                column_values = columns.setdefault(column, np.full(len(reports), np.nan))
+                column_values[rows] = numbers[rows, place] / unit
+    written = {name: numbers for name, numbers in noise.items() if not np.isnan(numbers).all()}
+    if any(name in written for name in ("sigma_x", "sigma_y")):
+        written = {name: n for name, n in noise.items() if name in written or name[-1] in "xy"}
+    if reports.frame is not None and "x" in values:
+        position = np.stack([values.pop(name) for name in _AXES if name in values], axis=-1)
+        values = {
+            c.name: c.to_numpy() for c in _geodetic_columns(position, reports.frame)
+        } | values
+    columns = {**values, **written}
+    if reports.platform is not None and not any(n.startswith("sensor_") for n in reports.carried):
+        columns |= _platform(reports.platform, reports.frame)
+    return [pl.Series(name, numbers, nan_to_null=True) for name, numbers in columns.items()]
+
+
+def _number_columns(names: tuple[str, ...], values: FloatArray) -> list[pl.Series]:
+    """Return the columns of a matrix by name, null where there is no number."""
+    return [
+        pl.Series(name, np.ascontiguousarray(values[:, place]), nan_to_null=True)
+        for place, name in enumerate(names)
+    ]
+
+
+def _geodetic_columns(position: FloatArray, frame: LocalFrame | None) -> list[pl.Series]:
+    """Return ``lat,lon[,alt_m]`` of positions on a plane; none without a plane."""
+    if frame is None:
+        return []
+    latitude, longitude, altitude = frame.to_geodetic(position)
+    columns = [pl.Series("lat", latitude), pl.Series("lon", longitude)]
+    return [*columns, pl.Series("alt_m", altitude)] if position.shape[1] == 3 else columns
+
+
+def _platform(platform: FloatArray, frame: LocalFrame | None) -> dict[str, FloatArray]:
+    if frame is None:
+        return {name: platform[:, place] for place, name in enumerate(_PLATFORM)}
+    place = np.stack([*frame.to_geodetic(platform[:, :3]), *platform[:, 3:].T], axis=-1)
+    return {name: place[:, column] for column, name in enumerate(_PLATFORM_ON_EARTH)}

@@ -18,18 +18,7 @@ FOUND = ("track", "probability")
 
 
 def table_of(raw: RawTable) -> pl.DataFrame:
-    """Return a file's table, record for record.
-
-    Parameters
-    ----------
-    raw
-        The raw columns.
-
-    Returns
-    -------
-    Its columns, those of text as numbers where all their cells are; records of the wrong length
-    are empty.
-    """
+    """Return a file's table record for record, those of the wrong length empty."""
     frame = raw.columns
     if raw.is_text:
         frame = pl.DataFrame({each.name: typed_column(each) for each in frame.get_columns()})
@@ -42,17 +31,7 @@ def table_of(raw: RawTable) -> pl.DataFrame:
 
 
 def notes_on_names(reports: ReportTable) -> list[str]:
-    """Return a sentence for each column that came in and is called as one of ours.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-
-    Returns
-    -------
-    What such columns are called in what goes back.
-    """
+    """Return a sentence for each column that came in and is called as one of ours."""
     return [
         f"column {name}: is called {other} in reports and assignments, where {name} is what was "
         "found"
@@ -96,21 +75,7 @@ def marked(came: Any, reports: ReportTable, assignments: pl.DataFrame) -> Any:
 
 
 def with_index(assignments: Any, came: Any, reports: ReportTable) -> Any:
-    """Return assignments with the index of the table whose rows they are about.
-
-    Parameters
-    ----------
-    assignments
-        One row per report, in the order in which they came, in the kind of table that came.
-    came
-        The table that came in; None where the reports did not come as a table.
-    reports
-        The reports read from it.
-
-    Returns
-    -------
-    The assignments, with pandas' index where the table has one.
-    """
+    """Return assignments with pandas' index of the table that came, where it has one."""
     if not hasattr(came, "iloc") or reports.kind != "pandas":
         return assignments
     every = len(assignments) == len(came)

@@ -1,6 +1,6 @@
 """What each row of a table of reports measures: a position, a range and angles, or a bearing."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -8,51 +8,36 @@ import polars as pl
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.domain.reports import NOISE_M
 from trackweave.errors import DataFormatError
-from trackweave.io.checks import Range, RowChecks
+from trackweave.io.checks import RowChecks
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.platforms import read_heading
-from trackweave.io.polar import AZIMUTH, angles, choose_components, read_polar
+from trackweave.io.polar import AZIMUTH, POLAR_COLUMNS, choose_components, read_polar, read_sigma
 from trackweave.io.positions import has_positions, not_available, read_positions
 
 __all__ = ["Measured", "read_measured"]
 
-_SIGMA = Range(*NOISE_M, expected="a positive number", positive=True)
 _SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
 _POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN = range(5)
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """What rows measure.
-
-    Parameters
-    ----------
-    values
-        The numbers, shape (rows, width), NaN to the right of what a row has; meaningless in bad
-        rows.
-    sigma
-        Their standard deviations, of the same shape; NaN where a row has none.
-    kind
-        Each row's ``MeasurementKind``, shape (rows,); None where all are positions.
-    space
-        Number of dimensions of the tracking space.
-    columns
-        Names of the columns that were read.
-    frame
-        The plane on which latitudes and longitudes were laid, None for plane coordinates.
-    notes
-        What was not used.
-    """
+class Measured(NamedTuple):
+    """What rows measure."""
 
     values: FloatArray
+    """The numbers, shape (rows, width), NaN to the right of what a row has, any in bad rows."""
     sigma: FloatArray
+    """Their standard deviations, of the same shape; NaN where a row has none."""
     kind: IntArray | None
+    """Each row's ``MeasurementKind``, shape (rows,); None where all are positions."""
     space: int
+    """Number of dimensions of the tracking space."""
     columns: tuple[str, ...]
+    """Names of the columns that were read."""
     frame: LocalFrame | None
+    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
     notes: tuple[str, ...] = ()
+    """What was not used."""
 
 
 def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | None) -> Measured:
@@ -84,11 +69,10 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
     checks.set_aside(unknown)
     if not np.isin(group, (_RANGE, _BEARING)).any():
         positions = read_positions(checks, frame, ~unknown if unknown.any() else None)
-        sigma = _position_sigma(checks, positions.values.shape[1])
-        columns = (*positions.columns, *_SIGMA_COLUMNS[: positions.values.shape[1]])
-        return Measured(
-            positions.values, sigma, None, positions.values.shape[1], columns, positions.frame
-        )
+        dim = positions.values.shape[1]
+        columns = (*positions.columns, *_SIGMA_COLUMNS[:dim])
+        sigma = _position_sigma(checks, dim)
+        return Measured(positions.values, sigma, None, dim, columns, positions.frame)
     _refuse_nothing(checks, group)
     names, sensor = np.unique(text_array(sensors).astype(str), return_inverse=True)
     _refuse_two_kinds(checks, group, (names, sensor))
@@ -156,10 +140,9 @@ def _mixed(
         columns += positions.columns
     polar = None
     if (group == _RANGE).any():
-        polar = read_polar(checks, group == _RANGE, heading)
-        polar.complete(checks.good, sensors[1])
-        columns += polar.columns
-    solid = polar is None or (width != 2 and bool(polar.has_elevation.all()))
+        polar = read_polar(checks, group == _RANGE, heading, sensors[1])
+        columns += POLAR_COLUMNS
+    solid = polar is None or (width != 2 and bool(polar.complete[0].all()))
     space = 3 if solid and (polar or width == 3) else 2
     kind = np.full(len(checks), int(MeasurementKind.POSITION))
     values, sigma = np.full((2, len(checks), 4), np.nan)
@@ -176,7 +159,7 @@ def _mixed(
         kind[at_bearing] = MeasurementKind.BEARING
         bearing = np.radians(checks.numbers("bearing_deg", AZIMUTH, among=at_bearing)) + heading
         values[at_bearing, 0] = bearing[at_bearing] % (2 * np.pi)
-        sigma[at_bearing, 0] = angles(checks, "sigma_bearing_deg", at_bearing)[at_bearing]
+        sigma[at_bearing, 0] = read_sigma(checks, "sigma_bearing_deg", at_bearing)[at_bearing]
         columns += ["bearing_deg", "sigma_bearing_deg"]
     used = max(MeasurementKind(k).n_components(space) for k in np.unique(kind))
     return Measured(
@@ -205,21 +188,12 @@ def _checked_heading(
 
 def _position_sigma(checks: RowChecks, dim: int, among: BoolArray | None = None) -> FloatArray:
     """Return each position's noise, which a row has along both horizontal axes or neither."""
-    nothing = np.full(len(checks), np.nan)
     for name, other in (("sigma_x", "sigma_y"), ("sigma_y", "sigma_x")):
         if checks.filled(name) and other not in checks.names:
             raise DataFormatError(
                 f"{checks.name}, column {name}: there is no {other}; expected {other} too"
             )
-    sigma = np.stack(
-        [
-            checks.numbers(name, _SIGMA, optional=True, among=among)
-            if name in checks.names
-            else nothing
-            for name in _SIGMA_COLUMNS[:dim]
-        ],
-        axis=-1,
-    )
+    sigma = np.stack([read_sigma(checks, name, among) for name in _SIGMA_COLUMNS[:dim]], axis=-1)
     blank = np.isnan(sigma[:, :2])
     for axis, name in enumerate(_SIGMA_COLUMNS[:2]):
         half = blank[:, axis] & ~blank[:, 1 - axis]

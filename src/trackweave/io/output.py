@@ -1,34 +1,32 @@
 """Files appear whole or not at all.
 
-A set of files is written to a staging directory first, each flushed to the disk, and then moved
-into place by renaming, which takes no space. A new directory appears by one rename. In a
-directory that exists, the old files of ours are moved aside, the new ones in, the record of the
-run last; whatever goes wrong before that, everything is moved back. A staging directory that was
-left by a killed process or a power cut is found by the next run, which undoes an unfinished
-change and removes it.
+Files are written to a hidden directory beside their place first, each flushed to the disk, and
+then renamed into place, which takes no space: a new directory by one rename, the files of one
+that exists one after the other, the record of the run last. Signals wait until that is done.
 """
 
 import contextlib
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+import shutil
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
-from trackweave.io.staging import (
-    Staging,
-    is_staging,
-    recover,
-    remove_abandoned,
-    translated,
-)
 
-__all__ = ["FILES", "RECORD", "OutputDirectory"]
+__all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile"]
 
 RECORD = "run.json"
+STAGING_PREFIX = ".trackweave-staging-"
+ABANDONED_S = 3600.0
+"""Nobody writes for so long: what is older was left by a killed run."""
 # What each command writes besides the record. No other file is ever replaced or removed.
 _SIMULATED = frozenset({"reports.csv", "truth.csv"})
 _TRACKED = frozenset({"tracks.csv", "assignments.csv", "history.csv"})
@@ -41,13 +39,6 @@ FILES = {
 }
 # A study's figures and their numbers, beside its report: it alone knows which there are.
 _OF_STUDY = re.compile(r"[a-z0-9-]+\.(csv|png)")
-
-
-def _writes(command: str, name: str) -> bool:
-    """Tell whether a command writes files of a name."""
-    return name in FILES[command] or (
-        command == "reproduce" and _OF_STUDY.fullmatch(name) is not None
-    )
 
 
 class OutputDirectory:
@@ -72,23 +63,10 @@ class OutputDirectory:
         self.command = command
 
     def check(self, inputs: Iterable[str | os.PathLike[str] | None] = ()) -> None:
-        """Refuse a place where ``write`` would fail, before any work is done.
-
-        Parameters
-        ----------
-        inputs
-            Files that the run reads, which it must not replace or remove; None for one not given.
-
-        Raises
-        ------
-        OutputError
-            If the path is a file, a directory that is not empty and not ours, or not writable, or
-            if an input would be lost.
-        """
-        with translated(self.path):
+        """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
+        with _translated(self.path):
             target = self._target()
             if target.is_dir():
-                self._recover_in(target)
                 old = self._old_files(target)
                 self._spare(target, [Path(path) for path in inputs if path is not None])
                 self._refuse_strangers(target, FILES[self.command], old)
@@ -101,29 +79,11 @@ class OutputDirectory:
                 raise OutputError(f"{self.path}: no permission to write in {place}")
 
     def write(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
-        """Write all files and run.json, or nothing.
-
-        Parameters
-        ----------
-        files
-            Each file's name, without folders, and content.
-        record
-            Content of run.json; it must have the key ``trackweave``, the version. The command and
-            the names of all files are added to it as ``command`` and ``files``.
-
-        Raises
-        ------
-        InvalidInputError
-            If a file is none that the command writes, or the record has no version.
-        OutputError
-            If the place is refused as by ``check``, or the environment fails, such as by a full
-            disk; then nothing has changed.
-        """
-        contents = _contents(files, record, self.command)
-        with translated(self.path):
+        """Write all files and run.json, which then tells the command and all names, or nothing."""
+        contents = self._contents(files, record)
+        with _translated(self.path), _signals_held():
             target = self._target()
             if target.is_dir():
-                self._recover_in(target)
                 self._replace(target, contents)
             else:
                 self._create(target, contents)
@@ -139,15 +99,29 @@ class OutputDirectory:
             raise OutputError(f"{self.path}: a file; expected a new or empty directory")
         return self.path.resolve()
 
-    def _recover_in(self, target: Path) -> None:
-        if not recover(target, RECORD):
-            raise OutputError(f"{self.path}: another run is writing there; expected to be alone")
-        with contextlib.suppress(OSError):  # we need no right to read the parent
-            remove_abandoned(target.parent)
+    def _writes(self, name: str) -> bool:
+        return name in FILES[self.command] or (
+            self.command == "reproduce" and _OF_STUDY.fullmatch(name) is not None
+        )
+
+    def _contents(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
+        if "trackweave" not in record:
+            raise InvalidInputError("record: no key trackweave; expected the version under it")
+        for name in files:
+            if not self._writes(name):
+                raise InvalidInputError(
+                    f"{name!r}: expected the name of a file that `trackweave {self.command}` "
+                    "writes"
+                )
+        names = sorted([*files, RECORD])
+        # The command stands beside the version, where a reader looks first.
+        begin = {"trackweave": record["trackweave"], "command": self.command}
+        return {**files, RECORD: encode_json({**begin, **record, "files": names})}
 
     def _old_files(self, target: Path) -> list[str]:
         """Return the names of an earlier run's files, none of an empty directory."""
-        present = {entry.name for entry in target.iterdir() if not is_staging(entry)}
+        entries = {entry.name for entry in target.iterdir()}
+        present = {name for name in entries if not name.startswith(STAGING_PREFIX)}
         if not present:
             return []
         record = _read_record(target / RECORD)
@@ -157,14 +131,14 @@ class OutputDirectory:
                 "directory, or an earlier run's"
             )
         listed = record.get("files")
-        names = {name for name in listed if isinstance(name, str)} if _is_list(listed) else set()
+        names = set(map(str, listed)) if isinstance(listed, list) else set()
         writer = record.get("command") or _writer_of(names)
         if writer != self.command:
             raise OutputError(
                 f"{self.path}: holds a run of `trackweave {writer}`; expected a new or empty "
                 f"directory, or an earlier run of `trackweave {self.command}`"
             )
-        ours = {name for name in names if _writes(self.command, name)} | {RECORD}
+        ours = {name for name in names if self._writes(name)} | {RECORD}
         return sorted(name for name in ours & present if (target / name).is_file())
 
     def _spare(self, target: Path, inputs: Iterable[Path]) -> None:
@@ -190,53 +164,128 @@ class OutputDirectory:
         old = self._old_files(target)
         self._refuse_strangers(target, contents, old)
         # Inside the target: it may be the only place on its disk where we may write.
-        staging = Staging(target)
-        try:
-            staging.fill(contents)
-            staging.swap(target, old, last=RECORD)
-        except BaseException:
-            staging.undo(target, RECORD)
-            raise
-        staging.remove()
+        with _staged(target, contents) as new:
+            for name in sorted(contents, key=lambda name: name == RECORD):
+                (new / name).replace(target / name)
+            for name in set(old) - set(contents):
+                (target / name).unlink()
 
     def _create(self, target: Path, contents: Mapping[str, bytes]) -> None:
         missing = [parent for parent in target.parents if not parent.exists()]
-        staging: Staging | None = None
         try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            remove_abandoned(target.parent)
-            staging = Staging(target.parent)
-            staging.parents = missing
-            staging.fill(contents)
-            staging.become(target)
+            if missing:
+                target.parent.mkdir(parents=True, exist_ok=True)
+            with _staged(target.parent, contents) as new:
+                new.rename(target)
         except BaseException:
-            if staging is not None:
-                staging.clear()
             for parent in missing:
                 with contextlib.suppress(OSError):
                     parent.rmdir()
             raise
-        staging.remove()
 
 
-def _contents(
-    files: Mapping[str, bytes], record: Mapping[str, Any], command: str
-) -> dict[str, bytes]:
-    if "trackweave" not in record:
-        raise InvalidInputError("record: no key trackweave; expected the version under it")
-    for name in files:
-        if not _writes(command, name):
-            raise InvalidInputError(
-                f"{name!r}: expected the name of a file that `trackweave {command}` writes"
-            )
-    names = sorted([*files, RECORD])
-    # The command stands beside the version, where a reader looks first.
-    begin = {"trackweave": record["trackweave"], "command": command}
-    return {**files, RECORD: encode_json({**begin, **record, "files": names})}
+class OutputFile:
+    """A file for the result of one run, new or in the place of an older file.
+
+    A symbolic link to a file is followed; a dangling one is refused. The folder must exist.
+
+    Parameters
+    ----------
+    path
+        Where the file goes.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+
+    def check(self, inputs: Iterable[str | os.PathLike[str]] = ()) -> None:
+        """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
+        with _translated(self.path):
+            target = self._target()
+            if target.exists():
+                if any(Path(path).exists() and target.samefile(path) for path in inputs):
+                    raise OutputError(
+                        f"{self.path}: an input of this run, which would be replaced; "
+                        "expected another file"
+                    )
+                if not os.access(target, os.W_OK):
+                    raise OutputError(f"{self.path}: no permission to replace it")
+            if not os.access(target.parent, os.W_OK | os.X_OK):
+                raise OutputError(f"{self.path}: no permission to write in {target.parent}")
+
+    def write(self, content: bytes) -> None:
+        """Write the file, or nothing."""
+        with _translated(self.path), _signals_held():
+            target = self._target()
+            with _staged(target.parent, {target.name: content}) as new:
+                (new / target.name).replace(target)
+
+    def _target(self) -> Path:
+        if self.path.is_symlink() and not self.path.exists():
+            raise OutputError(f"{self.path}: a symbolic link to nowhere; expected a file")
+        target = self.path.resolve()
+        if target.is_dir():
+            raise OutputError(f"{self.path}: a directory; expected the name of a file")
+        if target.exists() and not target.is_file():
+            raise OutputError(f"{self.path}: not a regular file; expected a file")
+        if not target.parent.is_dir():
+            raise OutputError(f"{self.path}: no such directory {target.parent}")
+        return target
 
 
-def _is_list(listed: Any) -> TypeGuard[list[Any]]:
-    return isinstance(listed, list)
+@contextlib.contextmanager
+def _staged(folder: Path, contents: Mapping[str, bytes]) -> Iterator[Path]:
+    """Write files to a hidden directory in a folder and yield it; it is gone afterwards."""
+    with contextlib.suppress(OSError):  # we need no right to list the folder
+        for left in folder.glob(f"{STAGING_PREFIX}*"):
+            if time.time() - left.stat().st_mtime > ABANDONED_S:
+                shutil.rmtree(left, ignore_errors=True)
+    staging = Path(tempfile.mkdtemp(prefix=STAGING_PREFIX, dir=folder))
+    try:
+        new = staging / "new"  # with the permissions that the user's mask gives
+        new.mkdir()
+        for name, content in contents.items():
+            with (new / name).open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        yield new
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _signals_held() -> Iterator[None]:
+    """Let Control-C and SIGTERM wait for the end of the block: half of its renames are a mix."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python handles signals in the main thread alone
+        return
+    came: list[int] = []
+    ours = (signal.SIGINT, signal.SIGTERM)
+    handlers = [signal.signal(number, lambda number, _: came.append(number)) for number in ours]
+    try:
+        yield
+    finally:
+        for number, handler in zip(ours, handlers, strict=True):
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for held in came:
+            signal.raise_signal(held)
+
+
+@contextlib.contextmanager
+def _translated(path: Path) -> Iterator[None]:
+    """Turn what the system complains of into an OutputError that names the file and the reason."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as err:
+        place = err.filename if isinstance(err.filename, str) else str(path)
+        if STAGING_PREFIX in place:  # nobody asked for that one
+            place = str(path)
+        raise OutputError(f"{place}: cannot be written ({err.strerror or err})") from err
+    except (RuntimeError, ValueError) as err:  # a loop of links, a NUL in the name
+        raise OutputError(f"{str(path)!r}: not a place for files ({err})") from err
 
 
 def _writer_of(names: set[str]) -> str:

@@ -1,7 +1,5 @@
 """Where sensors were, how they moved, and how they were turned, row by row."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from trackweave.arrays import FloatArray
@@ -10,33 +8,16 @@ from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.positions import DISTANCE, LATITUDE, LONGITUDE, choose_frame
 
-__all__ = ["Platforms", "read_heading", "read_platforms"]
+__all__ = ["read_heading", "read_platforms"]
 
 _SPEED = Range(-1e9, 1e9)
 _HEADING = Range(-360.0, 360.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Platforms:
-    """Where sensors were.
-
-    Parameters
-    ----------
-    values
-        x, y, z [m] and their rates [m/s], shape (rows, 6), NaN where a row does not say; None
-        where no row does.
-    frame
-        The plane on which they lie, None for plane coordinates.
-    """
-
-    values: FloatArray | None
-    frame: LocalFrame | None
-
-
 def read_platforms(
     checks: RowChecks, frame: LocalFrame | None, *, on_plane: bool = False
-) -> Platforms:
-    """Return where each row's sensor was and how it moved.
+) -> tuple[FloatArray | None, LocalFrame | None]:
+    """Return where each row's sensor was and how it moved, and the plane of that.
 
     Columns ``sensor_x,sensor_y[,sensor_z]`` [m] or ``sensor_lat,sensor_lon[,sensor_alt_m]``
     [degrees, m], and ``sensor_vx,sensor_vy[,sensor_vz]`` [m/s]; what is left out of height and
@@ -53,7 +34,8 @@ def read_platforms(
 
     Returns
     -------
-    Platforms of all rows, and the plane that was chosen for them or given.
+    x, y, z [m] and their rates [m/s], shape (rows, 6), NaN where a row does not say, or None where
+    no row does; and the plane that was chosen or given.
 
     Raises
     ------
@@ -72,7 +54,7 @@ def read_platforms(
         else ("sensor_x", "sensor_y", "sensor_z")
     )
     if not (checks.filled(first) or checks.filled(second)):
-        return Platforms(None, frame)
+        return None, frame
     for name, other in ((first, second), (second, first)):
         checks.require(name, f"where the sensor was, beside {other}")
     said = checks.filled_cells(first) | checks.filled_cells(second)
@@ -81,39 +63,15 @@ def read_platforms(
     for axis, name in enumerate((first, second)):
         values[:, axis] = checks.numbers(name, within[axis], among=said)
     for axis, name in ((2, up), (3, "sensor_vx"), (4, "sensor_vy"), (5, "sensor_vz")):
-        values[said, axis] = 0.0
-        if name in checks.names:
-            limits = DISTANCE if axis == 2 else _SPEED
-            numbers = checks.numbers(name, limits, optional=True)
-            values[said, axis] = np.nan_to_num(numbers[said])
+        limits = DISTANCE if axis == 2 else _SPEED
+        values[said, axis] = np.nan_to_num(checks.optional_numbers(name, limits)[said])
     if geodetic:
-        frame = _lay_out(values, said & checks.good, frame)
-    return Platforms(values, frame)
+        rows = said & checks.good
+        frame = frame or choose_frame(values[rows, 0], values[rows, 1])
+        values[rows, :3] = frame.to_plane(*values[rows, :3].T)
+    return values, frame
 
 
 def read_heading(checks: RowChecks) -> FloatArray:
-    """Return the angle from which each row's azimuth or bearing counts [rad], 0 for north.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells of ``sensor_heading_deg`` are complained of there.
-
-    Returns
-    -------
-    Headings, shape (rows,).
-    """
-    if not checks.filled("sensor_heading_deg"):
-        return np.zeros(len(checks))
-    heading = checks.numbers("sensor_heading_deg", _HEADING, optional=True)
-    return np.radians(np.nan_to_num(heading))
-
-
-def _lay_out(
-    values: FloatArray, rows: np.ndarray, frame: LocalFrame | None
-) -> LocalFrame:  # fmt: skip
-    """Turn latitudes and longitudes into plane coordinates, in place; return the plane."""
-    if frame is None:
-        frame = choose_frame(values[rows, 0], values[rows, 1])
-    values[rows, :3] = frame.to_plane(values[rows, 0], values[rows, 1], values[rows, 2])
-    return frame
+    """Return what each row's azimuth or bearing counts from [rad], 0 for north."""
+    return np.radians(np.nan_to_num(checks.optional_numbers("sensor_heading_deg", _HEADING)))

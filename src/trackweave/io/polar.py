@@ -1,6 +1,6 @@
 """Ranges and angles of a table of reports."""
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,117 +10,62 @@ from trackweave.domain.reports import ANGLE_NOISE_DEG, NOISE_M
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray
 
-__all__ = ["AZIMUTH", "Polar", "angles", "choose_components", "read_polar"]
+__all__ = ["AZIMUTH", "POLAR_COLUMNS", "Polar", "choose_components", "read_polar", "read_sigma"]
 
 AZIMUTH = Range(-180.0, 360.0)
-_RANGE = Range(0.0, 1e9)
-_ELEVATION = Range(-90.0, 90.0)
-_RATE = Range(-3e8, 3e8)
+_LIMITS = {
+    "range_m": Range(0.0, 1e9),
+    "azimuth_deg": AZIMUTH,
+    "elevation_deg": Range(-90.0, 90.0),
+    "range_rate_mps": Range(-3e8, 3e8),
+}
+POLAR_COLUMNS = (*_LIMITS, *(f"sigma_{name}" for name in _LIMITS))
 _SIGMA = Range(*NOISE_M, expected="a positive number", positive=True)
 _SIGMA_ANGLE = Range(*ANGLE_NOISE_DEG, expected="a positive number", positive=True)
-_COLUMNS = ("range_m", "azimuth_deg", "elevation_deg", "range_rate_mps")
 # Flatter than this [rad] a distance on the ground cannot be told from the zenith.
 _STEEPEST = np.radians(89.9)
 
 
-@dataclass
-class Polar:
-    """Ranges and angles as they came; row by row, NaN where there are none.
-
-    Parameters
-    ----------
-    rows
-        Which rows have a range.
-    values
-        Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4).
-    sigma
-        Their standard deviations, of the same shape.
-    columns
-        Names of the columns that were read.
-    has_elevation, has_rate
-        Which sensors have one in all of their rows; True for sensors without a range.
-    partial
-        Which sensors have an elevation, or a range rate, in some rows only.
-    """
+class Polar(NamedTuple):
+    """Ranges and angles row by row, NaN where there are none."""
 
     rows: BoolArray
+    """Which rows have a range."""
     values: FloatArray
+    """Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4)."""
     sigma: FloatArray
-    columns: tuple[str, ...]
-    has_elevation: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    has_rate: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    partial: tuple[BoolArray, ...] = ()
-
-    def complete(self, good: BoolArray, sensor: IntArray) -> None:
-        """Find out which sensors tell an elevation and a range rate in all of their good rows.
-
-        Parameters
-        ----------
-        good
-            Rows without a fault.
-        sensor
-            Number of each row's sensor.
-        """
-        rows = self.rows & good
-        count = np.bincount(sensor[rows], minlength=int(sensor.max()) + 1)
-        filled = [
-            np.bincount(sensor[rows & ~np.isnan(self.values[:, place])], minlength=count.size)
-            for place in (2, 3)
-        ]
-        self.has_elevation, self.has_rate = (full == count for full in filled)
-        self.partial = tuple((full > 0) & (full < count) for full in filled)
+    """Their standard deviations, of the same shape."""
+    complete: BoolArray
+    """Which sensors tell elevations, and range rates, in all of their rows, shape (2, sensors)."""
+    partial: BoolArray
+    """Which sensors do so in some of their rows only, of the same shape."""
 
 
-def read_polar(checks: RowChecks, rows: BoolArray, heading: FloatArray) -> Polar:
-    """Return the ranges and angles of some rows.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-    rows
-        The rows that have a range.
-    heading
-        What each row's azimuth counts from [rad].
-
-    Returns
-    -------
-    Numbers and noise, azimuths clockwise from north from 0 to 2π.
-    """
+def read_polar(checks: RowChecks, rows: BoolArray, heading: FloatArray, sensor: IntArray) -> Polar:
+    """Return ranges and angles of some rows, azimuths from 0 to 2π by each row's heading [rad]."""
     values, sigma = np.full((2, len(checks), 4), np.nan)
-    limits = (_RANGE, AZIMUTH, _ELEVATION, _RATE)
-    for place, (name, within) in enumerate(zip(_COLUMNS, limits, strict=True)):
-        if name not in checks.names:
-            continue
-        values[:, place] = checks.numbers(name, within, optional=place > 1, among=rows)
-        if place in {1, 2}:
-            sigma[:, place] = angles(checks, f"sigma_{name}", rows)
-        elif f"sigma_{name}" in checks.names:
-            sigma[:, place] = checks.numbers(f"sigma_{name}", _SIGMA, optional=True, among=rows)
+    for place, (name, within) in enumerate(_LIMITS.items()):
+        if name in checks.names:
+            values[:, place] = checks.numbers(name, within, optional=place > 1, among=rows)
+            sigma[:, place] = read_sigma(checks, f"sigma_{name}", rows)
     values[:, 1] = (np.radians(values[:, 1]) + heading) % (2 * np.pi)
     values[:, 2] = np.radians(values[:, 2])
-    return Polar(rows, values, sigma, (*_COLUMNS, *(f"sigma_{name}" for name in _COLUMNS)))
+    good, n_sensors = rows & checks.good, int(sensor.max()) + 1
+    count = np.bincount(sensor[good], minlength=n_sensors)
+    filled = np.stack(
+        [
+            np.bincount(sensor[good & ~np.isnan(values[:, place])], minlength=n_sensors)
+            for place in (2, 3)
+        ]
+    )
+    return Polar(rows, values, sigma, filled == count, (filled > 0) & (filled < count))
 
 
-def angles(checks: RowChecks, name: str, among: BoolArray) -> FloatArray:
-    """Return the standard deviations of angles, such as ``sigma_azimuth_deg`` [rad].
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-    name
-        The column's name; there need be none.
-    among
-        The rows to look at.
-
-    Returns
-    -------
-    One number per row, NaN where there is none.
-    """
-    if name not in checks.names:
-        return np.full(len(checks), np.nan)
-    return np.radians(checks.numbers(name, _SIGMA_ANGLE, optional=True, among=among))
+def read_sigma(checks: RowChecks, name: str, among: BoolArray | None) -> FloatArray:
+    """Return standard deviations [m, m/s or rad], NaN where a row, or the table, has none."""
+    if name.endswith("_deg"):
+        return np.radians(checks.optional_numbers(name, _SIGMA_ANGLE, among))
+    return checks.optional_numbers(name, _SIGMA, among)
 
 
 def choose_components(
@@ -152,8 +97,7 @@ def choose_components(
     notes = []
     for number in np.unique(sensor[polar.rows]):
         rows = polar.rows & (sensor == number)
-        solid = bool(polar.has_elevation[number])
-        rate = bool(polar.has_rate[number])
+        solid, rate = polar.complete[:, number].tolist()
         if solid and space == 2:
             _lay_flat(polar, rows)
             solid = False
@@ -161,12 +105,12 @@ def choose_components(
                 f"sensor {names[number]}: its ranges become distances on the ground by their "
                 "elevations, because not every sensor tells heights"
             )
-        places = [0, 1, *([2] if solid else []), *([3] if rate else [])]
+        places = [0, 1, *[2] * solid, *[3] * rate]
         values[rows, : len(places)] = polar.values[np.ix_(rows, places)]
         sigma[rows, : len(places)] = polar.sigma[np.ix_(rows, places)]
         kind[rows] = _KINDS[solid, rate]
-        for column, partial in zip(_COLUMNS[2:], polar.partial, strict=True):
-            if partial[number]:
+        for column, partial in zip(list(_LIMITS)[2:], polar.partial[:, number], strict=True):
+            if partial:
                 notes.append(
                     f"sensor {names[number]}: {column} is not used, because some of its rows "
                     "have none"

@@ -1,6 +1,7 @@
 """Which columns of a table are positions, and what they say."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,23 +44,15 @@ _FARTHEST_DEG = 30.0
 _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
 
 
-@dataclass(frozen=True, slots=True)
-class Positions:
-    """Positions on a plane.
-
-    Parameters
-    ----------
-    values
-        Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows.
-    columns
-        Names of the columns that they came from.
-    frame
-        The plane on which latitudes and longitudes were laid, None for plane coordinates.
-    """
+class Positions(NamedTuple):
+    """Positions on a plane."""
 
     values: FloatArray
+    """Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows."""
     columns: tuple[str, ...]
+    """Names of the columns that they came from."""
     frame: LocalFrame | None
+    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
 
 
 def has_positions(names: set[str]) -> bool:
@@ -68,26 +61,13 @@ def has_positions(names: set[str]) -> bool:
 
 
 def not_available(checks: RowChecks, frame: LocalFrame | None) -> BoolArray:
-    """Tell in which rows latitude or longitude is the code for "not available".
-
-    Where other longitudes are beyond 180 degrees too, 181 is one of them.
-
-    Parameters
-    ----------
-    checks
-        The table.
-    frame
-        As ``read_positions`` takes it.
-
-    Returns
-    -------
-    One truth value per row; False throughout where positions are ``x,y``.
-    """
+    """Tell in which rows latitude or longitude is the code for "not available"."""
     if not _are_geodetic(set(checks.names), frame):
         return np.zeros(len(checks), dtype=np.bool_)
     latitude, longitude = (read_numbers(checks.column(name)).values for name in ("lat", "lon"))
     unknown: BoolArray = (latitude == NO_LATITUDE) & ~np.isnan(longitude)
     beyond = (longitude > 180.0) & (longitude <= LONGITUDE.high) & ~unknown
+    # Where other longitudes are beyond 180 degrees too, 181 is one of them.
     if np.all(longitude[beyond] == NO_LONGITUDE):
         unknown |= beyond & (np.abs(latitude) <= LATITUDE.high)
     return unknown
@@ -150,19 +130,7 @@ def _are_geodetic(names: set[str], frame: LocalFrame | None) -> bool:
 
 
 def frame_about(checks: RowChecks, projection: Projection) -> LocalFrame | None:
-    """Return a plane about a table's latitudes and longitudes, whatever faults they have.
-
-    Parameters
-    ----------
-    checks
-        The table.
-    projection
-        How the Earth is laid on the plane.
-
-    Returns
-    -------
-    The plane; None where there are no latitudes and longitudes of reports or sensors.
-    """
+    """Return a plane about latitudes and longitudes, whatever their faults; None for none."""
     for first, second in (("lat", "lon"), ("sensor_lat", "sensor_lon")):
         if checks.filled(first) and checks.filled(second):
             latitude = read_numbers(checks.column(first)).values
@@ -173,24 +141,7 @@ def frame_about(checks: RowChecks, projection: Projection) -> LocalFrame | None:
 
 
 def require_origin(origin: tuple[float, float], projection: Projection = "tangent") -> LocalFrame:
-    """Return the plane with an origin.
-
-    Parameters
-    ----------
-    origin
-        Latitude, -90 to 90, and longitude, -180 to 360 [degrees].
-    projection
-        How the Earth is laid on the plane.
-
-    Returns
-    -------
-    The plane that touches the ellipsoid there.
-
-    Raises
-    ------
-    InvalidInputError
-        If these are not two numbers within their ranges.
-    """
+    """Return the plane with an origin: latitude -90 to 90, longitude -180 to 360 [degrees]."""
     try:
         latitude, longitude = (checked_number(number, "frame_origin") for number in origin)
     except (TypeError, ValueError) as err:
@@ -208,13 +159,9 @@ def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | No
     longitude = checks.numbers("lon", LONGITUDE, among=among)
     # Bad rows must not upset the projection.
     good = checks.good if among is None else checks.good & among
-    altitude = np.zeros(len(checks))
-    if checks.filled("alt_m"):
-        altitude = checks.numbers("alt_m", DISTANCE, optional=True, among=among)
-        good = good & checks.good
-        solid = not np.isnan(altitude[good]).any()
-    else:
-        solid = False
+    altitude = checks.optional_numbers("alt_m", DISTANCE, among)
+    good = good & checks.good
+    solid = checks.filled("alt_m") and not np.isnan(altitude[good]).any()
     if frame is None:
         frame = choose_frame(latitude[good], longitude[good])
     middle = (frame.latitude_deg, frame.longitude_deg)
@@ -229,17 +176,7 @@ def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | No
 
 
 def choose_frame(latitude: FloatArray, longitude: FloatArray) -> LocalFrame:
-    """Return a frame about the median position, to 1e-4 degrees (11 m): short to write down.
-
-    Parameters
-    ----------
-    latitude, longitude
-        Positions [degrees], each of shape (points,).
-
-    Returns
-    -------
-    A plane that touches the Earth in their middle.
-    """
+    """Return a plane about the median [degrees], to 1e-4 (11 m): short to write down."""
     if latitude.size == 0:
         return LocalFrame(0.0, 0.0)
     # The median of longitudes is taken about their mean direction, for the sake of Fiji.

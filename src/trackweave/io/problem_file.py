@@ -15,7 +15,7 @@ from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import cell_text, read_numbers
 from trackweave.io.csv_text import parse_csv
-from trackweave.io.tables import ENDINGS, TableSource, load_table
+from trackweave.io.tables import ENDINGS, TableSource, load_table, read_bytes
 
 __all__ = ["ProblemTable", "answer_frame", "read_problem"]
 
@@ -30,23 +30,16 @@ _MOST_AXIAL_ITEMS = 200
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProblemTable:
-    """Candidate tuples of items and their costs, as a file has them.
-
-    Parameters
-    ----------
-    tuples
-        One row per candidate, one column per list, shape (rows, lists): the 1-based number of
-        the item taken from each list, 0 for none.
-    costs
-        Cost of each row, shape (rows,).
-    alone
-        What it costs to leave an item alone for which no row of a single item says so; infinite
-        where every item has to be covered.
-    """
+    """Candidate tuples of items and their costs, as a file has them."""
 
     tuples: IntArray
+    """One row per candidate, one column per list, shape (rows, lists): the 1-based number of the
+    item taken from each list, 0 for none."""
     costs: FloatArray
+    """Cost of each row, shape (rows,)."""
     alone: float = 0.0
+    """What it costs to leave an item alone for which no row of a single item says so; infinite
+    where every item has to be covered."""
 
     def __len__(self) -> int:
         return len(self.costs)
@@ -202,26 +195,13 @@ def _list_columns(checks: RowChecks) -> list[str]:
 
 def _read_text(path: Path) -> ProblemTable:
     """Return what a .txt file holds, an axial problem or comma-separated values."""
-    name, data = str(path), _content(path)
+    name, data = str(path), read_bytes(path)
     text = data.decode("utf-8-sig", "replace").lstrip()
     if not text:
         raise DataFormatError(f"{name}: the file is empty; expected a line n n n, then n³ costs")
     if re.match(r'"?i1\b|[^\n]*,', text):
         return _from_columns(RowChecks(parse_csv(data, name)))
     return _parse_axial(data.decode("utf-8-sig", "replace"), name)
-
-
-def _content(path: Path) -> bytes:
-    if "\0" in str(path):
-        raise DataFormatError(f"{str(path)!r}: not a file name")
-    try:
-        if path.is_file():
-            return path.read_bytes()
-        # Opening a pipe would wait for ever.
-        found = "not a regular file; expected a file" if path.exists() else "no such file"
-    except OSError as err:
-        raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
-    raise DataFormatError(f"{path}: {found}")
 
 
 def _parse_axial(text: str, name: str) -> ProblemTable:

@@ -8,14 +8,14 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.domain.frames import Projection
+from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
-from trackweave.io.platforms import Platforms, read_platforms
+from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
 from trackweave.io.times import with_common_times
@@ -106,19 +106,7 @@ def reports_in(
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
 ) -> ReportTable:
-    """Return the reports that raw columns hold; parameters and errors as ``read_reports``.
-
-    Parameters
-    ----------
-    table
-        The raw columns.
-    frame_origin, frame_projection, on_bad_row
-        As ``read_reports`` takes them.
-
-    Returns
-    -------
-    The reports, sorted by time, then sensor, then row.
-    """
+    """Return the reports that raw columns hold; parameters and errors as ``read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     table, frame = with_time(table), None
@@ -136,7 +124,7 @@ def reports_in(
     read = _Read(
         sensor_names,
         measured,
-        read_platforms(checks, measured.frame or frame, on_plane=on_plane),
+        *read_platforms(checks, measured.frame or frame, on_plane=on_plane),
         _optional(checks, "strength", _STRENGTH),
         _optional(checks, "height_m", _HEIGHT),
         checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None,
@@ -165,7 +153,8 @@ class _Read(NamedTuple):
 
     sensors: pl.Series
     measured: Measured
-    platforms: Platforms
+    platform: FloatArray | None
+    frame: LocalFrame | None
     strength: FloatArray | None
     height: FloatArray | None
     scan: FloatArray | None
@@ -181,7 +170,7 @@ def _reports_of(
     order = np.lexsort((code, moment))
     rows, code = rows[order], code[order]
     identity, identities = _identities(checks, rows)
-    measured, scan, platform = read.measured, read.scan, read.platforms.values
+    measured, scan, platform = read.measured, read.scan, read.platform
     return ReportTable(
         time=moment[order],
         sensor=code,
@@ -191,7 +180,7 @@ def _reports_of(
         report=text_array(read.identifiers.gather(rows)),
         scan=None if scan is None else scan[rows].astype(np.int64),
         carried=_carried(checks, table, measured, rows),
-        frame=measured.frame or read.platforms.frame,
+        frame=measured.frame or read.frame,
         kind=table.kind,
         kinds=_kinds(measured.kind, rows, code),
         space=0 if measured.kind is None else measured.space,

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,41 +13,31 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import DataFormatError, InvalidInputError
-from trackweave.io.checks import Range, RowChecks
+from trackweave.io.checks import RowChecks
 from trackweave.io.columns import text_array
 from trackweave.io.output import RECORD
-from trackweave.io.positions import TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED, require_origin
-from trackweave.io.priors import covariance_names, state_names
+from trackweave.io.positions import TRACK_COVARIANCE, require_origin
 from trackweave.io.tables import load_table
-from trackweave.io.truth import read_status
+from trackweave.io.tracks_in import TRACK, read_states, track_table
 
 __all__ = ["AssignedReports", "RunFiles", "read_run"]
 
 COMMANDS = ("track", "demo")
 TABLES = ("tracks.csv", "history.csv", "assignments.csv")
-_TRACK = Range(0.0, 2.0**53, expected="a whole number")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AssignedReports:
-    """When each report came, from whom, and whether it has a track.
-
-    Parameters
-    ----------
-    report
-        Identifier of each report as text, shape (reports,).
-    time
-        Time of each report [s].
-    sensor
-        Name of its sensor.
-    track
-        Its track, -1 for a false alarm.
-    """
+    """When each report came, from whom, and whether it has a track."""
 
     report: np.ndarray[Any, Any]
+    """Identifier of each report as text, shape (reports,)."""
     time: FloatArray
+    """Time of each report [s]."""
     sensor: np.ndarray[Any, Any]
+    """Name of its sensor."""
     track: IntArray
+    """Its track, -1 for a false alarm."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -54,51 +45,25 @@ class AssignedReports:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunFiles:
-    """A run as its files tell it.
-
-    Parameters
-    ----------
-    path
-        Its directory.
-    record
-        Content of run.json.
-    tracks
-        What was known after each scan; of the covariances only what belongs to positions.
-    history
-        The same, amended and smoothed after the fact.
-    assignments
-        Which report belongs to which track.
-    frame
-        The plane on which latitudes and longitudes were laid, None for plane coordinates.
-    iso_time
-        Whether times came as ISO 8601.
-    """
+    """A run as its files tell it."""
 
     path: Path
+    """Its directory."""
     record: dict[str, Any]
+    """Content of run.json."""
     tracks: TrackTable
+    """What was known after each scan; of the covariances only what belongs to positions."""
     history: TrackTable
+    """The same, amended and smoothed after the fact."""
     assignments: AssignedReports
+    """Which report belongs to which track."""
     frame: LocalFrame | None
+    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
     iso_time: bool
+    """Whether times came as ISO 8601."""
 
     def scans(self, *keys: str) -> list[FloatArray]:
-        """Return what run.json says of each scan under some keys, NaN for null.
-
-        Parameters
-        ----------
-        keys
-            Such as ``gap``.
-
-        Returns
-        -------
-        One array for each key, shape (scans,).
-
-        Raises
-        ------
-        DataFormatError
-            If a key is missing or holds no numbers.
-        """
+        """Return what run.json says of each scan under some keys, NaN for null."""
         return [_column(self.path, self.record, ("scans",), key) for key in keys]
 
     def cpu_ms(self) -> FloatArray | None:
@@ -111,17 +76,7 @@ class RunFiles:
         return spent
 
     def sensor_positions(self) -> dict[str, tuple[float, ...]]:
-        """Return where the configuration says that sensors stand.
-
-        Returns
-        -------
-        Places [m] by the sensors' names, without those of which nothing is said.
-
-        Raises
-        ------
-        DataFormatError
-            If the record says something else than two or three numbers.
-        """
+        """Return where the configuration says that sensors stand [m], by their names."""
         configuration = self.record.get("configuration")
         sensors = configuration.get("sensors") if isinstance(configuration, dict) else None
         found: dict[str, tuple[float, ...]] = {}
@@ -139,22 +94,7 @@ class RunFiles:
 
 
 def read_run(directory: Path) -> RunFiles:
-    """Read the files that ``trackweave track`` or ``demo`` wrote.
-
-    Parameters
-    ----------
-    directory
-        The run's ``--out``.
-
-    Returns
-    -------
-    What they hold.
-
-    Raises
-    ------
-    DataFormatError
-        If this is no directory of such a run, or a file of it is missing or damaged.
-    """
+    """Read the files that ``trackweave track`` or ``demo`` wrote; complain of what is damaged."""
     record = _record(directory)
     for name in TABLES:
         if not (directory / name).exists():
@@ -254,33 +194,15 @@ def _frame(directory: Path, record: dict[str, Any]) -> LocalFrame | None:
 
 def _tracks(path: Path, dim: int) -> tuple[TrackTable, bool]:
     checks = RowChecks(load_table(path, may_be_empty=True))
-    names = state_names(dim)
-    n = 2 * dim
-    for name in ("time", "track", "status", *names):
-        checks.require(name, "a tracks table")
-    time, iso = checks.times("time")
-    track = checks.whole_numbers("track", _TRACK)
-    status = read_status(checks)
-    mean = np.stack(
-        [
-            checks.numbers(name, TRACK_SPEED if name.startswith("v") else TRACK_PLACE)
-            for name in names
-        ],
-        -1,
-    )
-    covariance = np.zeros((len(checks), n, n))
-    for name in covariance_names(dim):
-        first, second = (names.index(axis) for axis in name.split("_")[1:])
-        if first < dim and second < dim and name in checks.names:
+    states = read_states(checks, dim, ("status",), "a tracks table")
+    covariance = np.zeros((len(checks), 2 * dim, 2 * dim))
+    for row, column in combinations_with_replacement(range(dim), 2):
+        name = f"p_{'xyz'[row]}_{'xyz'[column]}"
+        if name in checks.names:
             values = checks.numbers(name, TRACK_COVARIANCE)
-            covariance[:, first, second] = covariance[:, second, first] = values
+            covariance[:, row, column] = covariance[:, column, row] = values
     checks.finish("fail")
-    nothing = np.zeros(len(checks))
-    codes = track.astype(np.int64)
-    table = TrackTable(
-        time, codes, status, mean, covariance, nothing, nothing.astype(np.int64), time
-    )
-    return table, iso
+    return track_table(states, covariance, np.arange(len(checks))), states.iso_time
 
 
 def _assignments(path: Path) -> AssignedReports:
@@ -290,7 +212,7 @@ def _assignments(path: Path) -> AssignedReports:
     report = text_array(checks.text("report", "an identifier"))
     time, _ = checks.times("time")
     sensor = text_array(checks.text("sensor"))
-    track = checks.numbers("track", _TRACK, optional=True)
+    track = checks.numbers("track", TRACK, optional=True)
     checks.finish("fail")
     codes = np.where(np.isnan(track), -1, track).astype(np.int64)
     return AssignedReports(report, time, sensor, codes)

@@ -22,6 +22,7 @@ __all__ = [
     "TableSource",
     "file_ending",
     "load_table",
+    "read_bytes",
     "with_time",
 ]
 
@@ -44,34 +45,23 @@ TIME_TOO = ("t", "frame")  # what others call it; the first that is there counts
 
 @dataclass(frozen=True, slots=True)
 class RawTable:
-    """Columns as they came: text from CSV, typed from Parquet and from other libraries.
-
-    Parameters
-    ----------
-    name
-        What messages call the source.
-    columns
-        The columns; null where a cell is empty.
-    row
-        Number of each row's data record, 1 for the first after the header.
-    skipped
-        Rows that have too few or too many cells to be placed in columns, or a day that no
-        calendar has; ``columns`` is without them.
-    kind
-        Library that the table came from: "polars" (also for files), "pandas" or "pyarrow".
-    time_name
-        What the table itself calls its column ``time``.
-    is_text
-        Whether cells are text because the file knows nothing else.
-    """
+    """Columns as they came: text from CSV, typed from Parquet and from other libraries."""
 
     name: str
+    """What messages call the source."""
     columns: pl.DataFrame
+    """The columns; null where a cell is empty."""
     row: IntArray
+    """Number of each row's data record, 1 for the first after the header."""
     skipped: tuple[BadRow, ...] = field(default=())
+    """Rows that have too few or too many cells to be placed in columns, or a day that no calendar
+    has; ``columns`` is without them."""
     kind: str = "polars"
+    """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
     time_name: str = TIME
+    """What the table itself calls its column ``time``."""
     is_text: bool = False
+    """Whether cells are text because the file knows nothing else."""
 
     def __len__(self) -> int:
         return len(self.row)
@@ -85,26 +75,7 @@ class RawTable:
 
 
 def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
-    """Return the raw columns of a file or of a table of another library.
-
-    Parameters
-    ----------
-    source
-        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
-    may_be_empty
-        Whether a table without rows is one.
-
-    Returns
-    -------
-    The columns and the number of each row.
-
-    Raises
-    ------
-    InvalidInputError
-        If the source is no table.
-    DataFormatError
-        If the source cannot be read as a table, or has no rows where it must have some.
-    """
+    """Return the raw columns of a .csv, .csv.gz or .parquet file, or of a table in memory."""
     if isinstance(source, str | os.PathLike):
         table = _load_file(Path(source))
     else:
@@ -119,17 +90,7 @@ def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
 
 
 def with_time(table: RawTable) -> RawTable:
-    """Return a table whose column ``t`` or ``frame`` is called ``time``, unless it has one.
-
-    Parameters
-    ----------
-    table
-        The raw columns.
-
-    Returns
-    -------
-    The table; it remembers what it calls its times itself.
-    """
+    """Return a table whose column ``t`` or ``frame`` is called ``time``, unless it has one."""
     names = table.columns.columns
     found = [name for name in TIME_TOO if name in names]
     if TIME in names or not found:
@@ -138,22 +99,7 @@ def with_time(table: RawTable) -> RawTable:
 
 
 def file_ending(path: Path) -> str:
-    """Return the ending that says how a file is written: .csv, .csv.gz or .parquet.
-
-    Parameters
-    ----------
-    path
-        The file's path; upper and lower case are the same.
-
-    Returns
-    -------
-    One of ``ENDINGS``.
-
-    Raises
-    ------
-    DataFormatError
-        If the ending is another one.
-    """
+    """Return how a file is written, one of ``ENDINGS`` in whatever case, or refuse it."""
     name = path.name.lower()
     for ending in ENDINGS:
         if name.endswith(ending):
@@ -161,9 +107,27 @@ def file_ending(path: Path) -> str:
     raise DataFormatError(f"{path}: unknown file ending; expected {', '.join(ENDINGS)}")
 
 
+def read_bytes(path: Path) -> bytes:
+    """Return a file's content, or say why it cannot be had."""
+    if "\0" in str(path):
+        raise DataFormatError(f"{str(path)!r}: not a file name")
+    try:
+        if path.is_file():
+            return path.read_bytes()
+        # Opening a pipe would wait for ever.
+        if path.is_dir():
+            raise DataFormatError(f"{path}: a directory; expected a file")
+        found = "not a regular file; expected a file" if path.exists() else "no such file"
+        raise DataFormatError(f"{path}: {found}")
+    except PermissionError as err:
+        raise DataFormatError(f"{path}: no permission to read the file") from err
+    except OSError as err:
+        raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
+
+
 def _load_file(path: Path) -> RawTable:
-    name = str(path)
-    ending, data = _read_bytes(path)
+    name, data = str(path), read_bytes(path)
+    ending = file_ending(path)
     if ending == ".parquet":
         return _parse_parquet(data, name)
     if ending == ".csv.gz":
@@ -173,31 +137,6 @@ def _load_file(path: Path) -> RawTable:
     from trackweave.io.csv_text import parse_csv
 
     return parse_csv(data, name)
-
-
-def _read_bytes(path: Path) -> tuple[str, bytes]:
-    """Return a file's ending and content."""
-    try:
-        _require_regular_file(path)
-        return file_ending(path), path.read_bytes()
-    except DataFormatError:
-        raise
-    except PermissionError as err:
-        raise DataFormatError(f"{path}: no permission to read the file") from err
-    except OSError as err:
-        raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
-    except ValueError as err:  # a NUL in the name
-        raise DataFormatError(f"{str(path)!r}: not a file name") from err
-
-
-def _require_regular_file(path: Path) -> None:
-    # Opening a pipe would wait for ever.
-    if path.is_dir():
-        raise DataFormatError(f"{path}: a directory; expected a file")
-    if not path.exists():
-        raise DataFormatError(f"{path}: no such file")
-    if not path.is_file():
-        raise DataFormatError(f"{path}: not a regular file; expected a file")
 
 
 def _unzip(data: bytes, name: str) -> bytes:

@@ -18,17 +18,7 @@ _ONE_MOMENT_S, _CLEARLY_APART = 2e-6, 1e5
 
 
 def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
-    """Return times in which those that differ by rounding alone are equal.
-
-    Parameters
-    ----------
-    time
-        Any finite times [s].
-
-    Returns
-    -------
-    Of each group the last, and a sentence on it; the same times where there is no such group.
-    """
+    """Return times [s] in which those apart by rounding alone are equal, and notes on them."""
     moments = np.unique(time)
     gaps = np.sort(np.diff(moments))
     if gaps.size < 2 or gaps[0] > _ONE_MOMENT_S:
@@ -49,21 +39,14 @@ def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """A column read as times.
-
-    Parameters
-    ----------
-    numbers
-        Seconds; counted from 1970 UTC where the times came as ISO 8601.
-    iso
-        Whether they came so.
-    expected
-        What a message asks for where there is no time.
-    """
+    """A column read as times."""
 
     numbers: Numbers
+    """Seconds; counted from 1970 UTC where the times came as ISO 8601."""
     iso: bool
+    """Whether they came so."""
     expected: str
+    """What a message asks for where there is no time."""
 
 
 def read_times(column: pl.Series) -> Times:
@@ -94,35 +77,13 @@ def read_times(column: pl.Series) -> Times:
 
 
 def datetime_column(name: str, seconds: FloatArray) -> pl.Series:
-    """Return seconds from 1970 UTC as a column of dates and times, to the microsecond.
-
-    Parameters
-    ----------
-    name
-        The column's name.
-    seconds
-        Finite seconds [s].
-
-    Returns
-    -------
-    A polars column of type Datetime in UTC.
-    """
+    """Return finite seconds from 1970 UTC as dates and times, to the microsecond."""
     microseconds = np.rint(seconds * 1e6).astype(np.int64)
     return pl.Series(name, microseconds).cast(pl.Datetime("us", "UTC"))
 
 
 def iso_text(column: pl.Series) -> pl.Series:
-    """Return dates and times as ISO 8601 text with as many decimals as the finest of them needs.
-
-    Parameters
-    ----------
-    column
-        Dates and times in UTC.
-
-    Returns
-    -------
-    Text such as 2024-05-01T12:00:00Z.
-    """
+    """Return dates and times as ISO 8601 text with as many decimals as the finest needs."""
     microseconds = column.to_physical()
     decimals = "%.6f"
     if (microseconds % 1_000_000 == 0).all():

@@ -1,24 +1,49 @@
-"""Tracks of one sensor, as files of tracks hold them: every row, not only the last."""
+"""Tables of tracks: where each track was, how fast and how surely, row by row."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from itertools import combinations_with_replacement
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.tracks import CONFIRMED, STATUSES, TrackTable
+from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import BoolArray
-from trackweave.io.positions import LATITUDE, LONGITUDE, TRACK_PLACE, TRACK_SPEED
-from trackweave.io.priors import covariance_names, read_covariances, state_names
+from trackweave.io.columns import BoolArray, text_array
+from trackweave.io.positions import LATITUDE, LONGITUDE, TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED
 from trackweave.io.tables import TableSource, load_table, with_time
-from trackweave.io.truth import read_status
 from trackweave.summaries import summary
 
-__all__ = ["LocalTracks", "read_local_tracks"]
+__all__ = [
+    "TRACK",
+    "LocalTracks",
+    "States",
+    "covariance_names",
+    "read_local_tracks",
+    "read_priors",
+    "read_states",
+    "read_status",
+    "state_names",
+    "track_table",
+]
 
-_TRACK = Range(0.0, 2.0**53, expected="a whole number")
+TRACK = Range(0.0, 2.0**53, expected="a whole number")
+_SCORE = Range(-1e300, 1e300)
+# How far two planes may lay one position apart and still be called the same [m].
+_SAME_PLACE_M = 1.0
 _WHAT = "a tracks table with velocities and covariances"
+
+
+class States(NamedTuple):
+    """What each row says, in the table's order; meaningless in bad rows."""
+
+    time: FloatArray
+    iso_time: bool
+    track: FloatArray
+    status: IntArray
+    mean: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,15 +71,10 @@ class LocalTracks:
     --------
     >>> import polars as pl
     >>> import trackweave as tw
-    >>> frame = pl.DataFrame({
-    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
-    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
-    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
-    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
-    ... })
-    >>> local = tw.read_local_tracks(frame)
-    >>> len(local), local.tracks.track, local.tracks.mean
-    (1, array([7]), array([[0., 0., 1., 0.]]))
+    >>> reports = pl.DataFrame({"t": range(9), "x": range(0, 90, 10), "y": [1, 0, 1] * 3})
+    >>> local = tw.read_local_tracks(tw.track(reports).tracks)
+    >>> local.tracks.track[-1], local.tracks.time[-1]
+    (np.int64(1), np.float64(8.0))
     """
 
     name: str
@@ -74,6 +94,18 @@ class LocalTracks:
     def with_states(self, mean: FloatArray, covariance: FloatArray) -> Self:
         """Return the same rows with other states, such as on another plane."""
         return replace(self, tracks=replace(self.tracks, mean=mean, covariance=covariance))
+
+
+def state_names(dim: int) -> tuple[str, ...]:
+    """Return the names of a state's components in 2 or 3 dimensions, such as x, y, vx, vy."""
+    axes = ("x", "y", "z")[:dim]
+    return (*axes, *(f"v{axis}" for axis in axes))
+
+
+def covariance_names(dim: int) -> tuple[str, ...]:
+    """Return the names of the upper triangle of a state's covariance: p_x_x, p_x_y, p_x_vx, …."""
+    pairs = combinations_with_replacement(state_names(dim), 2)
+    return tuple(f"p_{first}_{second}" for first, second in pairs)
 
 
 def read_local_tracks(source: TableSource) -> LocalTracks:
@@ -103,65 +135,179 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
     --------
     >>> import polars as pl
     >>> import trackweave as tw
-    >>> frame = pl.DataFrame({
-    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
-    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
-    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
-    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
-    ... })
-    >>> tw.read_local_tracks(frame).tracks.mean  # m, m/s
-    array([[0., 0., 1., 0.]])
+    >>> reports = pl.DataFrame({"t": range(9), "x": range(0, 90, 10), "y": [1, 0, 1] * 3})
+    >>> tw.read_local_tracks(tw.track(reports).tracks).tracks.dim
+    2
     """
-    table = with_time(load_table(source, may_be_empty=True))
-    checks = RowChecks(table)
-    has_height = checks.filled("z") or (len(checks) == 0 and "z" in checks.names)
-    dim = 3 if has_height else 2
-    for name in ("time", "track", *state_names(dim), *covariance_names(dim)):
-        checks.require(name, _WHAT)
-    time, iso_time = checks.times("time")
-    track = checks.whole_numbers("track", _TRACK)
-    within = (TRACK_PLACE,) * dim + (TRACK_SPEED,) * dim
-    columns = [
-        checks.numbers(name, limits) for name, limits in zip(state_names(dim), within, strict=True)
-    ]
-    mean = np.stack(columns, axis=-1)
-    covariance = read_covariances(checks, dim)
-    status = np.full(len(checks), CONFIRMED)
-    if "status" in checks.names:
-        status = read_status(checks)
-    latitude, longitude = _geodetic(checks)
-    is_tentative = bool(len(checks)) and not np.any(status >= CONFIRMED)
-    takes_part = np.ones(len(checks), dtype=np.bool_) if is_tentative else status >= CONFIRMED
-    _refuse_doubles(checks, time, track, takes_part)
+    checks, kind = _checks_of(source)
+    states, covariance = _whole_states(checks)
+    latitude = longitude = None
+    if checks.filled("lat") and checks.filled("lon"):
+        latitude, longitude = checks.numbers("lat", LATITUDE), checks.numbers("lon", LONGITUDE)
+    takes_part = states.status >= CONFIRMED
+    is_tentative = bool(len(checks)) and not takes_part.any()
+    takes_part |= is_tentative
+    _refuse_doubles(checks, states, takes_part)
     checks.finish("fail")
-    order = np.lexsort((track, time))
+    order = np.lexsort((states.track, states.time))
     order = order[takes_part[order]]
-    nothing = np.zeros(order.size)
-    tracks = TrackTable(
-        time[order], track[order].astype(np.int64), status[order], mean[order], covariance[order],
-        nothing, nothing.astype(np.int64), time[order],
-    )  # fmt: skip
     return LocalTracks(
-        checks.name, tracks,
+        checks.name,
+        track_table(states, covariance, order),
         None if latitude is None else latitude[order],
         None if longitude is None else longitude[order],
-        iso_time, table.kind, int(len(checks) - order.size), is_tentative,
+        states.iso_time, kind, int(len(checks) - order.size), is_tentative,
     )  # fmt: skip
 
 
-def _geodetic(checks: RowChecks) -> tuple[FloatArray | None, FloatArray | None]:
-    if not (checks.filled("lat") and checks.filled("lon")):
-        return None, None
-    return checks.numbers("lat", LATITUDE), checks.numbers("lon", LONGITUDE)
+def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTable:
+    """Read the last row of each track that lives at the end of a tracks table.
+
+    A track whose last row is older than the table's newest by its usual time between rows, the
+    median over all tracks, or by more has ended and does not come back. Where no track has two
+    rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
+    are no others in the table.
+
+    Needed are the columns that ``read_local_tracks`` needs. Where they are missing, ``status`` is
+    confirmed, ``score`` and ``hits`` are 0 and ``last_update`` is the row's time.
+
+    Parameters
+    ----------
+    source
+        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
+        have no rows.
+    frame
+        The plane of the reports, None for plane coordinates. Where the table has ``lat,lon`` too,
+        they must lie there at ``x,y``: tracks of another plane are refused.
+
+    Returns
+    -------
+    One row per track that lives, sorted by track.
+    """
+    checks, _ = _checks_of(source)
+    states, covariance = _whole_states(checks)
+    if frame is not None:
+        _require_same_plane(checks, frame, states.mean)
+    score = np.nan_to_num(checks.optional_numbers("score", _SCORE))
+    hits = np.nan_to_num(checks.optional_numbers("hits", TRACK))
+    time = last_update = states.time
+    if checks.filled("last_update"):
+        updates, _ = checks.times("last_update", optional=True)
+        last_update = np.where(np.isnan(updates), time, updates)
+    checks.finish("fail")
+    # A stable sort: of two rows of one track and time the later row is the last.
+    order = np.lexsort((time, states.track))
+    last = order[np.flatnonzero(np.diff(states.track[order], append=np.inf))]
+    last = last[_alive(time[order], states.track[order], time[last])]
+    if np.any(states.status >= CONFIRMED):
+        last = last[states.status[last] >= CONFIRMED]
+    return replace(
+        track_table(states, covariance, last),
+        score=score[last],
+        hits=hits[last].astype(np.int64),
+        last_update=last_update[last],
+    )
 
 
-def _refuse_doubles(
-    checks: RowChecks, time: FloatArray, track: FloatArray, takes_part: BoolArray
-) -> None:
+def read_states(checks: RowChecks, dim: int, needed: tuple[str, ...], what: str) -> States:
+    """Return what each row says; ``needed`` are columns beside times, tracks and states."""
+    for name in ("time", "track", *state_names(dim), *needed):
+        checks.require(name, what)
+    time, iso_time = checks.times("time")
+    track = checks.whole_numbers("track", TRACK)
+    within = (TRACK_PLACE,) * dim + (TRACK_SPEED,) * dim
+    mean = [
+        checks.numbers(name, limits) for name, limits in zip(state_names(dim), within, strict=True)
+    ]
+    return States(time, iso_time, track, read_status(checks), np.stack(mean, axis=-1))
+
+
+def read_status(checks: RowChecks) -> IntArray:
+    """Return the codes of ``status``, -1 in bad rows; CONFIRMED where there is no such column."""
+    if "status" not in checks.names:
+        return np.full(len(checks), CONFIRMED)
+    words = text_array(checks.text("status"))
+    codes = np.full(len(words), -1, dtype=np.int64)
+    for code, word in enumerate(STATUSES):
+        codes[words == word] = code
+    checks.refuse("status", codes < 0, "tentative, confirmed or coasting")
+    return codes
+
+
+def _checks_of(source: TableSource) -> tuple[RowChecks, str]:
+    """Return the checks of a table and the library that it came from."""
+    table = with_time(load_table(source, may_be_empty=True))
+    return RowChecks(table), table.kind
+
+
+def _whole_states(checks: RowChecks) -> tuple[States, FloatArray]:
+    """Return states and covariances of a table of two or three dimensions."""
+    has_height = checks.filled("z") or (len(checks) == 0 and {"z", "vz"} <= set(checks.names))
+    dim = 3 if has_height else 2
+    states = read_states(checks, dim, covariance_names(dim), _WHAT)
+    return states, _read_covariances(checks, dim)
+
+
+def track_table(states: States, covariance: FloatArray, rows: IntArray) -> TrackTable:
+    """Return some rows; nothing is said of their scores and hits."""
+    nothing, time = np.zeros(rows.size), states.time[rows]
+    return TrackTable(
+        time, states.track[rows].astype(np.int64), states.status[rows], states.mean[rows],
+        covariance[rows], nothing, nothing.astype(np.int64), time,
+    )  # fmt: skip
+
+
+def _read_covariances(checks: RowChecks, dim: int) -> FloatArray:
+    """Return covariances; a row whose numbers make no positive definite matrix is refused."""
+    n = 2 * dim
+    matrices = np.empty((len(checks), n, n))
+    pairs = combinations_with_replacement(range(n), 2)
+    for (row, column), name in zip(pairs, covariance_names(dim), strict=True):
+        values = checks.numbers(name, TRACK_COVARIANCE)
+        matrices[:, row, column] = matrices[:, column, row] = values
+    good = np.flatnonzero(checks.good)
+    bad = np.zeros(len(checks), dtype=bool)
+    if good.size:
+        # Scaled to correlations: metres and metres per second may differ in size by far.
+        variances = np.diagonal(matrices[good], axis1=1, axis2=2)
+        scale = 1.0 / np.sqrt(np.where(variances > 0, variances, 1.0))
+        correlations = matrices[good] * scale[:, :, np.newaxis] * scale[:, np.newaxis, :]
+        smallest = np.linalg.eigvalsh(correlations)[:, 0]
+        bad[good] = (variances <= 0).any(axis=1) | (smallest <= 0)
+    checks.refuse("p_x_x", bad, "the start of a positive definite covariance")
+    return matrices
+
+
+def _refuse_doubles(checks: RowChecks, states: States, takes_part: BoolArray) -> None:
     """Complain of every row but the first of a track at one time."""
     rows = np.flatnonzero(takes_part & checks.good)
-    key: IntArray = rows[np.lexsort((rows, time[rows], track[rows]))]
-    same = (np.diff(track[key]) == 0) & (np.diff(time[key]) == 0)
+    key = rows[np.lexsort((rows, states.time[rows], states.track[rows]))]
+    same = (np.diff(states.track[key]) == 0) & (np.diff(states.time[key]) == 0)
     again = np.zeros(len(checks), dtype=np.bool_)
     again[key[1:][same]] = True
     checks.refuse("track", again, "one row of a track at one time")
+
+
+def _alive(time: FloatArray, track: FloatArray, last: FloatArray) -> BoolArray:
+    """Return which tracks live at the end; rows come by track, then time."""
+    gaps = np.diff(time)[np.diff(track) == 0]
+    gaps = gaps[gaps > 0]
+    if gaps.size == 0:
+        return np.ones(last.size, dtype=np.bool_)
+    # Times are sums of periods, so that one period may come a rounding error short.
+    return np.asarray(last.max() - last < np.median(gaps) * (1 - 1e-6))
+
+
+def _require_same_plane(checks: RowChecks, frame: LocalFrame, mean: FloatArray) -> None:
+    if not (checks.filled("lat") and checks.filled("lon")):
+        return
+    latitude, longitude = checks.numbers("lat", LATITUDE), checks.numbers("lon", LONGITUDE)
+    good = checks.good
+    here = frame.to_plane(latitude[good], longitude[good], np.zeros(int(good.sum())))[:, :2]
+    apart = np.abs(here - mean[good, :2]).max(initial=0.0)
+    if apart > _SAME_PLACE_M:
+        raise DataFormatError(
+            f"{checks.name}, columns x and y: on another plane than the reports, {apart:.0f} m "
+            f"apart; expected the plane with its origin at latitude {frame.latitude_deg:g}, "
+            f"longitude {frame.longitude_deg:g} (or [frame] origin as in that run's run.json)"
+        )

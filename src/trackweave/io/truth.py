@@ -6,71 +6,41 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from trackweave.arrays import FloatArray
 from trackweave.domain.frames import LocalFrame
-from trackweave.domain.tracks import CONFIRMED, STATUSES
+from trackweave.domain.tracks import CONFIRMED
 from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, numbered, read_numbers, text_array
 from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
 from trackweave.io.tables import TableSource, load_table, with_time
 from trackweave.io.times import read_times
+from trackweave.io.tracks_in import read_status
 
 __all__ = [
     "AssignmentTable",
-    "plane_of",
     "read_assignments",
-    "read_status",
     "read_tracks",
     "read_truth",
+    "read_truth_on_plane",
 ]
 
 _SPEED = Range(-1e9, 1e9)
-_STATUS = "tentative, confirmed or coasting"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AssignmentTable:
-    """Which report belongs to which track.
-
-    Parameters
-    ----------
-    report
-        Identifier of each report as text, shape (reports,).
-    track
-        Identifier of its track as text, empty for a false alarm.
-    target
-        The target behind each report as text, empty for a false alarm; None where the table does
-        not know targets.
-    """
+    """Which report belongs to which track."""
 
     report: np.ndarray[Any, Any]
+    """Identifier of each report as text, shape (reports,)."""
     track: np.ndarray[Any, Any]
+    """Identifier of its track as text, empty for a false alarm."""
     target: np.ndarray[Any, Any] | None
+    """The target behind each report as text, empty for a false alarm; None where the table does
+    not know targets."""
 
     def __len__(self) -> int:
         return len(self.report)
-
-
-def plane_of(source: TableSource) -> LocalFrame | None:
-    """Return the plane on which to compare a truth in latitudes and longitudes with tracks.
-
-    Parameters
-    ----------
-    source
-        The truth: a path, or a table of another library.
-
-    Returns
-    -------
-    The plane about the truth's median position; None where the truth has ``x,y``.
-
-    Raises
-    ------
-    DataFormatError
-        If the table cannot be read or has no positions.
-    """
-    checks = RowChecks(load_table(source))
-    return read_positions(checks, among=_there(checks)).frame
 
 
 def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
@@ -85,7 +55,7 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
     source
         A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
     frame
-        The plane for latitudes and longitudes, such as that of ``plane_of``.
+        The plane for latitudes and longitudes; None to choose one about their median.
 
     Returns
     -------
@@ -104,9 +74,15 @@ def read_truth(source: TableSource, frame: LocalFrame | None = None) -> TruthTab
     >>> tw.read_truth(frame).position  # m
     array([[1., 2.]])
     """
+    return read_truth_on_plane(source, frame)[0]
+
+
+def read_truth_on_plane(
+    source: TableSource, frame: LocalFrame | None = None
+) -> tuple[TruthTable, LocalFrame | None]:
+    """Read true positions, and the plane on which they were laid, None where they are ``x,y``."""
     checks = RowChecks(with_time(load_table(source)))
-    there = _there(checks)
-    return _as_truth(checks, _paths(checks, "target", frame, there), there)
+    return _paths(checks, "target", frame, _there(checks))
 
 
 def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTable:
@@ -136,43 +112,18 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     --------
     >>> import polars as pl
     >>> import trackweave as tw
-    >>> frame = pl.DataFrame({
-    ...     "time": [0.0], "track": [7], "x": [0.0], "y": [0.0], "vx": [1.0], "vy": [0.0],
-    ...     "p_x_x": [4.0], "p_x_y": [0.0], "p_x_vx": [0.0], "p_x_vy": [0.0],
-    ...     "p_y_y": [4.0], "p_y_vx": [0.0], "p_y_vy": [0.0],
-    ...     "p_vx_vx": [1.0], "p_vx_vy": [0.0], "p_vy_vy": [1.0],
-    ... })
+    >>> frame = pl.DataFrame({"time": [0.0], "track": [7], "x": [0.0], "y": [0.0]})
     >>> tw.read_tracks(frame).target
     array(['7'], dtype=object)
     """
     checks = RowChecks(with_time(load_table(source, may_be_empty=True)))
     if frame is not None:
         checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
-    tracks = _paths(checks, "track", frame)
-    claimed = np.ones(len(checks), dtype=bool)
-    if "status" in checks.names:
-        claimed = read_status(checks) >= CONFIRMED
-    return _as_truth(checks, tracks, claimed)
+    return _paths(checks, "track", frame)[0]
 
 
 def read_assignments(source: TableSource) -> AssignmentTable:
-    """Read which report belongs to which track: ``report,track`` and, where known, ``target``.
-
-    Parameters
-    ----------
-    source
-        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
-        have no rows.
-
-    Returns
-    -------
-    One row per report, in order of time, then sensor, then row, where the table tells these.
-
-    Raises
-    ------
-    DataFormatError
-        If a column is missing, or a report has no identifier or appears twice.
-    """
+    """Read ``report,track[,target]``, in order of time, then sensor where it tells them."""
     checks = RowChecks(load_table(source, may_be_empty=True))
     checks.require("report", "identifiers of reports")
     checks.require("track", "identifiers of tracks, empty for a false alarm")
@@ -195,37 +146,6 @@ def read_assignments(source: TableSource) -> AssignmentTable:
     )
 
 
-def read_status(checks: RowChecks) -> np.ndarray[Any, Any]:
-    """Return the codes of a table's column ``status``, -1 in bad rows.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-
-    Returns
-    -------
-    TENTATIVE, CONFIRMED or COASTING, shape (rows,).
-    """
-    words = text_array(checks.text("status"))
-    codes = np.full(len(words), -1, dtype=np.int64)
-    for code, word in enumerate(STATUSES):
-        codes[words == word] = code
-    checks.refuse("status", codes < 0, _STATUS)
-    return codes
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Paths:
-    """Columns of positions with a name each, in the table's order."""
-
-    name_column: str
-    time: FloatArray
-    name: np.ndarray[Any, Any]
-    position: FloatArray
-    velocity: FloatArray | None
-
-
 def _there(checks: RowChecks) -> BoolArray:
     """Return the rows that hold any part of a position, right or wrong."""
     there = np.zeros(len(checks), dtype=np.bool_)
@@ -236,35 +156,31 @@ def _there(checks: RowChecks) -> BoolArray:
 
 
 def _paths(
-    checks: RowChecks,
-    name_column: str,
-    frame: LocalFrame | None,
-    among: BoolArray | None = None,
-) -> _Paths:
+    checks: RowChecks, names: str, frame: LocalFrame | None, there: BoolArray | None = None
+) -> tuple[TruthTable, LocalFrame | None]:
+    """Return positions and velocities by name; who is at two places at one time is refused."""
     checks.require("time", "seconds or ISO 8601 times")
-    checks.require(name_column, f"identifiers of {name_column}s")
+    checks.require(names, f"identifiers of {names}s")
     time, _ = checks.times("time")
-    name = text_array(checks.text(name_column, "an identifier"))
-    is_track = name_column == "track"
-    within = TRACK_PLACE if is_track else DISTANCE
-    position = read_positions(checks, frame, among, within).values
-    velocity_columns = ("vx", "vy", "vz")[: position.shape[1]]
-    velocity, speed = None, TRACK_SPEED if is_track else _SPEED
-    if all(checks.filled(column) for column in velocity_columns):
-        speeds = [checks.numbers(column, speed, among=among) for column in velocity_columns]
+    name = text_array(checks.text(names, "an identifier"))
+    within, fastest = (DISTANCE, _SPEED) if names == "target" else (TRACK_PLACE, TRACK_SPEED)
+    positions = read_positions(checks, frame, there, within)
+    columns, velocity = ("vx", "vy", "vz")[: positions.values.shape[1]], None
+    if all(checks.filled(column) for column in columns):
+        speeds = [checks.numbers(column, fastest, among=there) for column in columns]
         velocity = np.stack(speeds, -1)
-    return _Paths(name_column, time, name, position, velocity)
-
-
-def _as_truth(checks: RowChecks, paths: _Paths, claimed: BoolArray | None = None) -> TruthTable:
-    """Return the claimed rows; who is at two places at one time is refused here."""
-    rows = np.flatnonzero(checks.good if claimed is None else checks.good & claimed)
-    place = pl.DataFrame({"time": paths.time[rows], "name": pl.Series(paths.name[rows].tolist())})
+    if there is None:
+        there = read_status(checks) >= CONFIRMED
+    rows = np.flatnonzero(checks.good & there)
+    place = pl.DataFrame({"time": time[rows], "name": pl.Series(name[rows].tolist())})
     again = np.zeros(len(checks), dtype=bool)
     again[rows] = ~place.select(pl.struct(pl.all()).is_first_distinct()).to_series().to_numpy()
-    checks.refuse(paths.name_column, again, f"one row of a {paths.name_column} at one time")
+    checks.refuse(names, again, f"one row of a {names} at one time")
     checks.finish("fail")
-    velocity = None if paths.velocity is None else paths.velocity[rows]
-    return TruthTable.from_columns(
-        paths.time[rows], paths.name[rows], paths.position[rows], velocity
+    truth = TruthTable.from_columns(
+        time[rows],
+        name[rows],
+        positions.values[rows],
+        None if velocity is None else velocity[rows],
     )
+    return truth, positions.frame

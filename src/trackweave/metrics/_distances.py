@@ -24,24 +24,7 @@ def distances(truth: FloatArray, tracks: FloatArray) -> FloatArray:
 
 
 def places(values: ArrayLike | Sequence[Sequence[float]], name: str) -> FloatArray:
-    """Return places as a checked array of shape (places, dim).
-
-    Parameters
-    ----------
-    values
-        One row per place [m]; an empty list is no places at all.
-    name
-        What the error message calls them.
-
-    Returns
-    -------
-    A float64 array.
-
-    Raises
-    ------
-    InvalidInputError
-        If the shape does not fit or a value is not finite.
-    """
+    """Return places [m] as a checked array of shape (places, dim); an empty list is none."""
     if np.size(values) == 0:
         return np.empty((0, 1))
     array = float_array(values, name, (None, None))
@@ -50,18 +33,7 @@ def places(values: ArrayLike | Sequence[Sequence[float]], name: str) -> FloatArr
 
 
 def check_cutoff(cutoff: float) -> None:
-    """Refuse a cutoff that is no positive finite number.
-
-    Parameters
-    ----------
-    cutoff
-        The distance [m] from which a track counts as far away.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is not positive and finite.
-    """
+    """Refuse a cutoff [m] that is no positive finite number."""
     if not (np.isfinite(cutoff) and cutoff >= LEAST_CUTOFF):
         raise InvalidInputError(
             f"cutoff: {cutoff}; expected a finite number above 0, of at least {LEAST_CUTOFF:g}"
@@ -69,17 +41,6 @@ def check_cutoff(cutoff: float) -> None:
 
 
 def check_order(order: float) -> None:
-    """Refuse an order below 1, which makes no metric.
-
-    Parameters
-    ----------
-    order
-        The exponent of a distance.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is not finite and at least 1.
-    """
+    """Refuse an order below 1, which makes no metric."""
     if not (np.isfinite(order) and order >= 1):
         raise InvalidInputError(f"order: {order}; expected a finite number of at least 1")

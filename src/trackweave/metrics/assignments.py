@@ -19,24 +19,12 @@ NOBODY = -1
 class AssignmentQuality:
     """How rightly reports were assigned, under the best one-to-one naming of tracks.
 
-    Parameters
-    ----------
-    right_share
-        Share of reports that are right: those of a target on its own track, and false alarms on
-        none; None without reports.
-    idf1
-        Twice the reports of targets on their own tracks over the reports of targets plus the
-        assigned reports; None where there are neither.
-    purity
-        Share of the assigned reports that come from their track's most frequent target; None
-        where none is assigned.
-    n_reports
-        Number of reports.
-    mota
-        1 - (reports of targets on no track + false alarms on a track + switches) over the reports
-        of targets; None without any.
-    switches
-        How often a target's report is on another track than its last report that was on any.
+    ``right_share`` is that of reports of a target on its own track and of false alarms on none;
+    ``idf1`` twice the reports of targets on their own tracks over the reports of targets plus the
+    assigned ones; ``purity`` the share of the assigned that come from their track's most frequent
+    target; ``mota`` is 1 - (reports of targets on no track + false alarms on a track + switches)
+    over the reports of targets. Each is None where there is nothing to divide by. A switch is a
+    target's report on another track than its last report that was on any.
     """
 
     right_share: float | None
@@ -48,25 +36,9 @@ class AssignmentQuality:
 
 
 def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> AssignmentQuality:
-    """Return how rightly each report was given to a track.
-
-    Parameters
-    ----------
-    targets
-        The target behind each report, in order of time (only switches depend on the order): text
-        or number; None, NaN, empty text or a negative number for a false alarm.
-    tracks
-        The track that each report was given to, in the same order; likewise for none.
-
-    Returns
-    -------
-    The shares over all reports.
-
-    Raises
-    ------
-    InvalidInputError
-        If there are not as many tracks as targets.
-    """
+    """Return how rightly each report was given to a track."""
+    # Targets and tracks are text or numbers; None, NaN, empty text or a negative number for none.
+    # Only switches depend on the order, which is that of time.
     target, n_targets = _codes(targets)
     track, n_tracks = _codes(tracks)
     if target.size != track.size:

@@ -16,28 +16,12 @@ FOUND_SHARE = 0.5
 class ClearMot:
     """What pairing targets with tracks over time shows.
 
-    Parameters
-    ----------
-    mota
-        1 - (missed + false + switches) / target positions; None without targets.
-    motp
-        Mean distance of pairs [m]; None without pairs.
-    rmse
-        Root of the mean squared distance of pairs [m]; None without pairs.
-    switches
-        How often a target's track is another than the one that it had last.
-    fragmentations
-        How often a target is paired again after an interruption, by whichever track.
-    n_pairs
-        Number of pairs over all times.
-    n_missed
-        Number of target positions without a track.
-    n_false
-        Number of track positions without a target.
-    covered
-        Share of target positions that are paired; None without targets.
-    n_found
-        Number of targets paired for at least half of their positions.
+    ``mota`` is 1 - (missed + false + switches) / target positions, ``covered`` the share of these
+    that are paired; None without targets. ``motp`` is the mean distance of pairs and ``rmse`` the
+    root of their mean squared one [m]; None without pairs. A switch is another track than the one
+    that a target had last, a fragmentation a pairing after an interruption, by whichever track.
+    ``n_missed`` and ``n_false`` are positions without a track and without a target; ``n_found``
+    targets are paired for at least half of their positions.
     """
 
     mota: float | None
@@ -53,27 +37,7 @@ class ClearMot:
 
 
 def clear_mot(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -> ClearMot:
-    """Return the CLEAR MOT figures.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    cutoff
-        Only closer pairs count [m]; positive.
-    order
-        Exponent of a distance while pairing; at least 1.
-
-    Returns
-    -------
-    The figures over all times, of the pairs of ``pair_over_time``.
-
-    References
-    ----------
-    .. [1] Bernardin, Stiefelhagen, *Evaluating multiple object tracking performance: the CLEAR
-       MOT metrics*, EURASIP Journal on Image and Video Processing 2008, section 2.
-       doi:10.1155/2008/246309
-    """
+    """Return the CLEAR MOT figures over all times, of the pairs of ``pair_over_time``."""
     return clear_mot_of_pairs(moments, pair_over_time(moments, cutoff, order))
 
 

@@ -37,82 +37,44 @@ class Evaluation:
 
     Parameters
     ----------
-    gospa
-        Mean over time of GOSPA [m].
-    gospa_localisation
-        Mean over time of what the distances of pairs add to it [m].
-    gospa_missed
-        Mean over time of what targets without a track add to it [m].
-    gospa_false
-        Mean over time of what tracks without a target add to it [m].
-    missed_per_time
-        Mean number of targets without a track.
-    false_per_time
-        Mean number of tracks without a target.
+    gospa, gospa_localisation, gospa_missed, gospa_false
+        Mean over time of GOSPA, and of what distances of pairs, targets without a track and
+        tracks without a target add to it [m].
+    missed_per_time, false_per_time
+        Mean number of targets without a track, and of tracks without a target.
     ospa
         Mean over time of OSPA [m].
-    ospa2
-        Mean over time of OSPA(2), which takes identities into account [m].
-    ospa2_localisation
-        Mean over time of what the distances of targets from their tracks add to it [m].
-    ospa2_cardinality
-        Mean over time of what targets or tracks too many add to it [m].
-    mota
-        CLEAR MOT accuracy.
-    motp
-        CLEAR MOT precision: mean distance of pairs [m].
-    idf1
-        Identity F1 of track positions.
-    idp
-        Identity precision.
-    idr
-        Identity recall.
-    hota
-        Higher order tracking accuracy.
-    deta
-        Its detection accuracy.
-    assa
-        Its association accuracy.
-    loca
-        Its localisation accuracy.
-    switches
-        How often a target's track is another than the one that it had last.
-    fragmentations
-        How often a target is paired again after an interruption.
+    ospa2, ospa2_localisation, ospa2_cardinality
+        Mean over time of OSPA(2), which takes identities into account, and of what distances of
+        targets from their tracks and targets or tracks too many add to it [m].
+    mota, motp
+        CLEAR MOT accuracy, and precision: mean distance of pairs [m].
+    idf1, idp, idr
+        Identity F1 of track positions, precision and recall.
+    hota, deta, assa, loca
+        Higher order tracking accuracy; its detection, association and localisation accuracy.
+    switches, fragmentations
+        How often a target's track is another than the one that it had last, and how often a
+        target is paired again after an interruption.
     rmse
         Root of the mean squared distance of pairs [m].
     covered
         Share of target positions that are paired with a track.
-    n_truth
-        Number of targets.
-    n_found
-        Number of targets paired for at least half of their positions.
-    mostly_tracked
-        Number of targets paired for at least 80 % of their positions.
-    partly_tracked
-        Number of those in between.
-    mostly_lost
-        Number of targets paired for less than 20 % of their positions.
-    n_tracks
-        Number of tracks that were ever confirmed.
-    n_times
-        Number of the truth's times.
+    n_truth, n_found
+        Number of targets, and of those paired for at least half of their positions.
+    mostly_tracked, partly_tracked, mostly_lost
+        Number of targets paired for at least 80 % of their positions, of those in between, and of
+        those paired for less than 20 %.
+    n_tracks, n_times
+        Number of tracks that were ever confirmed, and of the truth's times.
     right_share
         Share of reports assigned rightly.
-    report_idf1
-        Identity F1 of reports.
-    report_purity
-        Share of the assigned reports that come from their track's most frequent target.
-    report_mota
-        CLEAR MOT accuracy of reports.
-    report_switches
-        How often a target's report is on another track than its last assigned one.
-    cutoff
-        The cutoff used [m].
-    order
-        The order used.
-    window
-        Number of times over which OSPA(2) was taken.
+    report_idf1, report_purity, report_mota, report_switches
+        Identity F1 of reports; share of the assigned ones that come from their track's most
+        frequent target; CLEAR MOT accuracy; how often a target's report is on another track than
+        its last assigned one.
+    cutoff, order, window
+        What was used [m], and the number of times over which OSPA(2) was taken.
     targets
         Each target's own record.
 

@@ -15,22 +15,10 @@ __all__ = ["Gospa", "gospa", "gospa_from_distances"]
 
 @dataclass(frozen=True, slots=True)
 class Gospa:
-    """GOSPA at one time, with its parts: total^p = localisation^p + missed^p + false^p.
+    """GOSPA at one time, with its parts [m]: total^p = localisation^p + missed^p + false^p.
 
-    Parameters
-    ----------
-    total
-        The metric [m].
-    localisation
-        What the distances of pairs add [m].
-    missed
-        What targets without a track add [m].
-    false
-        What tracks without a target add [m].
-    n_missed
-        Number of targets without a track.
-    n_false
-        Number of tracks without a target.
+    Distances of pairs add ``localisation``, ``n_missed`` targets without a track ``missed``,
+    ``n_false`` tracks without a target ``false``.
     """
 
     total: float
@@ -42,33 +30,9 @@ class Gospa:
 
 
 def gospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: float = 2.0) -> Gospa:
-    """Return how far a set of tracks is from the true set, in metres.
-
-    Parameters
-    ----------
-    truth
-        Position of each target [m], shape (targets, dim).
-    tracks
-        Position of each track [m], shape (tracks, dim).
-    cutoff
-        Distance from which a pair is worth a missed target and a false track [m]; positive.
-    order
-        Exponent p of a distance; at least 1.
-
-    Returns
-    -------
-    The metric with alpha = 2 and its parts.
-
-    Raises
-    ------
-    InvalidInputError
-        If places, cutoff or order are not usable.
-
-    References
-    ----------
-    .. [1] Rahmathullah, García-Fernández, Svensson, *Generalized optimal sub-pattern assignment
-       metric*, FUSION 2017, definition 1 and proposition 1. doi:10.23919/ICIF.2017.8009645
-    """
+    """Return how far a set of tracks is from the true set, with alpha = 2 [m]."""
+    # Rahmathullah, García-Fernández, Svensson, *Generalized optimal sub-pattern assignment
+    # metric*, FUSION 2017, definition 1 and proposition 1. doi:10.23919/ICIF.2017.8009645
     check_cutoff(cutoff)
     check_order(order)
     true, tracked = places(truth, "truth"), places(tracks, "tracks")

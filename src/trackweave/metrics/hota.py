@@ -24,27 +24,12 @@ FACTORS = ("hota", "deta", "assa", "loca", "detre", "detpr", "assre", "asspr")
 class Hota:
     """HOTA and its factors, each the mean over the localisation levels.
 
-    Parameters
-    ----------
-    hota
-        Mean of the geometric means of detection and association accuracy.
-    deta
-        Detection accuracy: pairs over pairs, misses and false positions.
-    assa
-        Association accuracy: how well the identities of pairs agree over time.
-    loca
-        Localisation accuracy: mean similarity of pairs; 1 at a level without pairs, as in the
-        authors' program.
-    detre
-        Detection recall: share of target positions that are paired.
-    detpr
-        Detection precision: share of track positions that are paired.
-    assre
-        Association recall: share of a target's positions that are with the pair's track.
-    asspr
-        Association precision: share of a track's positions that are with the pair's target.
-    by_level
-        HOTA at each level, from the loosest to the strictest, shape (19,).
+    ``hota`` is that of the geometric means of ``deta`` (pairs over pairs, misses and false
+    positions) and ``assa`` (how well the identities of pairs agree over time); ``loca`` is the
+    mean similarity of pairs, 1 at a level without pairs, as in the authors' program. ``detre`` and
+    ``detpr`` are the shares of target and track positions that are paired; ``assre`` and ``asspr``
+    those of a target's and a track's positions that are with the pair's other half. ``by_level``
+    is HOTA from the loosest to the strictest level, shape (19,).
     """
 
     hota: float
@@ -59,31 +44,13 @@ class Hota:
 
 
 def hota(moments: Moments, cutoff: float = 50.0) -> Hota | None:
-    """Return HOTA for places.
-
-    Where boxes have their overlap, places have a similarity 1 - distance / cutoff, and 0 from the
-    cutoff on. A level α therefore takes pairs closer than (1 - α) times the cutoff: with a cutoff
-    of 50 m, the levels 0.05, 0.10, …, 0.95 are distances of 47.5, 45, …, 2.5 m. At each level
-    detection and association accuracy are counted and their geometric mean taken; HOTA is the
-    mean over the levels.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    cutoff
-        Distance at which a pair has nothing in common [m]; positive.
-
-    Returns
-    -------
-    The mean over the levels 0.05, 0.10, …, 0.95; None where there is neither truth nor track.
-
-    References
-    ----------
-    .. [1] Luiten, Ošep, Dendorfer, Torr, Geiger, Leal-Taixé, Leibe, *HOTA: a higher order metric
-       for evaluating multi-object tracking*, International Journal of Computer Vision 129, 2021,
-       sections 5.1-5.3 and appendix C. doi:10.1007/s11263-020-01375-2
-    """
+    """Return HOTA for places, the mean over 19 levels; None without truth and tracks."""
+    # Luiten and others, *HOTA: a higher order metric for evaluating multi-object tracking*, 2021,
+    # sections 5.1-5.3 and appendix C. doi:10.1007/s11263-020-01375-2. Where boxes have their
+    # overlap, places have a similarity 1 - distance / cutoff, and 0 from the cutoff on. A level α
+    # therefore takes pairs closer than (1 - α) times the cutoff: with a cutoff of 50 m, the levels
+    # 0.05, 0.10, …, 0.95 are distances of 47.5, 45, …, 2.5 m. At each level detection and
+    # association accuracy are counted and their geometric mean taken.
     check_cutoff(cutoff)
     n_truth = np.bincount(moments.truth.identity, minlength=moments.n_targets)
     n_tracked = np.bincount(moments.tracks.identity, minlength=moments.n_tracks)

@@ -15,14 +15,9 @@ __all__ = ["Identity", "identity"]
 class Identity:
     """How much of targets and tracks agrees under the best one-to-one naming.
 
-    Parameters
-    ----------
-    idf1
-        Harmonic mean of precision and recall; None where there is neither truth nor track.
-    idp
-        Precision: share of track positions that are with their own target; None without tracks.
-    idr
-        Recall: share of target positions that are with their own track; None without targets.
+    ``idp`` is the share of track positions that are with their own target, ``idr`` that of target
+    positions that are with their own track, ``idf1`` their harmonic mean; None where there are
+    none.
     """
 
     idf1: float | None
@@ -31,25 +26,9 @@ class Identity:
 
 
 def identity(moments: Moments, cutoff: float = 50.0) -> Identity:
-    """Return the identity measures.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    cutoff
-        Only closer pairs count [m]; positive.
-
-    Returns
-    -------
-    The measures over all times.
-
-    References
-    ----------
-    .. [1] Ristani, Solera, Zou, Cucchiara, Tomasi, *Performance measures and a data set for
-       multi-target, multi-camera tracking*, ECCV Workshops 2016, section 3.2.
-       doi:10.1007/978-3-319-48881-3_2
-    """
+    """Return the identity measures over all times, of pairs closer than the cutoff [m]."""
+    # Ristani, Solera, Zou, Cucchiara, Tomasi, *Performance measures and a data set for
+    # multi-target, multi-camera tracking*, 2016, section 3.2. doi:10.1007/978-3-319-48881-3_2
     check_cutoff(cutoff)
     together = np.zeros((moments.n_targets, moments.n_tracks))
     for moment in moments:

@@ -41,20 +41,10 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
-    """Truth and tracks at common times; identifiers are replaced by numbers from 0.
+    """Truth and tracks at the truth's times [s]; identifiers are replaced by numbers from 0.
 
-    Parameters
-    ----------
-    time
-        The truth's times [s], ascending.
-    truth
-        Targets at each time.
-    tracks
-        Tracks at each time.
-    target_names
-        The targets' identifiers as text.
-    track_names
-        The tracks' identifiers as text, also of those that live at none of the times.
+    ``target_names`` and ``track_names`` are the identifiers as text, those of tracks also that
+    live at none of the times.
     """
 
     time: FloatArray
@@ -165,19 +155,8 @@ def _points(tracks: TrackTable | TruthTable) -> _Points:
 
 
 def usual_gap(time: FloatArray, identity: IntArray) -> float:
-    """Return the longest gap that is bridged: a little more than the usual interval.
-
-    Parameters
-    ----------
-    time
-        Time of each position [s], sorted by identity, then time.
-    identity
-        Whose position it is.
-
-    Returns
-    -------
-    1.5 times the interval that half of all time lies in or below [s]; 0 without intervals.
-    """
+    """Return the longest gap that is bridged [s]: 1.5 times the usual interval, 0 without any."""
+    # Usual is what half of all time lies in or below. Times are sorted by identity, then time.
     # The median is weighted by time: three radars that take turns within a tenth of a second and
     # then rest for four seconds have a period of four seconds, not of a tenth.
     gaps = np.diff(time)[np.diff(identity) == 0]

@@ -12,34 +12,10 @@ __all__ = ["ospa", "ospa_from_distances"]
 
 
 def ospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: float = 2.0) -> float:
-    """Return the mean distance per object of a set of tracks from the true set [m].
-
-    Parameters
-    ----------
-    truth
-        Position of each target [m], shape (targets, dim).
-    tracks
-        Position of each track [m], shape (tracks, dim).
-    cutoff
-        Greatest distance of a pair, and the price of an object too many or too few [m]; positive.
-    order
-        Exponent p of a distance; at least 1.
-
-    Returns
-    -------
-    Between 0 and the cutoff; 0 for two empty sets.
-
-    Raises
-    ------
-    InvalidInputError
-        If places, cutoff or order are not usable.
-
-    References
-    ----------
-    .. [1] Schuhmacher, Vo, Vo, *A consistent metric for performance evaluation of multi-object
-       filters*, IEEE Transactions on Signal Processing 56(8), 2008, eq. (3).
-       doi:10.1109/TSP.2008.920469
-    """
+    """Return the mean distance per object of tracks from the true set [m], at most the cutoff."""
+    # Schuhmacher, Vo, Vo, *A consistent metric for performance evaluation of multi-object
+    # filters*, 2008, eq. (3). doi:10.1109/TSP.2008.920469. The cutoff is the greatest distance of
+    # a pair, and the price of an object too many or too few.
     check_cutoff(cutoff)
     check_order(order)
     true, tracked = places(truth, "truth"), places(tracks, "tracks")

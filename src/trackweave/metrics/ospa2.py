@@ -19,19 +19,9 @@ __all__ = ["Ospa2", "ospa2"]
 class Ospa2:
     """OSPA(2) over time, with its parts: total^p = localisation^p + cardinality^p.
 
-    Parameters
-    ----------
-    time
-        End of each window [s], shape (times,).
-    total
-        The metric [m].
-    localisation
-        What pairs of a target and a track add [m]: their distance where both are there, the
-        cutoff where only one is.
-    cardinality
-        What targets or tracks too many add [m].
-    window
-        Number of times in a window.
+    Each is of the window of so many times that ends at ``time`` [s]. Pairs of a target and a track
+    add ``localisation`` [m]: their distance where both are there, the cutoff where only one is;
+    targets or tracks too many add ``cardinality``.
     """
 
     time: FloatArray
@@ -42,40 +32,14 @@ class Ospa2:
 
 
 def ospa2(moments: Moments, window: int = 10, cutoff: float = 50.0, order: float = 2.0) -> Ospa2:
-    """Return the distance of tracks from targets over a sliding window.
-
-    A target and a track are as far from each other as they are on average over those times of
-    the window at which either is there: their distance, at most the cutoff, where both are, and
-    the cutoff where one is alone. A track that breaks or changes its target therefore costs even
-    where every position is right. Between the sets of all that live in the window OSPA is taken
-    with this distance.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    window
-        Number of times in a window, which ends at each time in turn; at least 1. Near the
-        beginning windows are shorter. 1 gives OSPA.
-    cutoff
-        Greatest distance, and the price of an object too many or too few [m]; positive.
-    order
-        Exponent p of a distance between the sets; at least 1.
-
-    Returns
-    -------
-    The metric and its parts at each time.
-
-    Raises
-    ------
-    InvalidInputError
-        If the window has no time, or cutoff or order are out of range.
-
-    References
-    ----------
-    .. [1] Beard, Vo, Vo, *OSPA(2): using the OSPA metric to evaluate multi-target tracking
-       performance*, ICCAIS 2017, section III. doi:10.1109/ICCAIS.2017.8217598
-    """
+    """Return the distance of tracks from targets over a sliding window."""
+    # Beard, Vo, Vo, *OSPA(2): using the OSPA metric to evaluate multi-target tracking
+    # performance*, 2017, section III. doi:10.1109/ICCAIS.2017.8217598. A target and a track are as
+    # far from each other as they are on average over those times of the window at which either is
+    # there: their distance, at most the cutoff, where both are, and the cutoff where one is alone.
+    # A track that breaks or changes its target therefore costs even where every position is right.
+    # Between the sets of all that live in the window OSPA is taken with this distance. Near the
+    # beginning windows are shorter.
     check_cutoff(cutoff)
     check_order(order)
     if window < 1:

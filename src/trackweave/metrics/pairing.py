@@ -15,21 +15,10 @@ Pairing = dict[int, tuple[int, float]]
 
 
 class Pairs(NamedTuple):
-    """All pairs of all times, sorted by target, then time.
+    """All pairs of all times, sorted by target, then time: numbers, and distances [m].
 
-    Parameters
-    ----------
-    moment
-        Number of the time, shape (pairs,).
-    target
-        Number of the target.
-    track
-        Number of the track.
-    distance
-        How far they are from each other [m].
-    turn
-        How many positions the target had before, from 0: neighbours in turn are neighbours in
-        its own life, in which its absence leaves no gap.
+    ``turn`` tells how many positions the target had before, from 0: neighbours in turn are
+    neighbours in its own life, in which its absence leaves no gap.
     """
 
     moment: IntArray
@@ -43,31 +32,11 @@ class Pairs(NamedTuple):
 
 
 def pair_over_time(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -> Pairs:
-    """Return which track follows which target at each time.
-
-    At each time, pairs of the time before are kept while they are closer than the cutoff; then
-    the remaining targets and tracks are paired at the least total of capped distances to the
-    power of the order.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    cutoff
-        Only closer pairs count [m]; positive.
-    order
-        Exponent of a distance while pairing; at least 1.
-
-    Returns
-    -------
-    The pairs.
-
-    References
-    ----------
-    .. [1] Bernardin, Stiefelhagen, *Evaluating multiple object tracking performance: the CLEAR
-       MOT metrics*, EURASIP Journal on Image and Video Processing 2008, section 2.2.
-       doi:10.1155/2008/246309
-    """
+    """Return which track follows which target at each time."""
+    # Bernardin, Stiefelhagen, *Evaluating multiple object tracking performance: the CLEAR MOT
+    # metrics*, 2008, section 2.2. doi:10.1155/2008/246309. At each time, pairs of the time before
+    # are kept while they are closer than the cutoff; then the remaining targets and tracks are
+    # paired at the least total of capped distances to the power of the order.
     check_cutoff(cutoff)
     check_order(order)
     met = np.zeros(moments.n_targets, dtype=np.int64)  # positions so far
@@ -90,19 +59,9 @@ def pair_over_time(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -
 
 
 def changes(pairs: Pairs) -> tuple[IntArray, IntArray]:
-    """Return where a target changes its track, and where it is found again.
-
-    Parameters
-    ----------
-    pairs
-        Who follows whom.
-
-    Returns
-    -------
-    The targets of the switches (a target's track is another than the one that it had last), and
-    those of the fragmentations (a target is paired again after it was there unpaired, by
-    whichever track), one entry for each.
-    """
+    """Return the targets of the switches and of the fragmentations, one entry for each."""
+    # In a switch a target's track is another than the one that it had last; in a fragmentation it
+    # is paired again after it was there unpaired, by whichever track.
     same = np.diff(pairs.target) == 0
     switched = same & (np.diff(pairs.track) != 0)
     resumed = same & (np.diff(pairs.turn) > 1)

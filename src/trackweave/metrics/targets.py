@@ -19,35 +19,14 @@ TRACKED_SHARE, LOST_SHARE = 0.8, 0.2
 class TargetRecord:
     """How one target was followed.
 
-    Parameters
-    ----------
-    target
-        Its identifier.
-    first_time
-        Its first time in the truth [s].
-    last_time
-        Its last time in the truth [s].
-    time_present
-        How long the truth knows where it is [s]: the intervals between its positions, but for
-        those in which it was away, longer than 1.5 times the truth's usual interval.
-    time_tracked
-        The part of it in which it was followed at both ends of an interval [s].
-    positions
-        Number of its positions in the truth.
-    tracked_positions
-        Number of those that are paired with a track.
-    covered
-        The share of them.
-    completeness
-        "mostly tracked" from a share of 0.8 up, "mostly lost" below 0.2, else "partly tracked".
-    rmse
-        Root of the mean squared distance of its tracks [m]; None where it was never followed.
-    switches
-        How often its track is another than the one that it had last.
-    fragmentations
-        How often it is found again after an interruption.
-    tracks
-        The tracks that followed it, in the order in which they first did.
+    ``time_present`` is how long the truth knows where it is [s]: the intervals between its
+    positions, but for those in which it was away, longer than 1.5 times the truth's usual
+    interval; ``time_tracked`` the part of it in which it was followed at both ends of an interval.
+    ``covered`` is the share of its positions that are paired with a track, ``rmse`` the root of
+    the mean squared distance of its tracks [m], None where it was never followed. ``completeness``
+    is "mostly tracked" from a share of 0.8 up, "mostly lost" below 0.2, else "partly tracked". A
+    switch is another track than the one that it had last, a fragmentation an interruption after
+    which it is found again. ``tracks`` are in the order in which they first followed it.
     """
 
     target: str
@@ -70,19 +49,7 @@ class TargetRecord:
 
 
 def target_records(moments: Moments, pairs: Pairs) -> tuple[TargetRecord, ...]:
-    """Return each target's record.
-
-    Parameters
-    ----------
-    moments
-        Truth and tracks at common times.
-    pairs
-        Who follows whom, from ``pair_over_time`` of the same moments.
-
-    Returns
-    -------
-    One record for each target, in order of their identifiers as text.
-    """
+    """Return each target's record, in order of their identifiers as text."""
     lives = _Lives(moments, pairs)
     switches, fragmentations = (
         np.bincount(which, minlength=moments.n_targets) for which in changes(pairs)

@@ -36,36 +36,24 @@ class Sheet(Figure):
 
 
 class Canvas(NamedTuple):
-    """The sheet and how places are laid on it.
-
-    Parameters
-    ----------
-    figure
-        The sheet.
-    axes
-        Those of the plan.
-    unit_m
-        What one unit on the axes is [m]: 1 or 1000.
-    low
-        Lower left corner of the axes [m]; in an image, the upper left one.
-    points_per_m
-        Scale on paper [points/m], the same along both axes.
-    legend_at
-        Middle of the plan's legend's upper edge, as a share of the sheet.
-    panels
-        Boxes for curves as shares of the sheet: left, bottom, width, height.
-    down
-        Whether y runs downwards, as in an image.
-    """
+    """The sheet and how places are laid on it."""
 
     figure: Figure
+    """The sheet."""
     axes: Axes
+    """Those of the plan."""
     unit_m: float
+    """What one unit on the axes is [m]: 1 or 1000."""
     low: FloatArray
+    """Lower left corner of the axes [m]; in an image, the upper left one."""
     points_per_m: float
+    """Scale on paper [points/m], the same along both axes."""
     legend_at: tuple[float, float]
+    """Middle of the plan's legend's upper edge, as a share of the sheet."""
     panels: tuple[Box, ...] = ()
+    """Boxes for curves as shares of the sheet: left, bottom, width, height."""
     down: bool = False
+    """Whether y runs downwards, as in an image."""
 
     def on_axes(self, places: FloatArray) -> FloatArray:
         """Return places [m] in the axes' unit, in the plane."""
@@ -79,21 +67,7 @@ class Canvas(NamedTuple):
 
 
 def open_canvas(places: FloatArray, *, n_panels: int = 0, down: bool = False) -> Canvas:
-    """Return a sheet that shows all places.
-
-    Parameters
-    ----------
-    places
-        Whatever must be seen [m], shape (places, dim).
-    n_panels
-        Number of panels for curves.
-    down
-        Whether y runs downwards, in pixels.
-
-    Returns
-    -------
-    A sheet whose sides follow the places' extent within limits.
-    """
+    """Return a sheet that shows all places [m], beside panels; downwards y is in pixels."""
     low, high = _limits(places)
     size = high - low
     slope = size[1] / size[0]

@@ -78,17 +78,7 @@ def draw_panels(canvas: Canvas, curves: Curves) -> None:
 
 
 def time_axis(series: ScanSeries) -> TimeAxis:
-    """Return how the times of a run are best written.
-
-    Parameters
-    ----------
-    series
-        The scans.
-
-    Returns
-    -------
-    Seconds, minutes or hours, from 0 or from the first scan.
-    """
+    """Return how times are best written: seconds, minutes or hours from 0 or the first scan."""
     begin, end = _shown_span(series.time)
     span = end - begin
     n_beyond = int(np.count_nonzero((series.time < begin) | (series.time > end)))
@@ -115,17 +105,7 @@ def _shown_span(time: FloatArray) -> tuple[float, float]:
 
 
 def counts_by_status(tracks: TrackTable) -> tuple[FloatArray, IntArray]:
-    """Return at which times there are rows, and how many of each status.
-
-    Parameters
-    ----------
-    tracks
-        Rows as they were known then.
-
-    Returns
-    -------
-    Times [s], and counts of shape (times, 3) in the order of ``STATUSES``.
-    """
+    """Return the times [s] of rows, and how many there are of each of ``STATUSES``."""
     times, place = np.unique(tracks.time, return_inverse=True)
     counts = np.zeros((times.size, 3), dtype=np.int64)
     np.add.at(counts, (place.reshape(-1), tracks.status), 1)
@@ -145,15 +125,9 @@ def _head(axes: Axes, title: str) -> None:
     axes.set_title(title, loc="left", fontsize=9, fontweight="bold", pad=5)
     if axes.get_legend_handles_labels()[0]:
         legend = axes.legend(
-            loc="lower right",
-            bbox_to_anchor=(1.0, 0.98),
-            ncols=3,
-            frameon=False,
-            fontsize=8,
-            borderaxespad=0.1,
-            handlelength=1.2,
-            columnspacing=1.0,
-        )
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=3, frameon=False, fontsize=8,
+            borderaxespad=0.1, handlelength=1.2, columnspacing=1.0,
+        )  # fmt: skip
         for mark in legend.get_lines():
             mark.set_markersize(max(mark.get_markersize(), 4.0))
 

@@ -1,7 +1,7 @@
 """What is drawn on the plan: reports, truth, tracks and sensors."""
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,6 +33,13 @@ __all__ = [
 TRUTH_COLOUR, REPORT_COLOUR, FALSE_COLOUR = "#222222", "#777777", "#A6A6A6"
 MOST_LABELS, MOST_ELLIPSES_EACH, MOST_DECORATED = 60, 4, 200
 APART_POINTS = 30.0  # sensors that end closer share a name
+# How names are laid beside what they belong to.
+BESIDE: dict[str, Any] = {
+    "textcoords": "offset points", "ha": "center", "va": "center", "zorder": 8,
+}  # fmt: skip
+LABEL_BOX = {
+    "boxstyle": "round,pad=0.18", "facecolor": "white", "linewidth": 1.1, "alpha": 0.92,
+}  # fmt: skip
 # Each scan for which a track has coasted leaves so much of its ellipse, but never less.
 FADING, FAINTEST = 0.75, 0.2
 NINETY_FIVE_PER_CENT = 2.4477468306808166  # root of the chi-square quantile, two degrees
@@ -82,33 +89,16 @@ def draw_reports(places: FloatArray, assignment: Mapping[int, int] | None, canva
     taken = np.zeros(len(places), dtype=bool)
     taken[np.fromiter(assignment, dtype=np.int64, count=len(assignment))] = True
     false = laid[known & ~taken]
+    label = f"false alarms ({len(false)})"
     canvas.axes.plot(
-        false[:, 0],
-        false[:, 1],
-        linestyle="",
-        marker="x",
-        markersize=size,
-        markeredgewidth=0.25 * size,
-        color=FALSE_COLOUR,
-        label=f"false alarms ({len(false)})",
-        zorder=1,
+        *false.T, "x", color=FALSE_COLOUR, ms=size, mew=0.25 * size, label=label, zorder=1
     )
     own = laid[known & taken]
     _dots(canvas.axes, own, size, f"reports of tracks ({len(own)})")
 
 
 def _dots(axes: Axes, places: FloatArray, size: float, label: str) -> None:
-    axes.plot(
-        places[:, 0],
-        places[:, 1],
-        linestyle="",
-        marker="o",
-        markersize=size,
-        markeredgewidth=0,
-        color=REPORT_COLOUR,
-        label=label,
-        zorder=2,
-    )
+    axes.plot(*places.T, "o", color=REPORT_COLOUR, ms=size, mew=0, label=label, zorder=2)
 
 
 def draw_truth(truth: TruthTable | None, canvas: Canvas) -> None:
@@ -129,9 +119,8 @@ def draw_tracks(lines: list[TrackLine], looks: list[Look], canvas: Canvas) -> No
     decorated = len(lines) <= MOST_DECORATED
     for line, (colour, dashes) in zip(lines, looks, strict=True):
         place = canvas.on_axes(line.mean)
-        (drawn,) = canvas.axes.plot(
-            place[:, 0], place[:, 1], color=colour, linewidth=1.9 if decorated else 0.8, zorder=4
-        )
+        width = 1.9 if decorated else 0.8
+        (drawn,) = canvas.axes.plot(*place.T, color=colour, linewidth=width, zorder=4)
         if dashes and decorated:
             drawn.set_dashes(dashes)
         if decorated:
@@ -181,26 +170,11 @@ def _draw_labels(lines: list[TrackLine], looks: list[Look], canvas: Canvas) -> N
     offsets = label_offsets(ends, directions, [line.name for line in lines], np.concatenate(paper))
     for line, look, offset in zip(lines, looks, offsets, strict=True):
         # Black on white reads in grey too; the frame's colour says whose it is.
+        end = tuple(canvas.on_axes(line.mean[-1]))
         canvas.axes.annotate(
-            line.name,
-            tuple(canvas.on_axes(line.mean[-1])),
-            xytext=(offset[0], offset[1]),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            fontsize=9,
-            fontweight="bold",
-            color="#111111",
-            bbox={
-                "boxstyle": "round,pad=0.18",
-                "facecolor": "white",
-                "edgecolor": look.colour,
-                "linewidth": 1.1,
-                "alpha": 0.92,
-            },
-            annotation_clip=False,
-            zorder=8,
-        )
+            line.name, end, xytext=(offset[0], offset[1]), annotation_clip=False, color="#111111",
+            bbox={**LABEL_BOX, "edgecolor": look.colour}, fontsize=9, fontweight="bold", **BESIDE,
+        )  # fmt: skip
 
 
 def draw_sensors(positions: Mapping[str, tuple[float, ...]], canvas: Canvas) -> None:
@@ -208,27 +182,11 @@ def draw_sensors(positions: Mapping[str, tuple[float, ...]], canvas: Canvas) -> 
     if not positions:
         return
     places = canvas.on_axes(np.array([position[:2] for position in positions.values()]))
-    canvas.axes.plot(
-        places[:, 0],
-        places[:, 1],
-        "^",
-        color="black",
-        ms=9,
-        mec="white",
-        label="sensors",
-        zorder=7,
-    )
+    canvas.axes.plot(*places.T, "^", color="black", ms=9, mec="white", label="sensors", zorder=7)
+    edge = [withStroke(linewidth=2.4, foreground="white")]
     for name, place in zip(positions, places, strict=True):
         canvas.axes.annotate(
-            name,
-            (place[0], place[1]),
-            xytext=(0, 11),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            path_effects=[withStroke(linewidth=2.4, foreground="white")],
-            zorder=8,
+            name, (place[0], place[1]), xytext=(0, 11), fontsize=8.5, path_effects=edge, **BESIDE
         )
 
 
@@ -247,7 +205,7 @@ def draw_sensor_paths(
             riders.append([name])
     for names in riders:
         laid = canvas.on_axes(max((paths[name] for name in names), key=len))
-        canvas.axes.plot(laid[:, 0], laid[:, 1], color="black", lw=0.8, alpha=0.6, zorder=3)
+        canvas.axes.plot(*laid.T, color="black", lw=0.8, alpha=0.6, zorder=3)
     return {", ".join(names): tuple(paths[names[0]][-1].tolist()) for names in riders}
 
 
@@ -263,13 +221,6 @@ def legend_of_tracks(n_tracks: int) -> list[Line2D]:
         start,
         Line2D([], [], color=colour, marker="o", ls="", ms=5, label=ends),
         Line2D(
-            [],
-            [],
-            color=colour,
-            marker="o",
-            markerfacecolor="#0072B22E",
-            ls="",
-            ms=9,
-            label="95 % ellipse",
+            [], [], color=colour, marker="o", mfc="#0072B22E", ls="", ms=9, label="95 % ellipse"
         ),
     ]

@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import matplotlib as mpl
-import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._png import png_of
+from trackweave.plotting._png import own_style, png_of
 
 __all__ = ["CoursePanel", "Layer", "Look", "picture_of_courses"]
 
@@ -45,59 +43,34 @@ LOOKS: dict[Look, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Points or a line.
-
-    Parameters
-    ----------
-    name
-        What the legend calls it; empty for what is in it already.
-    look
-        What is shown.
-    x, y
-        Its points, each of shape (points,); a line has a gap where one is not finite.
-    """
+    """Points or a line."""
 
     name: str
+    """What the legend calls it; empty for what is in it already."""
     look: Look
+    """What is shown."""
     x: FloatArray
     y: FloatArray
+    """Its points, each of shape (points,); a line has a gap where one is not finite."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoursePanel:
-    """Layers over one pair of axes.
-
-    Parameters
-    ----------
-    title, x_name, y_name
-        What stands above and beside it.
-    layers
-        What it shows, the lowest first.
-    is_plan
-        Whether both axes have one scale.
-    """
+    """Layers over one pair of axes."""
 
     title: str
     x_name: str
     y_name: str
+    """What stands above and beside it."""
     layers: tuple[Layer, ...]
+    """What it shows, the lowest first."""
     is_plan: bool = True
+    """Whether both axes have one scale."""
 
 
 def picture_of_courses(panels: Sequence[CoursePanel]) -> bytes:
-    """Return panels side by side, each with its legend below, as PNG.
-
-    Parameters
-    ----------
-    panels
-        At least one.
-
-    Returns
-    -------
-    The file's bytes; equal panels give equal bytes with one version of matplotlib.
-    """
-    # The user's own style files must not change the picture.
-    with matplotlib.style.context("default"), mpl.rc_context():
+    """Return panels side by side, each with its legend below, as PNG."""
+    with own_style():
         figure = Figure(
             figsize=(WIDTH_IN * len(panels), HEIGHT_IN), facecolor="white", layout="constrained"
         )

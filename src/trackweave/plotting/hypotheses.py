@@ -5,13 +5,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import matplotlib as mpl
-import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._png import png_of
+from trackweave.plotting._png import own_style, png_of
 
 __all__ = ["Drawing", "picture_of_hypotheses"]
 
@@ -24,43 +22,22 @@ LONE_COLOUR = "#777777"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A hypothesis to draw.
-
-    Parameters
-    ----------
-    title
-        What stands above it.
-    places
-        Where each report is [m], shape (reports, 2).
-    names
-        What each is called.
-    tracks
-        The reports of each track in order, as places in ``names``.
-    """
+    """A hypothesis to draw."""
 
     title: str
+    """What stands above it."""
     places: FloatArray
+    """Where each report is [m], shape (reports, 2)."""
     names: Sequence[str]
+    """What each is called."""
     tracks: Iterable[tuple[int, ...]]
+    """The reports of each track in order, as places in ``names``."""
 
 
 def picture_of_hypotheses(drawings: Sequence[Drawing], columns: int) -> bytes:
-    """Return a sheet of hypotheses as PNG, all to one scale.
-
-    Parameters
-    ----------
-    drawings
-        At least one.
-    columns
-        How many stand side by side.
-
-    Returns
-    -------
-    The file's bytes; equal drawings give equal bytes with one version of matplotlib.
-    """
+    """Return a sheet of hypotheses in columns as PNG, all to one scale."""
     rows = math.ceil(len(drawings) / columns)
-    # The user's own style files must not change the picture.
-    with matplotlib.style.context("default"), mpl.rc_context():
+    with own_style():
         figure = Figure(
             figsize=(WIDTH_IN * columns, HEIGHT_IN * rows + 0.3), facecolor="white",
             layout="constrained",

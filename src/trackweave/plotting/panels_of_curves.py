@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib as mpl
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._png import png_of
+from trackweave.plotting._png import own_style, png_of
 
 __all__ = ["Panel", "SpreadCurve", "picture_of_panels"]
 
@@ -24,59 +22,35 @@ LINES = ("-", "--", "-.", ":", "-", "--", "-.")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpreadCurve:
-    """A curve and how far what it is the mean of spreads.
-
-    Parameters
-    ----------
-    x, y
-        Its points, each of shape (points,); a point that is not finite is left out.
-    spread
-        Half the length of the bar at each point, or its parts below and above, shape (2, points);
-        None for none.
-    """
+    """A curve and how far what it is the mean of spreads."""
 
     x: FloatArray
     y: FloatArray
+    """Its points, each of shape (points,); a point that is not finite is left out."""
     spread: FloatArray | None = None
+    """Half the length of the bar at each point, or its parts below and above, shape (2, points);
+    None for none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """Curves over one axis.
-
-    Parameters
-    ----------
-    title, x_name, y_name
-        What stands above and beside it.
-    curves
-        The curves by their names; a name has one look in all panels.
-    x_logarithmic, y_logarithmic
-        Whether an axis is logarithmic; along y it is linear below 1.
-    """
+    """Curves over one axis."""
 
     title: str
     x_name: str
     y_name: str
+    """What stands above and beside it."""
     curves: Mapping[str, SpreadCurve]
+    """The curves by their names; a name has one look in all panels."""
     x_logarithmic: bool = False
     y_logarithmic: bool = False
+    """Whether an axis is logarithmic; along y it is linear below 1."""
 
 
 def picture_of_panels(panels: Sequence[Panel]) -> bytes:
-    """Return panels side by side, with one legend below where curves need one, as PNG.
-
-    Parameters
-    ----------
-    panels
-        At least one.
-
-    Returns
-    -------
-    The file's bytes; equal panels give equal bytes with one version of matplotlib.
-    """
+    """Return panels side by side as PNG, with one legend below where curves need one."""
     names = list(dict.fromkeys(name for panel in panels for name in panel.curves))
-    # The user's own style files must not change the picture.
-    with matplotlib.style.context("default"), mpl.rc_context():
+    with own_style():
         figure = Figure(
             figsize=(WIDTH_IN * len(panels), HEIGHT_IN), facecolor="white", layout="constrained"
         )

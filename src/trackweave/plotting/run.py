@@ -1,19 +1,14 @@
 """One picture of a run: the plan from above and, where scans are known, curves over time."""
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
-import matplotlib as mpl
-import matplotlib.style
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from trackweave.arrays import FloatArray
-from trackweave.errors import InvalidInputError, OutputError
+from trackweave.errors import InvalidInputError
 from trackweave.plotting._canvas import Canvas, open_canvas
 from trackweave.plotting._looks import COLOURS, looks_of
 from trackweave.plotting._panels import Curves, draw_panels
@@ -28,94 +23,34 @@ from trackweave.plotting._plan import (
     legend_of_tracks,
     track_lines,
 )
+from trackweave.plotting._png import METADATA, encoded, own_style
 from trackweave.plotting.scene import ScanSeries, Scene, paths_of_sensors, places_of_reports
 
-__all__ = ["FORMATS", "figure_of_run", "picture_of_run", "plot_run", "small_png"]
+__all__ = ["FORMATS", "figure_of_run", "picture_of_run", "small_png"]
 
-FORMATS = ("png", "svg", "pdf")
-DOTS_PER_INCH = 150
+FORMATS = tuple(METADATA)
 SMALL_DOTS_PER_INCH, SMALL_COLOURS, SMALL_BYTES = (72, 54, 40, 30), 64, 60_000
 MOST_IN_TWO_ROWS = 8
 LEAST_LEGEND_MARK = 3.4  # so that the haze of very many reports has a legend to read
-# Without versions and dates in the file, its bytes depend on what is drawn alone.
-METADATA = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": None},
-    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
-
-
-def plot_run(scene: Scene, path: str | Path, scans: ScanSeries | None = None) -> None:
-    """Write the picture of a run as a file.
-
-    Parameters
-    ----------
-    scene
-        What is to be seen on the plan.
-    path
-        The file; .svg and .pdf make a drawing, everything else a PNG.
-    scans
-        What each scan left behind, None for the plan alone.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    ending = Path(path).suffix.lower().removeprefix(".")
-    picture = picture_of_run(scene, scans, ending if ending in FORMATS else "png")
-    try:
-        Path(path).write_bytes(picture)
-    except OSError as err:
-        raise OutputError(f"{path}: {err.strerror}; the picture cannot be written") from err
 
 
 def picture_of_run(
     scene: Scene, scans: ScanSeries | None = None, file_format: str = "png"
 ) -> bytes:
-    """Return the picture of a run as a file.
-
-    Parameters
-    ----------
-    scene
-        What is to be seen on the plan.
-    scans
-        What each scan left behind, None for the plan alone.
-    file_format
-        One of png, svg and pdf.
-
-    Returns
-    -------
-    The file's bytes; equal scenes give equal bytes with one version of matplotlib.
-
-    Raises
-    ------
-    InvalidInputError
-        If the format is not known.
-    """
+    """Return the picture of a run as a file: one of png, svg and pdf."""
     if file_format not in FORMATS:
         raise InvalidInputError(f"file_format: {file_format!r}; expected {', '.join(FORMATS)}")
-    with _own_style():
-        return _encoded(figure_of_run(scene, scans), file_format, DOTS_PER_INCH)
+    with own_style():
+        return encoded(figure_of_run(scene, scans), file_format)
 
 
 def small_png(figure: Figure) -> bytes:
-    """Return a figure as a PNG of a size that a notebook bears.
-
-    Parameters
-    ----------
-    figure
-        The figure.
-
-    Returns
-    -------
-    The file's bytes, at the finest of some resolutions at which they are few.
-    """
+    """Return a figure as a PNG that a notebook bears: as fine as it may be with few bytes."""
     from PIL import Image  # which matplotlib needs too
 
     for dots in SMALL_DOTS_PER_INCH:
         file = io.BytesIO()
-        with _own_style(), Image.open(io.BytesIO(_encoded(figure, "png", dots))) as image:
+        with own_style(), Image.open(io.BytesIO(encoded(figure, "png", dots))) as image:
             few = image.convert("RGB").quantize(SMALL_COLOURS, dither=Image.Dither.NONE)
             few.save(file, format="png", optimize=True)
         if len(file.getvalue()) <= SMALL_BYTES:
@@ -141,7 +76,7 @@ def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:
     -------
     A figure that belongs to no window.
     """
-    with _own_style():
+    with own_style():
         lines = list(track_lines(scene.tracks))
         places, sensor_paths = np.empty((0, 2)), {}
         if scene.reports is not None:
@@ -167,19 +102,6 @@ def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:
             draw_panels(canvas, curves._replace(looks=looks))
         FigureCanvasAgg(canvas.figure)
     return canvas.figure
-
-
-@contextmanager
-def _own_style() -> Iterator[None]:
-    """Keep the user's own style files from changing the picture."""
-    with matplotlib.style.context("default"), mpl.rc_context({"svg.hashsalt": "trackweave"}):
-        yield
-
-
-def _encoded(figure: Figure, file_format: str, dots_per_inch: float) -> bytes:
-    file = io.BytesIO()
-    figure.savefig(file, format=file_format, dpi=dots_per_inch, metadata=METADATA[file_format])
-    return file.getvalue()
 
 
 def _curves(scene: Scene, scans: ScanSeries | None, lines: list[TrackLine]) -> Curves | None:
@@ -234,14 +156,9 @@ def _draw_legend(canvas: Canvas, n_tracks: int) -> None:
         return
     in_two_rows = len(handles) <= MOST_IN_TWO_ROWS
     legend = canvas.figure.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=canvas.legend_at,
-        ncols=4,
-        frameon=False,
-        fontsize=9 if in_two_rows else 8,
-        labelspacing=0.5 if in_two_rows else 0.25,
-    )
+        handles=handles, loc="upper center", bbox_to_anchor=canvas.legend_at, ncols=4,
+        frameon=False, fontsize=9 if in_two_rows else 8, labelspacing=0.5 if in_two_rows else 0.25,
+    )  # fmt: skip
     for mark in legend.get_lines():
         mark.set_markersize(max(mark.get_markersize(), LEAST_LEGEND_MARK))
         if mark.get_marker() == "x":

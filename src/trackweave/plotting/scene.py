@@ -18,73 +18,49 @@ __all__ = ["ScanSeries", "Scene", "paths_of_sensors", "places_of_reports"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """What is to be seen.
-
-    Parameters
-    ----------
-    reports
-        All reports; None where they are not at hand.
-    tracks
-        Rows of tracks; confirmed and coasting ones are drawn. May be empty.
-    truth
-        Where targets really were, None where it is not known.
-    assignment
-        From a report's row number to its track; a report without one is a false alarm. None
-        where it is not known.
-    sensor_positions
-        Where sensors stand [m], by name.
-    title
-        Heading; None for a count of what there is.
-    pixels
-        Whether positions are those of an image, in pixels, y downwards.
-    origin
-        Latitude and longitude of the plane's origin [degrees], None for plane coordinates.
-    """
+    """What is to be seen."""
 
     reports: ReportTable | None
+    """All reports; None where they are not at hand."""
     tracks: TrackTable
+    """Rows of tracks; confirmed and coasting ones are drawn. May be empty."""
     truth: TruthTable | None = None
+    """Where targets really were, None where it is not known."""
     assignment: Mapping[int, int] | None = None
+    """From a report's row number to its track; a report without one is a false alarm. None where
+    it is not known."""
     sensor_positions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Where sensors stand [m], by name."""
     title: str | None = None
+    """Heading; None for a count of what there is."""
     pixels: bool = False
+    """Whether positions are those of an image, in pixels, y downwards."""
     origin: tuple[float, float] | None = None
+    """Latitude and longitude of the plane's origin [degrees], None for plane coordinates."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanSeries:
-    """What each scan left behind, for the curves beside the plan.
-
-    Parameters
-    ----------
-    time
-        End of each scan [s], shape (scans,).
-    reports
-        Number of reports.
-    assigned
-        Number of those that belong to a track in the end.
-    gap
-        How far the scan's answer may be from the best, as a share of its cost; NaN where nothing
-        is known.
-    proven
-        Whether the answer was proven to be the best. With a gap of 0 it is otherwise the best of
-        what was kept.
-    cpu_ms
-        CPU time [ms]; None where it is not known.
-    known
-        Rows of tracks as they were known then, to count them by status.
-    iso_time
-        Whether times are seconds from 1970 UTC.
-    """
+    """What each scan left behind, for the curves beside the plan."""
 
     time: FloatArray
+    """End of each scan [s], shape (scans,)."""
     reports: FloatArray
+    """Number of reports."""
     assigned: FloatArray
+    """Number of those that belong to a track in the end."""
     gap: FloatArray
+    """How far the scan's answer may be from the best, as a share of its cost; NaN where nothing is
+    known."""
     proven: NDArray[np.bool_]
+    """Whether the answer was proven to be the best. With a gap of 0 it is otherwise the best of
+    what was kept."""
     cpu_ms: FloatArray | None
+    """CPU time [ms]; None where it is not known."""
     known: TrackTable
+    """Rows of tracks as they were known then, to count them by status."""
     iso_time: bool = False
+    """Whether times are seconds from 1970 UTC."""
 
 
 def places_of_reports(
@@ -123,17 +99,7 @@ def places_of_reports(
 
 
 def paths_of_sensors(reports: ReportTable) -> dict[str, FloatArray]:
-    """Return where sensors went that say so themselves.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-
-    Returns
-    -------
-    The places [m] of each such sensor in order of time, shape (places, 2), by name.
-    """
+    """Return where sensors went that say so themselves [m], in order of time, by name."""
     if reports.platform is None:
         return {}
     paths = {}

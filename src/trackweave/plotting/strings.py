@@ -3,12 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import matplotlib as mpl
-import matplotlib.style
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from trackweave.plotting._png import png_of
+from trackweave.plotting._png import own_style, png_of
 
 __all__ = ["StringRow", "picture_of_strings"]
 
@@ -18,39 +16,21 @@ LEFT = 2.2
 
 @dataclass(frozen=True, slots=True)
 class StringRow:
-    """A string of a figure.
-
-    Parameters
-    ----------
-    name
-        What stands before it.
-    genes
-        What stands in its boxes.
-    marked
-        Places of boxes that stand out.
-    """
+    """A string of a figure."""
 
     name: str
+    """What stands before it."""
     genes: tuple[str, ...]
+    """What stands in its boxes."""
     marked: tuple[int, ...] = ()
+    """Places of boxes that stand out."""
 
 
 def picture_of_strings(figures: Mapping[str, Sequence[StringRow]]) -> bytes:
-    """Return figures of strings below one another, as PNG.
-
-    Parameters
-    ----------
-    figures
-        The strings of each figure by its title.
-
-    Returns
-    -------
-    The file's bytes; equal strings give equal bytes with one version of matplotlib.
-    """
+    """Return figures of strings by their titles, below one another, as PNG."""
     longest = max(len(row.genes) for rows in figures.values() for row in rows)
     height = sum(len(rows) + 1.8 for rows in figures.values())
-    # The user's own style files must not change the picture.
-    with matplotlib.style.context("default"), mpl.rc_context():
+    with own_style():
         size = ((longest + LEFT + 0.5) * BOX_IN, height * BOX_IN)
         figure = Figure(figsize=size, facecolor="white")
         axes = figure.add_axes(

@@ -1,22 +1,26 @@
 """The picture of a run."""
 
+import json
 from base64 import b64encode
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status
-from trackweave.io.run_files import AssignedReports
+from trackweave.io.run_files import AssignedReports, RunFiles
+from trackweave.io.run_json import encode_json
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on
-from trackweave.run.result import RunValues, TrackingResult
+from trackweave.run.result import TrackingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "places_told"]
+__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "scene_of", "series_of"]
 
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
@@ -25,63 +29,53 @@ SAME_TIME_S = 1e-6
 def figure_of_result(
     result: TrackingResult[Any], truth: Truth | None, *, history: bool, pixels: bool
 ) -> "Figure":
-    """Return the picture of a run.
-
-    Parameters
-    ----------
-    result
-        What the run found.
-    truth
-        Where targets really were, None where it is not known.
-    history
-        Whether to draw the smoothed history instead of what was known then.
-    pixels
-        Whether positions are those of an image.
-
-    Returns
-    -------
-    A figure of matplotlib.
-    """
-    return figure_of_run(_scene(result, truth, history=history, pixels=pixels), _series(result))
+    """Return the picture of a run as a figure of matplotlib."""
+    run = _as_files(result)
+    return figure_of_run(
+        _with_reports(scene_of(run, truth, "the run", history=history, pixels=pixels), result),
+        series_of(run),
+    )
 
 
 def inline_picture(result: TrackingResult[Any]) -> str:
-    """Return the plan of a run as an element of HTML that needs no file.
-
-    Parameters
-    ----------
-    result
-        What the run found.
-
-    Returns
-    -------
-    An image of some tens of kilobytes.
-    """
-    figure = figure_of_run(_scene(result, None, history=False, pixels=False))
-    data = b64encode(small_png(figure)).decode("ascii")
+    """Return the plan of a run as an element of HTML that needs no file."""
+    scene = scene_of(_as_files(result), None, "the run", history=False, pixels=False)
+    data = b64encode(small_png(figure_of_run(_with_reports(scene, result)))).decode("ascii")
     return f'<img alt="Tracks seen from above" src="data:image/png;base64,{data}">'
 
 
-def places_told(record: dict[str, Any]) -> dict[str, tuple[float, ...]]:
-    """Return where a run's configuration says that sensors stand.
+def scene_of(
+    run: RunFiles, truth: Truth | None, place: str, *, history: bool, pixels: bool
+) -> Scene:
+    """Return what is to be seen of a run but for its reports; messages call it by its place."""
+    plane = run.frame
+    return Scene(
+        reports=None,
+        tracks=run.history if history else run.tracks,
+        truth=None if truth is None else truth_on(truth, plane, place),
+        sensor_positions=run.sensor_positions(),
+        pixels=pixels,
+        origin=None if plane is None else (plane.latitude_deg, plane.longitude_deg),
+    )
 
-    Parameters
-    ----------
-    record
-        Content of run.json.
 
-    Returns
-    -------
-    Positions [m] by the sensors' names.
-    """
-    sensors = record.get("configuration", {}).get("sensors", {})
-    if not isinstance(sensors, dict):
-        return {}
-    return {
-        name: tuple(float(number) for number in values["position"])
-        for name, values in sensors.items()
-        if isinstance(values, dict) and values.get("position") is not None
-    }
+def series_of(run: RunFiles) -> ScanSeries:
+    """Return what each scan of a run left behind."""
+    time, reports, gap = run.scans("time", "reports", "gap")
+    proven = [
+        scan["status"] == Status.OPTIMAL if "status" in scan else scan["gap"] == 0.0
+        for scan in run.record["scans"]
+    ]
+    return ScanSeries(
+        time=time,
+        reports=reports,
+        assigned=assigned_per_scan(run.record, time, run.assignments),
+        gap=gap,
+        proven=np.array(proven, dtype=np.bool_),
+        cpu_ms=run.cpu_ms(),
+        known=run.tracks,
+        iso_time=run.iso_time,
+    )
 
 
 def assigned_per_scan(
@@ -120,42 +114,18 @@ def assigned_per_scan(
     return counts
 
 
-def _scene(
-    result: TrackingResult[Any], truth: Truth | None, *, history: bool, pixels: bool
-) -> Scene:
-    values, plane = result.values, result.values.frame
-    return Scene(
-        reports=values.reports,
-        tracks=values.history if history else values.tracks,
-        truth=None if truth is None else truth_on(truth, plane, "the run"),
-        assignment=values.assignment,
-        sensor_positions=places_told(result.run),
-        pixels=pixels,
-        origin=None if plane is None else (plane.latitude_deg, plane.longitude_deg),
-    )
+def _with_reports(scene: Scene, result: TrackingResult[Any]) -> Scene:
+    return replace(scene, reports=result.values.reports, assignment=result.values.assignment)
 
 
-def _series(result: TrackingResult[Any]) -> ScanSeries:
-    scans, timing = result.run["scans"], result.run["timing"]["scans"]
-    time, reports, gap = (
-        np.array([scan[key] for scan in scans], dtype=np.float64)  # null becomes NaN
-        for key in ("time", "reports", "gap")
-    )
-    return ScanSeries(
-        time=time,
-        reports=reports,
-        assigned=assigned_per_scan(result.run, time, _assigned(result.values)),
-        gap=gap,
-        proven=np.array([scan["status"] == Status.OPTIMAL for scan in scans], dtype=np.bool_),
-        cpu_ms=np.array([scan["cpu_ms"] for scan in timing], dtype=np.float64),
-        known=result.values.tracks,
-        iso_time=result.values.reports.iso_time,
-    )
-
-
-def _assigned(values: RunValues) -> AssignedReports:
-    reports = values.reports
+def _as_files(result: TrackingResult[Any]) -> RunFiles:
+    """Return a run as its files would tell it."""
+    values, reports = result.values, result.values.reports
     track = np.full(len(reports), -1, dtype=np.int64)
     track[list(values.assignment)] = list(values.assignment.values())
-    names = np.array(reports.sensors, dtype=object)
-    return AssignedReports(reports.report, reports.time, names[reports.sensor], track)
+    sensor = np.array(reports.sensors, dtype=object)[reports.sensor]
+    assigned = AssignedReports(reports.report, reports.time, sensor, track)
+    record = json.loads(encode_json(result.run))
+    return RunFiles(
+        Path(), record, values.tracks, values.history, assigned, values.frame, reports.iso_time
+    )

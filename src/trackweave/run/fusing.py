@@ -22,9 +22,8 @@ from trackweave.fusion.fuser import TrackFuser
 from trackweave.fusion.pairings import Pairing
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.registration import Registration, register
-from trackweave.io.associations_out import associations_frame
 from trackweave.io.encoding import to_native
-from trackweave.io.frames_out import tracks_frame
+from trackweave.io.frames_out import associations_frame, tracks_frame
 from trackweave.io.tracks_in import LocalTracks, read_local_tracks
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.agreement import on_one_plane, require_agreement
@@ -87,27 +86,18 @@ class FusionResult(Result, Generic[Table]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FusionValues:
-    """A fusion's results as values of the library.
-
-    Parameters
-    ----------
-    tracks
-        One row per object and time.
-    pairings
-        Which local track was of which object.
-    registrations
-        What was found wrong with sensors, by name; empty where none was asked for.
-    frame
-        The plane of the positions; None where they were taken as they came.
-    settings
-        The configuration as used.
-    """
+    """A fusion's results as values of the library."""
 
     tracks: TrackTable
+    """One row per object and time."""
     pairings: tuple[Pairing, ...]
+    """Which local track was of which object."""
     registrations: Mapping[str, Registration]
+    """What was found wrong with sensors, by name; empty where none was asked for."""
     frame: LocalFrame | None
+    """The plane of the positions; None where they were taken as they came."""
     settings: FusionSettings
+    """The configuration as used."""
 
     __repr__ = summary
 

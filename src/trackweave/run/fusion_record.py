@@ -9,7 +9,7 @@ import numpy as np
 from trackweave.fusion.registration import Registration
 from trackweave.io.tracks_in import LocalTracks
 from trackweave.run.fusion_log import FusionLog
-from trackweave.run.record import certainty_of
+from trackweave.run.record import certainty_of, timing_of
 
 if TYPE_CHECKING:
     from trackweave.run.fusing import FusionValues
@@ -58,13 +58,7 @@ def fusion_record(
         "totals": _totals(tables, values, log),
         "scans": log.scans,
         "changes": log.changes,
-        "timing": {
-            "cpu_ms": round(sum(line["cpu_ms"] for line in log.timing), 3),
-            "wall_ms": round(sum(line["wall_ms"] for line in log.timing), 3),
-            # The median, because the first update of a fresh installation compiles.
-            "median_cpu_ms": float(np.median([line["cpu_ms"] for line in log.timing])),
-            "scans": log.timing,
-        },
+        "timing": timing_of(log.timing),
     }
 
 

@@ -10,7 +10,7 @@ from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.fields import checked_count, checked_number
 from trackweave.io.frames_out import tracks_frame
 from trackweave.io.tables import TableSource
-from trackweave.io.truth import plane_of, read_assignments, read_tracks, read_truth
+from trackweave.io.truth import read_assignments, read_tracks, read_truth_on_plane
 from trackweave.metrics import AssignmentQuality, Evaluation, assignment_quality
 from trackweave.metrics import evaluate as measure
 from trackweave.run.result import Result, TrackingResult
@@ -87,27 +87,11 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
 
 
 def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | TruthTable]:
-    """Return truth and tracks as values, on one plane and of the same time.
-
-    Parameters
-    ----------
-    truth, tracks
-        As ``evaluate`` takes them.
-
-    Returns
-    -------
-    Both.
-
-    Raises
-    ------
-    InvalidInputError
-        If a table cannot be used, or they are of different times.
-    """
+    """Return truth and tracks as values, on one plane; refuse them where their times differ."""
     if isinstance(truth, TruthTable):
         true, frame = truth, None
     else:
-        frame = plane_of(truth)
-        true = read_truth(truth, frame)
+        true, frame = read_truth_on_plane(truth)
     found: Any = tracks
     if isinstance(tracks, Result):
         found = tracks.values.tracks
@@ -127,53 +111,20 @@ def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | Tr
 
 
 def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
-    """Return the truth on a run's own plane.
-
-    Parameters
-    ----------
-    truth
-        As ``evaluate`` takes it.
-    frame
-        The plane, None for plane coordinates.
-    place
-        What messages call the run.
-
-    Returns
-    -------
-    The truth.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is in latitudes and longitudes, and the run is not.
-    """
+    """Return the truth on a run's own plane; refuse one in latitudes where the run is not."""
     if isinstance(truth, TruthTable):
         return truth
-    if frame is None and plane_of(truth) is not None:
+    true, plane = read_truth_on_plane(truth, frame)
+    if frame is None and plane is not None:
         raise InvalidInputError(
             f"{_named(truth, 'truth')}: in latitudes and longitudes, which {place} is not; "
             "expected columns x and y"
         )
-    return read_truth(truth, frame)
+    return true
 
 
 def quality_in(assignments: TableSource) -> AssignmentQuality:
-    """Return how rightly reports were assigned.
-
-    Parameters
-    ----------
-    assignments
-        A path or table of assignments with targets.
-
-    Returns
-    -------
-    The measures of reports.
-
-    Raises
-    ------
-    DataFormatError
-        If there is no column ``target``.
-    """
+    """Return how rightly reports were assigned, of a table with a column ``target``."""
     table = read_assignments(assignments)
     if table.target is None:
         raise DataFormatError(

@@ -1,7 +1,6 @@
 """Reports that may be of two objects at once, because their sensor could not tell them apart."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,62 +14,12 @@ from trackweave.models.sensors import Sensor
 from trackweave.run.beginnings import Evidence
 from trackweave.run.scans import scan_ends
 
-__all__ = ["MergedReports", "merged_reports"]
+__all__ = ["merged_reports"]
 
 # Two objects nearer than so many standard deviations of a report are taken for one.
 RESOLUTION_SIGMAS = 2.0
 # More tracks near a report along x than so many are a crowd, and it is not looked at.
 MOST_NEAR = 200
-# As many are listed; all are counted.
-MOST_LISTED = 1000
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MergedReports:
-    """Reports of one track that may be of another's object too.
-
-    Parameters
-    ----------
-    report
-        Row of each such report, ascending.
-    missed
-        For each of them the tracks that were as near and had no report of their own.
-    by_chance
-        How many there would be, as many pairs as there are near enough, if the sensors told all
-        objects apart and missed each by itself.
-    """
-
-    report: IntArray
-    missed: tuple[tuple[int, ...], ...]
-    by_chance: float
-
-    def __len__(self) -> int:
-        return int(self.report.size)
-
-    def listed(self, reports: ReportTable, assignment: Mapping[int, int]) -> list[dict[str, Any]]:
-        """Return the first of them as objects for a run's record.
-
-        Parameters
-        ----------
-        reports
-            All reports.
-        assignment
-            From row number to track.
-
-        Returns
-        -------
-        Time, sensor, report, its track and the tracks that were missed.
-        """
-        return [
-            {
-                "time": float(reports.time[row]),
-                "sensor": reports.sensors[reports.sensor[row]],
-                "report": str(reports.report[row]),
-                "track": assignment[row],
-                "missed": list(missed),
-            }
-            for row, missed in zip(self.report[:MOST_LISTED].tolist(), self.missed, strict=False)
-        ]
 
 
 class _Pairs(NamedTuple):
@@ -88,8 +37,8 @@ def merged_reports(
     assignment: Mapping[int, int],
     history: TrackTable,
     sensors: Sequence[Sensor],
-) -> MergedReports:
-    """Return the reports that may be of two tracks' objects at once.
+) -> IntArray:
+    """Return the rows of reports that may be of two tracks' objects at once.
 
     Such a report is one of a sensor that scans and tells positions; it belongs to a confirmed
     track, and at its scan another confirmed track is as near to that one as the sensor's noise
@@ -108,9 +57,9 @@ def merged_reports(
 
     Returns
     -------
-    The reports, and how many there would be by chance.
+    Row numbers, ascending.
     """
-    nothing = MergedReports(np.empty(0, dtype=np.int64), (), 0.0)
+    nothing = np.empty(0, dtype=np.int64)
     evidence = Evidence.of(reports, sensors)
     by_name = {sensor.name: sensor for sensor in sensors}
     own = [by_name[name] for name in reports.sensors]
@@ -123,21 +72,8 @@ def merged_reports(
     rows, at = _shown(known, rows, track, ends)
     pairs = _near(known, rows, at, _noise(reports, evidence, rows))
     pairs = pairs.kept(_in_view(pairs, known, reports, own))
-    if pairs.report.size == 0:
-        return nothing
     seen = _has_report(pairs, known, reports, (assignment, ends, own))
-    detection = np.array([sensor.detection_probability for sensor in own])
-    chance = detection[reports.sensor[pairs.report]]
-    # Of two objects at least one of which is seen; a pair that is seen twice stands here twice.
-    lone = 2 * (1 - chance) / (2 - chance)
-    missed: dict[int, list[int]] = {}
-    for row, other in zip(*pairs.kept(~seen), strict=True):
-        missed.setdefault(int(row), []).append(int(known.track[other]))
-    return MergedReports(
-        np.array(sorted(missed), dtype=np.int64),
-        tuple(tuple(sorted(missed[row])) for row in sorted(missed)),
-        float(np.sum(lone * np.where(seen, 0.5, 1.0))),
-    )
+    return np.unique(pairs.report[~seen])
 
 
 def _confirmed(history: TrackTable) -> TrackTable:

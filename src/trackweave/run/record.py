@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.collect import ScanLog
-from trackweave.run.merging import MergedReports
 
-__all__ = ["certainty_of", "record_of", "with_file", "with_seed"]
+__all__ = ["certainty_of", "record_of", "timing_of", "with_file", "with_seed"]
 
 
 def record_of(
@@ -22,7 +21,7 @@ def record_of(
     settings: Settings,
     log: ScanLog,
     assignment: Mapping[int, int],
-    merged: MergedReports,
+    merged: IntArray,
 ) -> dict[str, Any]:
     """Return the record of a run.
 
@@ -37,14 +36,12 @@ def record_of(
     assignment
         From a report's row to its track.
     merged
-        Reports that may be of two objects at once.
+        Rows of reports that may be of two objects at once.
 
     Returns
     -------
     An object for JSON, but for the seed; only ``timing`` differs from run to run with the same.
     """
-    cpu = sum(scan["cpu_ms"] for scan in log.timing)
-    wall = sum(scan["wall_ms"] for scan in log.timing)
     return {
         "trackweave": version("trackweave"),
         "seed": None,
@@ -58,7 +55,6 @@ def record_of(
             "late_reports": len(log.late),
             "skipped_rows": len(reports.skipped),
             "merged_reports": len(merged),
-            "merged_by_chance": merged.by_chance,
             "scans": len(log.scans),
             "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
             "tracks": len(set(assignment.values())),
@@ -68,7 +64,6 @@ def record_of(
             **_pruning(log),
             **_haste(log),
         },
-        "merged_reports": merged.listed(reports, assignment),
         "late_reports": [str(reports.report[row]) for row in log.late],
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
@@ -79,13 +74,18 @@ def record_of(
             {**amendment, "report": str(reports.report[amendment["report"]])}
             for amendment in log.amendments
         ],
-        "timing": {
-            "cpu_ms": round(cpu, 3),
-            "wall_ms": round(wall, 3),
-            # The median, because the first scan of a fresh installation compiles.
-            "median_cpu_ms": float(np.median([scan["cpu_ms"] for scan in log.timing])),
-            "scans": log.timing,
-        },
+        "timing": timing_of(log.timing),
+    }
+
+
+def timing_of(entries: Sequence[Mapping[str, float]]) -> dict[str, Any]:
+    """Return what all scans or updates took [ms], and each."""
+    return {
+        "cpu_ms": round(sum(entry["cpu_ms"] for entry in entries), 3),
+        "wall_ms": round(sum(entry["wall_ms"] for entry in entries), 3),
+        # The median, because the first scan of a fresh installation compiles.
+        "median_cpu_ms": float(np.median([entry["cpu_ms"] for entry in entries])),
+        "scans": entries,
     }
 
 
@@ -125,40 +125,14 @@ def _mean_gap(size: FloatArray, distance: FloatArray) -> float:
 
 
 def with_file(record: dict[str, Any], path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return a run's record with the file of the reports.
-
-    Parameters
-    ----------
-    record
-        The record of a run.
-    path
-        The file, written down as it was given: where it lies on this machine is nobody's concern.
-
-    Returns
-    -------
-    Another record.
-    """
+    """Return a record with the file of the reports, as it was given, wherever that lies."""
     return {**record, "input": {**record["input"], "file": str(path)}}
 
 
 def with_seed(
     record: dict[str, Any], seed: int | None, source: str | None = None
 ) -> dict[str, Any]:
-    """Return a run's record with the seed as used, there and in its configuration.
-
-    Parameters
-    ----------
-    record
-        The record of a run.
-    seed
-        The seed; None where a generator was handed over.
-    source
-        Where it came from; None where the configuration says it, or nobody does.
-
-    Returns
-    -------
-    Another record.
-    """
+    """Return a record with the seed, None for a generator, and its source if not the usual."""
     sources = dict(record["sources"])
     if source is not None:
         sources["seed"] = source

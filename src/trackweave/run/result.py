@@ -56,30 +56,20 @@ class Result(ABC):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunValues:
-    """A run's results as values of ``trackweave.domain``.
-
-    Parameters
-    ----------
-    reports
-        What was tracked.
-    tracks
-        What was known after each scan.
-    history
-        Amended and smoothed after the fact.
-    assignment
-        From a report's row to its track.
-    settings
-        The configuration as used.
-    probability
-        Probability of each report's assignment, NaN where there is none.
-    """
+    """A run's results as values of ``trackweave.domain``."""
 
     reports: ReportTable
+    """What was tracked."""
     tracks: TrackTable
+    """What was known after each scan."""
     history: TrackTable
+    """Amended and smoothed after the fact."""
     assignment: Mapping[int, int]
+    """From a report's row to its track."""
     settings: Settings
+    """The configuration as used."""
     probability: FloatArray
+    """Probability of each report's assignment, NaN where there is none."""
 
     __repr__ = summary
 

@@ -20,9 +20,9 @@ from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import to_native
 from trackweave.io.marking import marked, table_of, with_index
-from trackweave.io.priors import read_priors
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import OnBadRow, load_table
+from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.attempts import Attempt, attempt_of
 from trackweave.run.collect import Assigned, Rows, ScanLog

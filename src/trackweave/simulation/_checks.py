@@ -15,30 +15,7 @@ def number(
     value: object, key: str, *, above: float = -math.inf, low: float = -math.inf,
     high: float = math.inf,
 ) -> float:  # fmt: skip
-    """Return a finite number with ``above < value`` and ``low <= value <= high``.
-
-    Parameters
-    ----------
-    value
-        What came.
-    key
-        What the error message calls it.
-    above
-        The value must be greater than this.
-    low
-        The value must be at least this.
-    high
-        The value must be at most this.
-
-    Returns
-    -------
-    The value as a float.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is no finite number or lies outside.
-    """
+    """Return a finite number with ``above < value`` and ``low <= value <= high``."""
     parts = []
     if above > -math.inf:
         parts.append(f"above {above:g}")
@@ -55,28 +32,7 @@ def number(
 
 
 def whole(value: object, key: str, low: int, high: int | None = None) -> int:
-    """Return a whole number that is at least ``low`` and at most ``high``.
-
-    Parameters
-    ----------
-    value
-        What came.
-    key
-        What the error message calls it.
-    low
-        The least value.
-    high
-        The greatest value; None for any.
-
-    Returns
-    -------
-    The value as an int.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is no whole number, too small or too large.
-    """
+    """Return a whole number that is at least ``low`` and at most ``high``."""
     is_whole = isinstance(value, int) or hasattr(value, "__index__")
     if is_whole and not isinstance(value, bool) and int(value) >= low:  # type: ignore[call-overload]
         if high is not None and int(value) > high:  # type: ignore[call-overload]
@@ -86,26 +42,7 @@ def whole(value: object, key: str, low: int, high: int | None = None) -> int:
 
 
 def vector(value: object, key: str, dim: int | None = None) -> tuple[float, ...]:
-    """Return two or three finite numbers.
-
-    Parameters
-    ----------
-    value
-        What came.
-    key
-        What the error message calls it.
-    dim
-        How many numbers there must be; None for two or three.
-
-    Returns
-    -------
-    The numbers as a tuple.
-
-    Raises
-    ------
-    InvalidInputError
-        If they are not that many finite numbers.
-    """
+    """Return so many finite numbers, two or three where none is said."""
     wanted = "two or three" if dim is None else {1: "one", 2: "two", 3: "three"}[dim]
     lengths = (2, 3) if dim is None else (dim,)
     items = _items(value)
@@ -117,24 +54,7 @@ def vector(value: object, key: str, dim: int | None = None) -> tuple[float, ...]
 
 
 def text(value: object, key: str) -> str:
-    """Return a text that is not empty.
-
-    Parameters
-    ----------
-    value
-        What came.
-    key
-        What the error message calls it.
-
-    Returns
-    -------
-    The text.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is no text or empty.
-    """
+    """Return a text that is not empty."""
     if isinstance(value, str) and value.strip() == value != "" and value.isprintable():
         if len(value.encode()) <= LONGEST_NAME:
             return value
@@ -146,24 +66,7 @@ def text(value: object, key: str) -> str:
 
 
 def flag(value: object, key: str) -> bool:
-    """Return true or false.
-
-    Parameters
-    ----------
-    value
-        What came.
-    key
-        What the error message calls it.
-
-    Returns
-    -------
-    The value.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is anything else.
-    """
+    """Return true or false."""
     if isinstance(value, bool):
         return value
     raise InvalidInputError(f"{key}: {value!r:.80}; expected true or false")

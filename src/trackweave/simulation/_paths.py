@@ -23,19 +23,7 @@ class _Piece(NamedTuple):
 
 
 def course(target: Target, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the position [m] and velocity [m/s] at each time, without process noise.
-
-    Parameters
-    ----------
-    target
-        Whose course.
-    times
-        When [s]; also before and after its life.
-
-    Returns
-    -------
-    Position and velocity, each of shape (times, dim).
-    """
+    """Return the position [m] and velocity [m/s] at each time, without process noise."""
     position = np.empty((times.size, target.dim))
     velocity = np.empty((times.size, target.dim))
     for piece in _pieces(target):
@@ -48,23 +36,8 @@ def course(target: Target, times: FloatArray) -> tuple[FloatArray, FloatArray]:
 def random_walk(
     times: FloatArray, dim: int, process_noise: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what random acceleration adds to position [m] and velocity [m/s].
-
-    Parameters
-    ----------
-    times
-        When [s], running away from the first, forwards or backwards; nothing is added there.
-    dim
-        Number of spatial dimensions.
-    process_noise
-        Power spectral density of the acceleration [m²/s³].
-    rng
-        The source of randomness.
-
-    Returns
-    -------
-    Position and velocity, each of shape (times, dim).
-    """
+    """Return what random acceleration adds to position [m] and velocity [m/s]."""
+    # Times run away from the first, forwards or backwards; nothing is added there.
     steps = np.diff(times)[:, None]
     draws = rng.standard_normal((2, steps.size, dim))
     # The Cholesky factor of [[dt³/3, dt²/2], [dt²/2, dt]] times the density; |dt| backwards.

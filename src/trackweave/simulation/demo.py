@@ -7,13 +7,9 @@ __all__ = ["demo_scenario"]
 
 
 def demo_scenario() -> Scenario:
-    """Return three radars that take turns, and nine boats: three cross, two go side by side.
-
-    Returns
-    -------
-    Sixty scans, one every two seconds. Each radar turns once in six seconds, misses one boat in
-    seven and adds some eight false alarms a turn.
-    """
+    """Return three radars that take turns, and nine boats: three cross, two go side by side."""
+    # Sixty scans, one every two seconds. Each radar turns once in six seconds, misses one boat in
+    # seven and adds some eight false alarms a turn.
     radars = tuple(
         SimulatedSensor(
             name=name,

@@ -19,21 +19,10 @@ MOST_ROWS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """The box in which random targets live and which the sensors watch.
+    """The box in which random targets live and which the sensors watch, with a margin [m].
 
-    Parameters
-    ----------
-    low
-        Least coordinate along each axis [m], two or three numbers.
-    high
-        Greatest coordinate along each axis [m], each above ``low``.
-    margin
-        How far the sensors watch beyond the box on every side [m]; at least 0.
-
-    Raises
-    ------
-    InvalidInputError
-        If the box is empty or a value is out of range.
+    Fields, units and ranges are those of the reference page "Scenario files"; a value that does
+    not fit is refused.
     """
 
     low: tuple[float, ...]
@@ -59,29 +48,8 @@ class Area:
 class SimulatedSensor:
     """A sensor that reports positions from time to time, with noise, misses and false alarms.
 
-    Parameters
-    ----------
-    name
-        What the reports call it.
-    sigma
-        Standard deviation of a report [m]: one number, or one per axis. Must be positive.
-    detection_probability
-        Chance to report a target that it watches, above 0 and at most 1.
-    clutter_per_scan
-        Expected false alarms in a scan, spread evenly over what it watches; at least 0.
-    scan_period
-        Seconds from scan to scan. Must be positive.
-    start_offset
-        Time of its first scan [s]; at least 0.
-    position
-        Where it stands [m], one number per axis; None for the origin.
-    max_range
-        How far it sees from there [m]; infinite for the whole area. Must be positive.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range.
+    Fields, units and ranges are those of the reference page "Scenario files"; without a position
+    it stands in the origin, without ``max_range`` it sees the whole area.
     """
 
     name: str
@@ -131,25 +99,10 @@ class SimulatedSensor:
 class RandomTargets:
     """Targets that appear anywhere in the area, move in any direction, and disappear.
 
-    Parameters
-    ----------
-    count
-        How many there are at the start; at least 0.
-    speed
-        Least and greatest speed [m/s], at least 0; drawn evenly, level in three dimensions.
-    birth_rate
-        Expected new targets per second in the whole area; at least 0.
-    survival
-        Chance to live on through each second, above 0 and at most 1.
-    stay_inside
-        True: a target's place and heading are drawn so that its course stays in the area for
-        as long as it lives. False: it goes anywhere, and disappears where it leaves the area.
-        Either holds for the straight course; process noise may carry it a little beyond.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range.
+    Fields, units and ranges are those of the reference page "Scenario files". With ``stay_inside``
+    a target's place and heading are drawn so that its course stays in the area for as long as it
+    lives; else it goes anywhere, and disappears where it leaves the area. Either holds for the
+    straight course; process noise may carry it a little beyond.
     """
 
     count: int
@@ -174,34 +127,9 @@ class RandomTargets:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A scene to simulate.
+    """A scene to simulate, with the keys of the reference page "Scenario files".
 
-    Parameters
-    ----------
-    area
-        The box that is watched.
-    duration
-        How long [s]. Must be positive.
-    sensors
-        At least one; their names differ.
-    targets
-        Targets one by one.
-    crossings
-        Groups of targets that meet at a point.
-    parallels
-        Groups of targets side by side.
-    random
-        Targets left to chance; None for no such targets.
-    process_noise
-        Power spectral density of every target's random acceleration [m²/s³]; at least 0.
-    seed
-        Seed of the generator where none other is given; at least 0. ``simulate`` takes its
-        generator as an argument and does not read it.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range, dimensions disagree, or a name comes twice.
+    ``simulate`` takes its generator as an argument and does not read the seed.
     """
 
     area: Area
@@ -228,13 +156,8 @@ class Scenario:
         _check_names("targets", [target.name for target in self.explicit_targets()])
 
     def explicit_targets(self) -> tuple[Target, ...]:
-        """Return all targets but the random ones, each with a name.
-
-        Returns
-        -------
-        Single targets, then those of crossings and parallels. One without a name is called by
-        its number, counted from 1.
-        """
+        """Return all targets but the random ones, each with a name."""
+        # One without a name is called by its number, counted from 1.
         everyone = list(self.targets)
         groups: tuple[Crossing | Parallel, ...] = (*self.crossings, *self.parallels)
         for group in groups:

@@ -120,28 +120,12 @@ SceneKind: TypeAlias = PositionKind | BearingKind
 class Scene:
     """What the sensors report, and what is true.
 
-    Parameters
-    ----------
-    plots
-        For each sensor positions [m], shape (plots, 2), or bearings [rad], shape (plots,),
-        clockwise from north, from 0 to 2π; in an order that tells nothing.
-    label
-        For each sensor the object of each plot, −1 for a false alarm.
-    objects
-        Where the objects stand [m], shape (objects, 2).
-    places
-        Where the sensors stand [m], shape (sensors, 2); None where that makes no difference.
-    sigma
-        Standard deviation of each sensor's plots [m or rad], shape (sensors,).
-    area
-        The square's south-west and north-east corners [m].
-    volume
-        Field of view of each sensor [m² or rad], shape (sensors,): false alarms are spread
-        evenly over it.
-    false_alarms
-        Expected false alarms of each sensor, shape (sensors,).
-    detection_probability
-        Chance of each object to be reported by each sensor.
+    For each sensor ``plots`` are positions [m], shape (plots, 2), or bearings [rad], clockwise
+    from north, from 0 to 2π, in an order that tells nothing; ``label`` is the object of each, −1
+    for a false alarm. ``objects`` and ``places`` tell where objects and sensors stand [m], None
+    where that makes no difference; ``area`` are the square's south-west and north-east corners. Of
+    each sensor ``sigma`` is the standard deviation of plots, ``volume`` the field of view [m² or
+    rad], over which as many ``false_alarms`` are expected, spread evenly.
     """
 
     plots: tuple[FloatArray, ...]

@@ -15,24 +15,7 @@ MOST_TARGETS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Manoeuvre:
-    """A time in which a target turns or accelerates; give one of the two.
-
-    Parameters
-    ----------
-    start
-        When it begins [s], on the scenario's clock.
-    duration
-        How long it lasts [s]. Must be positive.
-    turn_rate_deg_s
-        Rate of turn [degrees/s], positive to the left (anticlockwise seen from above).
-    acceleration
-        Constant acceleration [m/s²], one number per axis.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range, or both or neither of turn and acceleration are given.
-    """
+    """A time in which a target turns, to the left [degrees/s], or accelerates: one of the two."""
 
     start: float
     duration: float
@@ -63,28 +46,9 @@ class Manoeuvre:
 class Target:
     """One target: where it is at one time, and what it does before and after.
 
-    Parameters
-    ----------
-    position
-        Where it is at the time ``at`` [m], two or three numbers.
-    velocity
-        Its velocity then [m/s], as many numbers.
-    start
-        When it appears [s]; at least 0.
-    end
-        When it disappears [s], after ``start``; None for the scenario's end.
-    at
-        When position and velocity hold [s]; None for ``start``. Process noise spreads from here
-        in both directions of time.
-    manoeuvres
-        Turns and accelerations that do not overlap.
-    name
-        What the truth calls it; None for its number in the scenario.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range, or dimensions or times disagree.
+    Position [m] and velocity [m/s] hold at the time ``at`` [s], left out at ``start``; process
+    noise spreads from here in both directions of time. Manoeuvres do not overlap. Without an end
+    it stays to the scenario's; without a name it is called by its number.
     """
 
     position: tuple[float, ...]
@@ -125,29 +89,8 @@ class Target:
 class Crossing:
     """Targets that meet at one point at one time, their headings an angle apart.
 
-    Parameters
-    ----------
-    point
-        Where they meet [m], two or three numbers.
-    time
-        When they meet [s].
-    speed
-        Speed of each [m/s]. Must be positive.
-    count
-        How many; at least 2.
-    angle_deg
-        Angle between neighbouring headings [degrees], above 0 and at most 180.
-    heading_deg
-        The middle of their headings [degrees], clockwise from north (the y axis).
-    start
-        When they appear [s]; at least 0.
-    end
-        When they disappear [s], after ``start``; None for the scenario's end.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range.
+    ``heading_deg`` is the middle of their headings, clockwise from north (the y axis); units and
+    ranges are those of the reference page "Scenario files".
     """
 
     point: tuple[float, ...]
@@ -185,28 +128,7 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Parallel:
-    """Targets that move side by side at a spacing.
-
-    Parameters
-    ----------
-    position
-        The middle of their row at the start [m], two or three numbers.
-    velocity
-        Their common velocity [m/s], as many numbers; not zero in the plane.
-    spacing
-        Distance between neighbours [m]. Must be positive.
-    count
-        How many; at least 2.
-    start
-        When they appear [s]; at least 0.
-    end
-        When they disappear [s], after ``start``; None for the scenario's end.
-
-    Raises
-    ------
-    InvalidInputError
-        If a value is out of range.
-    """
+    """Targets that move side by side at a spacing [m]; their row's middle starts at a position."""
 
     position: tuple[float, ...]
     velocity: tuple[float, ...]

@@ -11,7 +11,6 @@ from trackweave.solvers.solve import solve as solve
 
 if TYPE_CHECKING:
     from trackweave.solvers.ants import AntSystem as AntSystem
-    from trackweave.solvers.ants import MaxMinAntSystem as MaxMinAntSystem
     from trackweave.solvers.auto import Auto as Auto
     from trackweave.solvers.dual import Dual as Dual
     from trackweave.solvers.exact import Exact as Exact
@@ -41,7 +40,6 @@ _HOMES = {
     "Islands": "trackweave.solvers.islands",
     "ListGenetic": "trackweave.solvers.genetic",
     "MBest": "trackweave.solvers.m_best",
-    "MaxMinAntSystem": "trackweave.solvers.ants",
     "Ranking": "trackweave.solvers.m_best",
     "SearchState": "trackweave.solvers.resumable",
     "Solver": "trackweave.solvers.protocol",
@@ -61,7 +59,6 @@ __all__ = [
     "Islands",
     "ListGenetic",
     "MBest",
-    "MaxMinAntSystem",
     "Ranking",
     "SearchState",
     "Solver",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackweave._loops import ascending, overwrite, total_of
+from trackweave._loops import ascending, overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import Partition
 from trackweave.jit import jit
@@ -20,7 +20,7 @@ from trackweave.solvers._kernels import (
     selection_cost,
 )
 from trackweave.solvers._narrowing import narrowed, whole, write_taken
-from trackweave.solvers._pricing import choose, price_nodes
+from trackweave.solvers._pricing import bound_at, choices_at, choose, price_nodes
 
 LARGE, FEW = 20_000, 25
 """In a component of more sequences an answer, which takes long, is made once in so many bounds."""
@@ -158,13 +158,9 @@ def answer_at(
 
     Returns the cost of the better one.
     """
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    trial = np.empty(n_families, dtype=np.int64)
+    reduced, choice, best = choices_at(component, price)
+    trial = np.empty_like(choice)
     owner = np.empty(component.n_items, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
     cost = repair(component, ascending(best), choice, reduced, trial, owner)
     if rounds > 0:
         cost = improve(component, trial, owner, rounds)
@@ -242,12 +238,7 @@ def bound_components(
     """
     for index in range(cost.shape[0]):
         component = part_of(parts, index)
-        n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
         own_price = price[parts.item_start[index] : parts.item_start[index + 1]]
-        priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-        best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-        price_nodes(component, own_price, priced, reduced)
-        choose(component, reduced, choice, best)
         selection = taken[parts.family_start[index] : parts.family_start[index + 1]]
         cost[index] = selection_cost(component, selection)
-        lower[index] = min(total_of(best) - total_of(own_price), cost[index])
+        lower[index] = min(bound_at(component, own_price), cost[index])

@@ -15,7 +15,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component, is_free, selection_cost, set_owner
-from trackweave.solvers._pricing import bound_at, choose, price_nodes
+from trackweave.solvers._pricing import bound_at, choices_at
 
 
 class Options(NamedTuple):
@@ -70,10 +70,7 @@ MANY = 2_000
 def open_options(component: Component, price: FloatArray, gap: float) -> Options:
     """Return what each family can take in a selection that costs at most L(π) + gap."""
     n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
+    reduced, _, best = choices_at(component, price)
     start = np.zeros(n_families + 1, dtype=np.int64)
     node, excess = np.empty(n_nodes + n_families, dtype=np.int64), np.empty(n_nodes + n_families)
     fill, further = 0, math.inf

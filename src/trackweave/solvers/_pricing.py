@@ -44,29 +44,32 @@ def choose(component: Component, reduced: FloatArray, choice: IntArray, best: Fl
 
 
 @jit
-def bound_at(component: Component, price: FloatArray) -> float:
-    """Return the bound L(π) at these prices."""
+def choices_at(component: Component, price: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Return each node's reduced cost, and each family's choice by it and what that costs."""
     n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
     priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
     best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
     price_nodes(component, price, priced, reduced)
     choose(component, reduced, choice, best)
+    return reduced, choice, best
+
+
+@jit
+def bound_at(component: Component, price: FloatArray) -> float:
+    """Return the bound L(π) at these prices."""
+    _, _, best = choices_at(component, price)
     return total_of(best) - total_of(price)
 
 
 @jit
 def excesses(component: Component, price: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return the bound L(π), each node's excess, and each family's of taking none."""
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
-    none = np.full(n_families, math.inf)
-    for family in range(n_families):
+    reduced, _, best = choices_at(component, price)
+    none = np.full(best.shape[0], math.inf)
+    for family in range(best.shape[0]):
         if not component.must[family]:
             none[family] = -best[family]
-    for node in range(n_nodes):
+    for node in range(reduced.shape[0]):
         reduced[node] -= best[component.family[node]]
     return total_of(best) - total_of(price), reduced, none
 

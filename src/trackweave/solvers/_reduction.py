@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from trackweave._loops import total_of
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.jit import jit
 from trackweave.solvers._kernels import Component
-from trackweave.solvers._pricing import choose, price_nodes
+from trackweave.solvers._pricing import excesses
 
 DROPPED, PREFIX, OPEN, FORCED = 0, 1, 2, 3
 
@@ -19,16 +18,12 @@ def classify(component: Component, price: FloatArray, upper: float) -> IntArray:
     PREFIX where an OPEN node stands below it. The only open node of a family that has to take
     one is FORCED, and then whatever shares an item with it is out too.
     """
-    n_nodes, n_families = component.parent.shape[0], component.must.shape[0]
-    priced, reduced = np.empty(n_nodes), np.empty(n_nodes)
-    best, choice = np.empty(n_families), np.empty(n_families, dtype=np.int64)
-    price_nodes(component, price, priced, reduced)
-    choose(component, reduced, choice, best)
-    gap = upper - (total_of(best) - total_of(price))
-    gap += 1e-9 * max(1.0, abs(upper))
+    bound, excess, none = excesses(component, price)
+    n_nodes, n_families = excess.shape[0], none.shape[0]
+    gap = upper - bound + 1e-9 * max(1.0, abs(upper))
     state = np.zeros(n_nodes, dtype=np.int64)
     for node in range(n_nodes):
-        if reduced[node] - best[component.family[node]] <= gap:
+        if excess[node] <= gap:
             state[node] = OPEN
     holder = np.full(component.n_items, -1, dtype=np.int64)
     forced = np.zeros(n_families, dtype=np.bool_)
@@ -41,7 +36,7 @@ def classify(component: Component, price: FloatArray, upper: float) -> IntArray:
                 count[component.family[node]] += 1
                 only[component.family[node]] = node
         for family in range(n_families):
-            has_to = component.must[family] or -best[family] > gap
+            has_to = component.must[family] or none[family] > gap
             if has_to and count[family] == 1 and not forced[family]:
                 forced[family] = changed = True
                 climb = only[family]

@@ -42,23 +42,7 @@ STRETCHES = (
 def climb(
     components: Components, index: int, stretch: Stretch, stop: Stop | None
 ) -> tuple[int, bool]:
-    """Raise a component's bound and make an answer at its prices, in place.
-
-    Parameters
-    ----------
-    components
-        A problem taken apart, bounded and answered.
-    index
-        Which component.
-    stretch
-        How far and how.
-    stop
-        Asked every few milliseconds whether to stop.
-
-    Returns
-    -------
-    How many bounds were computed; whether it was stopped.
-    """
+    """Raise a component's bound and answer it, in place; return bounds computed, if stopped."""
     component = components.component(index)
     price = components.price[components.items(index)]
     selection = components.taken[components.families(index)]

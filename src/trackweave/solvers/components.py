@@ -33,25 +33,12 @@ MOST_BITS, GREATEST = 1020, 1e250
 class Components:
     """The components of a problem with the best known answer and bound of each.
 
-    Totals, prices, costs and bounds are scaled by a power of two, which takes no digits, so that
-    the usual cost is near one: what is small, kernels measure by constants.
-
-    Parameters
-    ----------
-    problem
-        The whole, in its own unit.
-    scale
-        What its costs are multiplied by.
-    parts
-        Its nodes, families and items, component after component.
-    price
-        Of each item, in the order of ``parts.item_of``.
-    taken
-        For each family the node that it takes, numbered within its component; -1 for none.
-    cost, lower
-        Of each component: the cost of what is taken, and a lower bound.
-    step
-        Of each component: what its answers' costs are multiples of; 0 where nothing is known.
+    Totals, prices, costs and bounds are multiplied by ``scale``, a power of two, which takes no
+    digits, so that the usual cost is near one: what is small, kernels measure by constants.
+    ``price`` is of each item, in the order of ``parts.item_of``; ``taken`` holds for each family
+    the node that it takes, numbered within its component, -1 for none. Of each component ``cost``
+    and ``lower`` are the cost of what is taken and a lower bound, and ``step`` is what its
+    answers' costs are multiples of, 0 where nothing is known.
     """
 
     problem: AssignmentProblem
@@ -118,17 +105,7 @@ class Components:
         )
 
     def selection_of(self, nodes: IntArray) -> IntArray:
-        """Return the given nodes of the problem as a selection over all families.
-
-        Parameters
-        ----------
-        nodes
-            Numbers of nodes; of two of one family the later counts.
-
-        Returns
-        -------
-        For each family its node, numbered within its component; -1 for none.
-        """
+        """Return nodes of the problem as a selection; of two of one family the later counts."""
         parts = self.parts
         place = np.empty(self.problem.n_nodes, dtype=np.int64)
         place[parts.node] = np.arange(parts.node.shape[0])

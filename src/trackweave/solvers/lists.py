@@ -24,25 +24,12 @@ class Lists(NamedTuple):
 
 
 def lists_of(component: Component, instant: IntArray) -> Lists:
-    """Return a component's items as lists, no two items of which share a sequence.
-
-    The lists of tuples are those that they were made of, the lists of a window its scans. A list
-    holds items of one instant, and earlier instants come first. Where items of one instant share
-    sequences, as reports of sensors that look at the same time do, the instant has several
-    lists; an item then stands in a later list than those of lower numbers that it shares a
-    sequence with.
-
-    Parameters
-    ----------
-    component
-        Nodes and items.
-    instant
-        Rank of each item in time, shape (items,).
-
-    Returns
-    -------
-    The lists, none of them empty.
-    """
+    """Return a component's items as lists, none empty, no two items of which share a sequence."""
+    # The lists of tuples are those that they were made of, the lists of a window its scans. A list
+    # holds items of one instant, and earlier instants come first. Where items of one instant share
+    # sequences, as reports of sensors that look at the same time do, the instant has several
+    # lists; an item then stands in a later list than those of lower numbers that it shares one
+    # with.
     key = np.stack([instant, layers(component, instant)], axis=1)
     lists, of = np.unique(key, axis=0, return_inverse=True)
     of = of.reshape(-1).astype(np.int64)

@@ -15,19 +15,8 @@ CHUNK_WORK = 200_000
 
 
 def chunk_of(view: View, step: int) -> int:
-    """Return how many evaluations take a few milliseconds where each of them reads all nodes.
-
-    Parameters
-    ----------
-    view
-        What is searched.
-    step
-        Evaluations of a whole step, with which a chunk ends at the latest.
-
-    Returns
-    -------
-    The number, at least 1.
-    """
+    """Return how many evaluations, each of which reads all nodes, take a few milliseconds."""
+    # At least 1, and no more than a whole step has.
     n_nodes = int(view.component.parent.shape[0])
     return max(1, min(step, CHUNK_WORK // max(1, n_nodes)))
 
@@ -47,22 +36,7 @@ class Metaheuristic(Resumable):
 
     @abstractmethod
     def admit(self, view: View, search: Any, selection: IntArray, cost: float) -> Search:
-        """Return a search with an answer that another search found taken in.
-
-        Parameters
-        ----------
-        view
-            What is searched.
-        search
-            Where the search stands, at rest.
-        selection, cost
-            The other's answer.
-
-        Returns
-        -------
-        The search, with no evaluation more. An answer that is worth nothing to it leaves it as
-        it is.
-        """
+        """Return a search at rest with another's answer taken in, where that is worth anything."""
 
     def why_over(self, search: Any) -> str:
         """Return why a search at rest is over by the method's own limits, "" while it is not."""
@@ -75,25 +49,7 @@ class Metaheuristic(Resumable):
     def go_through(
         self, view: View, search: Any, chunks: int, *, evaluations: float, stop: Stop
     ) -> Any:
-        """Return the search after so many chunks of evaluations, to whole steps.
-
-        Parameters
-        ----------
-        view
-            What is searched.
-        search
-            Where the search stands, or its start.
-        chunks
-            How many chunks lie between the start and the goal.
-        evaluations
-            How many further answers to try at most.
-        stop
-            Asked between chunks.
-
-        Returns
-        -------
-        The search then.
-        """
+        """Return the search so many chunks of evaluations after its start, to whole steps."""
         left, chunk = evaluations, self._chunk(view)
         while left > 0 and not self.is_through(view, search, chunks) and not stop():
             if isinstance(search, Start):

@@ -40,21 +40,8 @@ class Partitioning:
     """The ranking of a component's selections by partitioning [1]_ [2]_.
 
     The best selection splits the others into parts: those that share its choices for the first
-    families and differ in the next one's. Each part's best is found by a solver; the cheapest of
-    them is the next selection, and splits its own part.
-
-    Parameters
-    ----------
-    components, index
-        The component, with a known selection, its bound, and prices.
-    solver
-        Solves the parts.
-    solves
-        How many parts to solve at most.
-    rng
-        For the solver.
-    stop
-        Asked between parts, and by the solver, whether to stop.
+    families and differ in the next one's. Each part's best is found by a solver, up to ``solves``
+    of them; the cheapest is the next selection, and splits its own part.
 
     References
     ----------
@@ -73,17 +60,7 @@ class Partitioning:
     stop: Stop | None
 
     def run(self, most: int) -> tuple[Pieces, int]:
-        """Return the cheapest selections, and how many evaluations they took.
-
-        Parameters
-        ----------
-        most
-            How many are asked for.
-
-        Returns
-        -------
-        One piece, with the known selection at least; the number of evaluations.
-        """
+        """Return the cheapest selections, at least the known, and how many evaluations it took."""
         known = self.components.taken[self.components.families(self.index)].copy()
         cost, ceiling = self._cost(known), np.inf
         if not self.components.is_closed(self.index, cost):

@@ -45,16 +45,10 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """The cheapest selections of a component: one of each piece.
+    """The cheapest selections of a component: one of each piece, which have all families.
 
-    Parameters
-    ----------
-    pieces
-        Between them they have all families.
-    ceiling
-        No other selection costs less, but those that come after as many as were asked for.
-    is_all
-        Whether there is no other selection.
+    No other selection costs less than ``ceiling``, but those that come after as many as were asked
+    for; ``is_all`` tells whether there is no other.
     """
 
     pieces: tuple[Piece, ...]
@@ -125,17 +119,8 @@ class Enumeration(NamedTuple):
     stop: Stop | None
 
     def run(self, known: float) -> tuple[Pieces | None, int]:
-        """Return the pieces of the widest gap within the budget, and how many options it took.
-
-        Parameters
-        ----------
-        known
-            What some selection costs.
-
-        Returns
-        -------
-        The pieces, None where even the narrowest gap takes too long; the number of visits.
-        """
+        """Return the pieces of the widest gap within the budget, and how many options it took."""
+        # None where even the narrowest gap takes too long. ``known`` is what some selection costs.
         bound = bound_at(self.component, self.price)
         slack = 1e-9 * max(1.0, abs(known), abs(bound))
         is_small = self.component.parent.shape[0] <= SMALL

@@ -16,23 +16,8 @@ STRIDE = 61
 
 
 def polish(component: Component, lists: Lists, selection: IntArray, turn: int = 0) -> float:
-    """Improve a selection in place: eject, insert and repair; assign each list anew, exactly.
-
-    Parameters
-    ----------
-    component
-        What is searched.
-    lists
-        Its items as lists.
-    selection
-        Each family's node, -1 for none; disjoint.
-    turn
-        How often a selection of this component was improved before.
-
-    Returns
-    -------
-    What the selection costs then.
-    """
+    """Improve a selection in place: eject, insert, repair; assign lists anew; return its cost."""
+    # ``turn`` is how often a selection of this component was improved before.
     first = 0
     if component.parent.shape[0] > LARGE:
         # One improvement does not come round there: each begins elsewhere.
@@ -41,19 +26,8 @@ def polish(component: Component, lists: Lists, selection: IntArray, turn: int = 
 
 
 def owner_of(component: Component, selection: IntArray) -> IntArray:
-    """Return the family that covers each item in a selection; -1 for none.
-
-    Parameters
-    ----------
-    component
-        Nodes and items.
-    selection
-        Each family's node, -1 for none; disjoint.
-
-    Returns
-    -------
-    The families. A family that must be covered has its root's item in any case.
-    """
+    """Return the family that covers each item in a disjoint selection; -1 for none."""
+    # A family that must be covered has its root's item in any case.
     owner = np.full(component.n_items, -1, dtype=np.int64)
     roots = component.members[component.start[:-1]]
     owner[component.item[roots[component.must]]] = np.flatnonzero(component.must)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -20,6 +21,7 @@ __all__ = [
     "refuse_parameters",
     "require_solver",
     "require_stop",
+    "until",
 ]
 
 Stop: TypeAlias = Callable[[], bool]
@@ -88,76 +90,30 @@ class Solver(Protocol):
 
 
 def require_solver(value: object, name: str) -> None:
-    """Refuse what cannot be called as a solver.
-
-    Parameters
-    ----------
-    value
-        What was given as a solver.
-    name
-        What the error message calls it.
-
-    Raises
-    ------
-    InvalidInputError
-        If it cannot be called, or is a class: its call would make a solver, not an answer.
-    """
+    """Refuse what cannot be called as a solver, and a class: its call would make a solver."""
     if isinstance(value, type) or not callable(value):
         raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")
 
 
 def child_of(rng: RandomSource) -> np.random.Generator:
-    """Return a source of randomness of one's own; the given one is advanced by it.
-
-    Parameters
-    ----------
-    rng
-        The source that a caller gave.
-
-    Returns
-    -------
-    Its next child.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is neither a generator nor a seed.
-    """
+    """Return a source of randomness of one's own; the given one is advanced by it."""
     return generator_of(rng).spawn(1)[0]
 
 
 def require_stop(stop: object) -> None:
-    """Refuse what cannot be asked whether to stop.
-
-    Parameters
-    ----------
-    stop
-        What was given as one, None for none.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is neither.
-    """
+    """Refuse what is neither None nor can be asked whether to stop."""
     if stop is not None and not callable(stop):
         raise InvalidInputError(f"stop: {stop!r:.80}; expected something to call, or None")
 
 
+def until(seconds: float, stop: Stop | None) -> Stop:
+    """Return a stop that also heeds a time limit from now on."""
+    end = perf_counter() + seconds
+    return lambda: perf_counter() >= end or (stop is not None and stop())
+
+
 def refuse_parameters(solver: object, wrong: Iterable[tuple[bool, str, str]]) -> None:
-    """Refuse a solver with a parameter out of range.
-
-    Parameters
-    ----------
-    solver
-        The solver.
-    wrong
-        For each check whether it fails, which parameter it is about, and what was expected.
-
-    Raises
-    ------
-    InvalidInputError
-        If a check fails.
-    """
+    """Refuse a solver with a parameter out of range: for each, if so, which, what was expected."""
     for is_wrong, name, expected in wrong:
         if is_wrong:
             raise InvalidInputError(f"{name}: {getattr(solver, name)!r:.80}; expected {expected}")

@@ -17,19 +17,10 @@ __all__ = ["Reduction"]
 class Reduction:
     """A smaller problem whose best answer, or what is known already, is best for the whole.
 
-    Parameters
-    ----------
-    problem
-        What is left; sequences that cannot be in a better answer are gone, components too that
-        are proven.
-    prices
-        Of its items, to start with.
-    node
-        The whole's node (in the order of its partition) for each node that is left.
-    item
-        The whole's item for each item that is left.
-    forced
-        Nodes of the whole (in that order) that every better answer takes.
+    In ``problem`` sequences that cannot be in a better answer are gone, components too that are
+    proven; ``prices`` of its items are to start with. ``node`` and ``item`` are the whole's for
+    each that is left, ``forced`` the whole's nodes that every better answer takes; nodes are in
+    the order of the whole's partition.
     """
 
     problem: AssignmentProblem
@@ -40,19 +31,7 @@ class Reduction:
 
     @classmethod
     def of(cls, components: Components, most: float = 1.0) -> Self | None:
-        """Return what the bounds of the open components leave open.
-
-        Parameters
-        ----------
-        components
-            A problem taken apart, with answers and bounds.
-        most
-            Part of the nodes, up to 1, beyond which what is left is not worth its making.
-
-        Returns
-        -------
-        What is left, None where that is more.
-        """
+        """Return what the bounds leave open; None if it is more than this part of the nodes."""
         parts = components.parts
         kept, forced = [], []
         total = parts.total.copy()

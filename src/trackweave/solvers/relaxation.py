@@ -23,13 +23,8 @@ WORTHWHILE = 0.9
 class Relaxation:
     """A problem taken apart, and what reductions left of it.
 
-    Parameters
-    ----------
-    levels
-        The components of the problem, then those of each reduction of the level before, with
-        the best known answers and bounds.
-    reductions
-        How each level but the first came from the one before.
+    ``levels`` are the components of the problem, then those of each of the ``reductions`` of the
+    level before, with the best known answers and bounds.
     """
 
     levels: tuple[Components, ...]
@@ -37,26 +32,7 @@ class Relaxation:
 
     @classmethod
     def of(cls, problem: AssignmentProblem, hint: Hint | None, *, whole: bool = False) -> Self:
-        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known.
-
-        Parameters
-        ----------
-        problem
-            The problem.
-        hint
-            What is known beforehand.
-        whole
-            Whether to take it as one.
-
-        Returns
-        -------
-        The relaxation, of one level.
-
-        Raises
-        ------
-        InvalidInputError
-            If the hint does not fit the problem.
-        """
+        """Take a problem apart, or take it as one; nothing is chosen yet, no bound is known."""
         components = Components.of(problem, hint, whole=whole)
         if hint is not None and hint.nodes is not None:
             nodes = int_array(hint.nodes, "hint.nodes", (None,))
@@ -72,13 +48,8 @@ class Relaxation:
         return self.levels[-1]
 
     def reduced(self) -> Self:
-        """Return the relaxation with one more level: what the bounds of the rest leave open.
-
-        Returns
-        -------
-        The relaxation, itself where nearly everything is left. What is left keeps the best known
-        answers: prices never exclude them.
-        """
+        """Return the relaxation with one more level, what bounds leave open, if that is less."""
+        # What is left keeps the best known answers: prices never exclude them.
         reduction = Reduction.of(self.rest, WORTHWHILE)
         if reduction is None:
             return self
@@ -92,17 +63,7 @@ class Relaxation:
         return replace(self, levels=(*self.levels[:-1], rest))
 
     def left_of(self, hint: Hint | None) -> IntArray | None:
-        """Return the selection of the rest that a hint's answer comes to.
-
-        Parameters
-        ----------
-        hint
-            What is known of the problem beforehand.
-
-        Returns
-        -------
-        For each family of the rest its node, -1 for none; None where the hint has no answer.
-        """
+        """Return the selection of the rest that a hint's answer comes to; None without one."""
         if hint is None or hint.nodes is None:
             return None
         nodes = np.asarray(hint.nodes, dtype=np.int64)
@@ -121,19 +82,7 @@ class Relaxation:
         return part if pairs else part.copy()
 
     def answer(self, evaluations: int, stop_reason: str) -> Answer:
-        """Return the answer of the whole problem.
-
-        Parameters
-        ----------
-        evaluations
-            How many answers were tried.
-        stop_reason
-            Why the search ended, where the gap is not closed.
-
-        Returns
-        -------
-        The answer with its certificate.
-        """
+        """Return the whole problem's answer; the reason counts where the gap is not closed."""
         whole = self.whole()
         closed = whole.open().size == 0
         return whole.answer(evaluations, "gap closed" if closed else stop_reason)

@@ -76,22 +76,10 @@ class Search(Protocol):
 class SearchState:
     """Where a search stands: a value that can be kept, pickled and gone on from.
 
-    Parameters
-    ----------
-    relaxation
-        The problem's components and what bounds left of them; that rest is searched.
-    queue
-        Components still to be searched; the first one is under way if ``search`` is there.
-    search
-        The search of the first component in the queue.
-    seeds
-        Selections known beforehand, over all families of the rest.
-    rng
-        The source of the next random numbers.
-    evaluations
-        Answers tried so far, and the steps of the dual before.
-    stop_reason
-        Why a search stopped short of closing the gap, "" where none did yet.
+    ``queue`` are the components of the relaxation's rest that are still to be searched; the first
+    is under way if ``search`` is there. ``seeds`` are selections known beforehand, ``rng`` the
+    source of the next random numbers; ``evaluations`` counts the steps of the dual before, too,
+    and ``stop_reason`` says why a search stopped short of closing the gap, "" where none did yet.
     """
 
     relaxation: Relaxation
@@ -203,24 +191,9 @@ class Resumable(ABC):
         rng: RandomSource = 0,
         evaluations: int = 0,
     ) -> SearchState:
-        """Return the state before the first evaluation, where others have prepared it.
-
-        Parameters
-        ----------
-        relaxation
-            The problem's components and what bounds left of them, which is not changed.
-        seeds
-            Selections over all families of the rest.
-        rng
-            Source of randomness: a generator, which is advanced, always by one child, and not
-            kept, or a seed.
-        evaluations
-            What was spent on it before.
-
-        Returns
-        -------
-        Where the search stands then.
-        """
+        """Return the state before the first evaluation, where others have prepared it."""
+        # The relaxation is not changed; a generator is advanced, always by one child, and not
+        # kept.
         return SearchState(
             relaxation=relaxation,
             queue=tuple(relaxation.rest.open().tolist()),

@@ -1,7 +1,6 @@
 """Solving a problem in one call."""
 
 from dataclasses import fields, is_dataclass, replace
-from time import perf_counter
 from typing import Any
 
 from trackweave.arrays import require_instance
@@ -10,7 +9,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_number
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver, require_stop
+from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver, require_stop, until
 
 __all__ = ["patient", "solve"]
 
@@ -70,37 +69,22 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
     chosen = Auto() if solver is None else solver
     _require_arguments(problem, chosen, hint, stop)
     if time_limit is not None:
-        stop = _until(time_limit, stop)
+        expected = "a number ≥ 0 of seconds, or None"
+        seconds = checked_number(time_limit, "time_limit", expected)
+        if seconds < 0.0:
+            raise InvalidInputError(f"time_limit: {seconds}; expected {expected}")
+        stop = until(seconds, stop)
         chosen = patient(chosen) if solver is None else chosen
     return chosen(problem, rng=generator_of(rng), hint=hint, stop=stop)
 
 
 def patient(solver: Any) -> Any:
-    """Return a solver of which a time limit leaves no other budget.
-
-    Parameters
-    ----------
-    solver
-        The solver; one that is no dataclass stays as it is.
-
-    Returns
-    -------
-    The same with its budgets without end. What ends a search that finds nothing better stays.
-    """
+    """Return a solver with budgets without end, where a time limit counts; others as they are."""
+    # What ends a search that finds nothing better stays.
     if not is_dataclass(solver) or isinstance(solver, type):
         return solver
     budgets = {field.name for field in fields(solver)} & BUDGETS
     return replace(solver, **dict.fromkeys(budgets, WITHOUT_END))
-
-
-def _until(time_limit: float, stop: Stop | None) -> Stop:
-    """Return a stop that also heeds a time limit from now on."""
-    expected = "a number ≥ 0 of seconds, or None"
-    seconds = checked_number(time_limit, "time_limit", expected)
-    if seconds < 0.0:
-        raise InvalidInputError(f"time_limit: {seconds}; expected {expected}")
-    end = perf_counter() + seconds
-    return lambda: perf_counter() >= end or (stop is not None and stop())
 
 
 def _require_arguments(problem: object, solver: object, hint: object, stop: object) -> None:

@@ -34,18 +34,9 @@ LITTLE = {
 
 
 def warm_up(solver: Solver, rng: np.random.Generator) -> None:
-    """Compile, or load from the disk, the kernels that a solver needs.
-
-    Solves a small problem that prices alone do not decide, with small budgets. Takes half a
-    second when the kernels are on the disk, and up to a minute when they are not.
-
-    Parameters
-    ----------
-    solver
-        The solver; one that is no dataclass is called as it is.
-    rng
-        Source of randomness, which is advanced.
-    """
+    """Compile, or load from the disk, the kernels that a solver needs; ``rng`` is advanced."""
+    # Solves a small problem that prices alone do not decide, with small budgets. Takes half a
+    # second when the kernels are on the disk, and up to a minute when they are not.
     if isinstance(solver, Greedy):
         return
     rows = rng.integers(1, 26, (2_000, 5))

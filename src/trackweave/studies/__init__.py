@@ -34,17 +34,9 @@ STUDIES: dict[str, str] = {
 class Claim:
     """What a document says, or what one would expect of it, and what came out.
 
-    Parameters
-    ----------
-    text
-        The claim, as a sentence; the document's own words in quotation marks.
-    verdict
-        What the measured figure says of it.
-    found
-        What came out, in words and numbers, each figure with its 95 % interval.
-    judged_by
-        The threshold and whose it is, such as "≥ 95 % of windows (ours)"; empty where the claim
-        needs none.
+    The text has the document's own words in quotation marks; ``found`` are words and numbers, each
+    figure with its 95 % interval. ``judged_by`` is the threshold and whose it is, such as "≥ 95 %
+    of windows (ours)"; empty where the claim needs none.
     """
 
     text: str
@@ -57,15 +49,10 @@ class Claim:
 class Part:
     """A part of a study, measured by itself.
 
-    Parameters
-    ----------
-    name
-        Its name among the parts.
-    measure
-        From its own source of randomness, whether a fraction of the scenes will do, and whom to
-        tell of progress, its tables by name; each becomes a file, NAME.csv. A table whose numbers
-        differ from run to run, as CPU times do, has no place here: ``trackweave reproduce`` tells
-        each part's CPU time in run.json.
+    From its own source of randomness, whether a fraction of the scenes will do, and whom to tell
+    of progress, ``measure`` returns its tables by name; each becomes a file, NAME.csv. What
+    differs from run to run, as CPU times do, has no place in them: run.json tells each part's CPU
+    time.
     """
 
     name: str
@@ -74,17 +61,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class WriteUp:
-    """What a study's tables say.
-
-    Parameters
-    ----------
-    report
-        The report, as Markdown.
-    claims
-        The claims, in the report's order.
-    figures
-        Each figure's file name, ending in .png, and content.
-    """
+    """What a study's tables say: a Markdown report, claims in its order, figures by file name."""
 
     report: str
     claims: tuple[Claim, ...]
@@ -93,15 +70,9 @@ class WriteUp:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A document's study.
+    """A document's study: what is measured, and what writes all tables up, quick or not.
 
-    Parameters
-    ----------
-    parts
-        What is measured, in this order; no two have a name or a table's name in common.
-    write_up
-        From all tables, and whether they are of a fraction of the scenes, the report with claims
-        and figures.
+    No two parts have a name or a table's name in common.
     """
 
     parts: tuple[Part, ...]
@@ -109,22 +80,7 @@ class Study:
 
 
 def study_of(preset: str) -> Study:
-    """Return the study of a preset's document.
-
-    Parameters
-    ----------
-    preset
-        Name of the preset.
-
-    Returns
-    -------
-    Its parts and what writes them up.
-
-    Raises
-    ------
-    InvalidInputError
-        If there is no such preset, or it has no document of its own.
-    """
+    """Return the study of a preset's document, and refuse a preset that has none."""
     if preset not in STUDIES:
         there_are = f"expected {' or '.join(sorted(STUDIES))}, the presets that have a study"
         if preset in {*PRESETS, *FUSION_PRESETS}:

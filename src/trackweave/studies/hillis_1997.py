@@ -1,6 +1,7 @@
 """US patent 6,055,523 (filed 1997), repeated: its drawings, its window, its search."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import matplotlib as mpl
 import matplotlib.style
@@ -8,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackweave.arrays import FloatArray
 from trackweave.plotting._png import png_of
 from trackweave.plotting.hypotheses import Drawing, picture_of_hypotheses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
@@ -24,8 +24,8 @@ from trackweave.studies.hillis_search import (
     stopping,
 )
 from trackweave.studies.hillis_windows import METHODS, arriving, by_depth
-from trackweave.studies.judging import mean_of, share_of
-from trackweave.studies.writing import Table, claims_text, text_table
+from trackweave.studies.judging import mean_curve, mean_of, share_of
+from trackweave.studies.writing import Table, claims_text, frame, numbers, text_table
 
 __all__ = ["STUDY"]
 
@@ -60,12 +60,12 @@ def _picture_of_choice(tables: Mapping[str, Table]) -> bytes:
             f"Begun as in Figure {row['as in Figure']}, {row['scans']} scans", row["tracks"],
             row["cost [nats]"],
         )
-        for row in tables["example"].records()
+        for row in tables["example"].to_dicts()
         if row["scans"] > 1 and str(row["as in Figure"]) in "23"
     ]  # fmt: skip
     drawings += [
         _drawing(f"Window of {row['window']}, 3 scans", row["tracks"])
-        for row in tables["said"].records()
+        for row in tables["said"].to_dicts()
         if row["scans"] == 3 and row["window"] in ("one scan", "five scans")
     ]
     return picture_of_hypotheses(drawings, columns=2)
@@ -95,9 +95,10 @@ def _picture_of_apparatus() -> bytes:
 
 def _curve(table: Table, objects: int, search: str, *, share: bool) -> SpreadCurve:
     """Return a search's mean over windows, at those numbers that all of them have reached."""
-    where = {"objects": objects, "search": search}
-    spent, excess = table.column("evaluations", **where), table.column("excess [nats]", **where)
-    window = table.column("window", **where)
+    course = table.filter(objects=objects, search=search)
+    spent, excess, window = (
+        numbers(course, name) for name in ("evaluations", "excess [nats]", "window")
+    )
     points: list[tuple[float, ...]] = []
     last, end = last_of(table, objects, search)
     for x in (*(at for at in GRID if at < end), end):
@@ -137,14 +138,13 @@ def _pictures_of_search(table: Table) -> dict[str, bytes]:
 def _summary(table: Table) -> Table:
     """Return each method's means with their intervals by depth."""
     rows: list[tuple[object, ...]] = []
-    for depth in sorted({int(value) for value in table.column("depth")}):
+    for depth in table["depth"].unique().sort():
         for method in METHODS:
-            if table.column("scene", depth=depth, method=method).size:
-                found = (
-                    mean_of(table.column(name, depth=depth, method=method)) for name in MEASURES
-                )
+            own = table.filter(depth=depth, method=method)
+            if own.height:
+                found = (mean_of(numbers(own, name)) for name in MEASURES)
                 rows.append((depth, method, *(str(each) for each in found)))
-    return Table(("depth", "method", *MEASURES), tuple(rows))
+    return frame(("depth", "method", *MEASURES), tuple(rows))
 
 
 def _last(table: Table) -> Table:
@@ -155,7 +155,7 @@ def _last(table: Table) -> Table:
             excess, spent = last_of(table, objects, name)
             best = share_of(int(np.count_nonzero(excess <= CLOSE)), excess.size)
             rows.append((objects, name, f"{spent:.0f}", str(mean_of(excess)), str(best)))
-    return Table(("objects", "search", "evaluations", "excess [nats]", "at the best"), tuple(rows))
+    return frame(("objects", "search", "evaluations", "excess [nats]", "at the best"), tuple(rows))
 
 
 def _picture_of_depths(table: Table) -> bytes:
@@ -164,33 +164,24 @@ def _picture_of_depths(table: Table) -> bytes:
     for title, measure in zip(titles, MEASURES, strict=True):
         curves = {}
         for place, method in enumerate(METHODS):
-            depths = np.unique(table.column("depth", method=method))
-            found = [mean_of(table.column(measure, depth=d, method=method)) for d in depths]
-            curves[method] = SpreadCurve(
-                depths + 0.06 * (place - 2.5), np.array([each.value for each in found]),
-                np.array([np.nan_to_num(each.high - each.value, posinf=0.0) for each in found]),
-            )  # fmt: skip
+            curve = mean_curve(table.filter(method=method), "depth", measure)
+            curves[method] = replace(curve, x=curve.x + 0.06 * (place - 2.5))
         panels.append(Panel(title, "depth of the window [scans]", measure, curves))
     return picture_of_panels(panels)
 
 
-def _mean_by(table: Table, key: str, measure: str, **where: object) -> tuple[FloatArray, ...]:
-    """Return each value of a column, and the mean of another where it has one."""
-    values = np.unique(table.column(key, **where))
-    found = [mean_of(table.column(measure, **{**where, key: value})) for value in values]
-    return values, np.array([each.value for each in found])
+def _means_alone(table: Table, by: str) -> SpreadCurve:
+    return replace(mean_curve(table, by, "excess [nats]"), spread=None)
 
 
 def _picture_of_stops(tables: Mapping[str, Table]) -> bytes:
     thresholds, stops = tables["thresholds"], tables["interruptions"]
     by_threshold = {
-        f"{objects} objects": SpreadCurve(
-            *_mean_by(thresholds, "threshold [nats]", "excess [nats]", objects=objects)
-        )
-        for objects in sizes_of(thresholds)
-        if np.isfinite(thresholds.column("generation", objects=objects)).any()
+        f"{objects} objects": _means_alone(own, "threshold [nats]")
+        for (objects,), own in thresholds.sort("objects").group_by("objects", maintain_order=True)
+        if own["generation"].count()
     }
-    late = SpreadCurve(*_mean_by(stops, "looks", "excess [nats]"))
+    late = _means_alone(stops, "looks")
     y_name = "above the best there is [nats]"
     return picture_of_panels([
         Panel(
@@ -228,17 +219,17 @@ SECTIONS = {
 
 def _report(tables: Mapping[str, Table], claims: tuple[Claim, ...]) -> str:
     islands = tables["islands"]
-    names, means = list(dict.fromkeys(row["search"] for row in islands.records())), []
+    names, means = list(dict.fromkeys(row["search"] for row in islands.to_dicts())), []
     for name in names:
-        means.append((name, str(mean_of(islands.column("excess [nats]", search=name)))))
+        means.append((name, str(mean_of(numbers(islands, "excess [nats]", search=name)))))
     shown = {
         "example": tables["example"],
         "search": _last(tables["search"]),
         "depths": _summary(tables["depths"]),
-        "islands": Table(("search", "excess [nats]"), tuple(means)),
+        "islands": frame(("search", "excess [nats]"), tuple(means)),
     }
     sections = [
-        f"{text}\n\n{text_table(shown[name].head, shown[name].rows)}\n\nNumbers: {name}.csv"
+        f"{text}\n\n{text_table(shown[name].columns, shown[name].rows())}\n\nNumbers: {name}.csv"
         for name, text in SECTIONS.items()
     ]
     return (
@@ -260,7 +251,7 @@ def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
     claims = claims_of(tables)
     drawings = [
         _drawing(f"Figure {row['figure']}", row["decoded"], row["cost [nats]"])
-        for row in tables["figures"].records()
+        for row in tables["figures"].to_dicts()
     ]
     pictures = {
         "figures.png": picture_of_hypotheses(drawings, columns=2),

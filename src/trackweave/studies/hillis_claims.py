@@ -15,7 +15,7 @@ from trackweave.studies.judging import (
     share_of,
     verdict_of,
 )
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, numbers
 
 __all__ = ["claims_of", "last_of", "searches_of", "sizes_of"]
 
@@ -30,22 +30,19 @@ Tables = Mapping[str, Table]
 
 def sizes_of(table: Table) -> list[int]:
     """Return the numbers of objects, ascending."""
-    return sorted({int(value) for value in table.column("objects")})
+    return table["objects"].unique().sort().to_list()
 
 
 def searches_of(table: Table, objects: int) -> list[str]:
     """Return the searches that were tried on windows of so many objects."""
-    names = [row["search"] for row in table.records() if row["objects"] == objects]
-    return list(dict.fromkeys(names))
+    return table.filter(objects=objects)["search"].unique(maintain_order=True).to_list()
 
 
 def last_of(table: Table, objects: int, search: str) -> tuple[FloatArray, float]:
     """Return a search's last excess in each window, and its mean number of evaluations."""
-    where = {"objects": objects, "search": search}
-    window = table.column("window", **where)
-    excess, spent = table.column("excess [nats]", **where), table.column("evaluations", **where)
-    last = [np.flatnonzero(window == each)[-1] for each in np.unique(window)]
-    return excess[last], float(spent[last].mean())
+    own = table.filter(objects=objects, search=search)
+    last = own.group_by("window", maintain_order=True).last()
+    return numbers(last, "excess [nats]"), float(numbers(last, "evaluations").mean())
 
 
 def claims_of(tables: Tables) -> tuple[Claim, ...]:
@@ -71,7 +68,7 @@ def _share(excess: FloatArray) -> Interval:
 
 def _certain(tables: Tables) -> list[Claim]:
     claims = []
-    for row in tables["figures"].records():
+    for row in tables["figures"].to_dicts():
         misprint = " (as printed it names D1,0 twice)" if str(row["figure"]) == "1" else ""
         claims.append(
             Claim(
@@ -81,7 +78,7 @@ def _certain(tables: Tables) -> list[Claim]:
                 f"The string decodes to {row['decoded']}, at {row['cost [nats]']:.2f} nats.",
             )
         )
-    (strings,), (children,) = tables["strings"].records(), tables["children"].records()
+    (strings,), (children,) = tables["strings"].to_dicts(), tables["children"].to_dicts()
     return [
         *claims,
         Claim(
@@ -102,10 +99,10 @@ def _certain(tables: Tables) -> list[Claim]:
 def _early_choice(tables: Tables) -> tuple[Claim, ...]:
     cost = {
         (row["scans"], str(row["as in Figure"])): row["cost [nats]"]
-        for row in tables["example"].records()
+        for row in tables["example"].to_dicts()
     }
-    said = {(row["window"], row["scans"]): row for row in tables["said"].records()}
-    best = next(r for r in tables["figures"].records() if str(r["figure"]) == "4")["decoded"]
+    said = {(row["window"], row["scans"]): row for row in tables["said"].to_dicts()}
+    best = next(r for r in tables["figures"].to_dicts() if str(r["figure"]) == "4")["decoded"]
     early, late = cost[2, "3"] - cost[2, "2"], cost[3, "2"] - cost[3, "3"]
     one, searched = said["one scan", 3], said["five scans, searched", 3]
     return (
@@ -135,12 +132,12 @@ def _early_choice(tables: Tables) -> tuple[Claim, ...]:
 
 def _windows(table: Table) -> tuple[Claim, ...]:
     def gain(method: str) -> Interval:
-        scenes = table.column("scene", method=method, depth=5).size
-        right = [table.column("right [%]", method=method, depth=d)[:scenes] for d in (5, 1)]
+        scenes = numbers(table, "scene", method=method, depth=5).size
+        right = [numbers(table, "right [%]", method=method, depth=d)[:scenes] for d in (5, 1)]
         return mean_of(right[0] - right[1], "points")
 
     exact, document = gain("exact"), gain("document")
-    excess = mean_of(table.column("excess [nats]", method="document", depth=5), "nats")
+    excess = mean_of(numbers(table, "excess [nats]", method="document", depth=5), "nats")
     others = "; ".join(f"{name} {gain(name)}" for name in ("its best", "hillis", "default"))
     return (
         Claim(
@@ -211,14 +208,14 @@ def _lists(table: Table, sizes: list[int]) -> Claim:
 def _stops(tables: Tables) -> tuple[Claim, ...]:
     table, stops, curves = tables["thresholds"], tables["interruptions"], tables["search"]
     courses: dict[tuple[int, int], list[float]] = {}
-    for row in curves.records():
+    for row in curves.to_dicts():
         if row["search"] == BY_SIZE and row["excess [nats]"] is not None:
             courses.setdefault((row["objects"], row["window"]), []).append(row["excess [nats]"])
     falling = all(bool(np.all(np.diff(course) <= CLOSE)) for course in courses.values())
     preset, words = share_of(0, 0), []
-    for level in sorted(set(table.column("threshold [nats]").tolist())):
+    for level in sorted(set(numbers(table, "threshold [nats]").tolist())):
         when, of, excess = (
-            table.column(name, **{"threshold [nats]": level})
+            numbers(table, name, **{"threshold [nats]": level})
             for name in ("generation", "of", "excess [nats]")
         )
         is_met = np.isfinite(when)
@@ -230,11 +227,11 @@ def _stops(tables: Tables) -> tuple[Claim, ...]:
                 f"{level:g} nats in {share}, after {at:.0f} % of the generations, "
                 f"{excess[is_met].mean():.3g} nats above the best"
             )
-    looks = sorted(set(stops.column("looks").tolist()))
-    late = [mean_of(stops.column("excess [nats]", looks=look), "nats") for look in looks]
+    looks = sorted(set(numbers(stops, "looks").tolist()))
+    late = [mean_of(numbers(stops, "excess [nats]", looks=look), "nats") for look in looks]
     ordered = all(
-        bool(np.all(np.diff(stops.column("excess [nats]", window=window)) <= CLOSE))
-        for window in set(stops.column("window").tolist())
+        bool(np.all(np.diff(numbers(stops, "excess [nats]", window=window)) <= CLOSE))
+        for window in set(numbers(stops, "window").tolist())
     )
     return (
         Claim(
@@ -251,7 +248,7 @@ def _stops(tables: Tables) -> tuple[Claim, ...]:
         Claim(
             '"or the process is interrupted by the arrival of a new scan", and the fittest so far '
             "is a whole hypothesis, no worse than what an earlier scan would have stopped at",
-            verdict_of(ordered and all(row["whole"] for row in stops.records())),
+            verdict_of(ordered and all(row["whole"] for row in stops.to_dicts())),
             "Above the best after so many looks at the clock: "
             + "; ".join(f"{int(k)}: {each}" for k, each in zip(looks, late, strict=True)) + ".",
         ),
@@ -266,8 +263,8 @@ ALIKE = 5.0
 
 def _alone(table: Table) -> tuple[Claim, ...]:
     orders = ("in time", "late")
-    alone = [table.column("alone right [%]", arrival=name) for name in orders]
-    scans = [table.column("of scans right [%]", arrival=name) for name in ("none", *orders)]
+    alone = [numbers(table, "alone right [%]", arrival=name) for name in orders]
+    scans = [numbers(table, "of scans right [%]", arrival=name) for name in ("none", *orders)]
     lost, moved = mean_of(scans[0] - scans[2], "points"), mean_of(alone[0] - alone[1], "points")
     behind = mean_of(scans[1] - alone[0], "points")
     told = [mean_of(each, "%") for each in (*scans, alone[0])]
@@ -292,14 +289,13 @@ def _alone(table: Table) -> tuple[Claim, ...]:
 
 
 def _islands(table: Table) -> tuple[Claim, ...]:
-    names = list(dict.fromkeys(row["search"] for row in table.records()))
-    excess = {name: table.column("excess [nats]", search=name) for name in names}
-    told = (row["same on threads"] for row in table.records())
-    same = [each for each in told if each is not None]
+    names = table["search"].unique(maintain_order=True).to_list()
+    excess = {name: numbers(table, "excess [nats]", search=name) for name in names}
+    same = table["same on threads"].drop_nulls().to_list()
     spread = names[3]
     more = mean_of(excess[spread] - excess[names[0]], "nats")
-    sent = [row["sent"] / row["evaluations"] for row in table.records() if row["sent"] is not None]
-    worst = 100.0 * max(sent, default=0.0)
+    sent = numbers(table, "sent") / numbers(table, "evaluations")
+    worst = 100.0 * float(np.max(sent, initial=0.0, where=np.isfinite(sent)))
     listed = "; ".join(f"{name} {mean_of(each, 'nats')}" for name, each in excess.items())
     return (
         Claim(

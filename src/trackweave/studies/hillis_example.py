@@ -22,7 +22,7 @@ from trackweave.studies.hillis_fitness import (
     document_search,
     sequence,
 )
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -164,13 +164,13 @@ def drawn(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]
     ]
     tick(1, 1)
     return {
-        "figures": Table(
+        "figures": frame(
             ("figure", "string", "drawing", "decoded", "cost [nats]"), tuple(figures)
         ),
-        "strings": Table(("strings", "hypotheses", "best"), (_distinct(window.problems[1]),)),
-        "children": Table(("first", "second"), (_children(),)),
-        "example": Table(("scans", "as in Figure", "cost [nats]", "tracks"), tuple(early)),
-        "said": Table(("window", "scans", "tracks", "amended"), tuple(said)),
+        "strings": frame(("strings", "hypotheses", "best"), (_distinct(window.problems[1]),)),
+        "children": frame(("first", "second"), (_children(),)),
+        "example": frame(("scans", "as in Figure", "cost [nats]", "tracks"), tuple(early)),
+        "said": frame(("window", "scans", "tracks", "amended"), tuple(said)),
     }
 
 

@@ -12,8 +12,8 @@ from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.presets import hillis_1997
 from trackweave.solvers import Exact, Genetic
 from trackweave.solvers.components import Components
-from trackweave.solvers.genetic._decoding import Trail, begin, decode_permutation
-from trackweave.solvers.genetic.search import make_lookup
+from trackweave.solvers.genetic._decoding import decode_permutation
+from trackweave.solvers.genetic.report_genes import fresh_trail, make_lookup
 from trackweave.solvers.protocol import Hint, Solver, Stop
 
 __all__ = [
@@ -124,13 +124,8 @@ def decoded(problem: AssignmentProblem, order: list[int]) -> tuple[float, set[tu
     lookup = make_lookup(component, problem.cost[node], problem.instant[item], False)
     place = np.empty(problem.n_items, dtype=np.int64)
     place[item] = np.arange(item.shape[0])
-    current = np.empty(component.must.shape[0], dtype=np.int64)
-    begin(component, current)
-    room = np.empty((5, len(order)), dtype=np.int64)
-    trail = Trail(
-        room[0], room[1], room[2], room[3], room[4], current, np.zeros(1, dtype=np.int64)
-    )
-    selection = np.empty_like(current)
+    trail = fresh_trail(component, len(order))
+    selection = np.empty_like(trail.current)
     cost = decode_permutation(component, lookup, place[order], trail, selection)
     taken = node[selection[selection >= 0]]
     return float(cost) + problem.base_cost, {sequence(problem, last) for last in taken.tolist()}

@@ -20,7 +20,7 @@ from trackweave.studies.hillis_fitness import (
     sequence,
 )
 from trackweave.studies.hillis_scenes import dense_scene, follow
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 
 __all__ = [
     "BY_SIZE",
@@ -135,7 +135,7 @@ def searching(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Ta
             tick(done, total)
     head = ("objects", "window", "reports", "search", "evaluations", "excess [nats]")
     stop_head = ("objects", "window", "threshold [nats]", "generation", "of", "excess [nats]")
-    return {"search": Table(head, tuple(rows)), "thresholds": Table(stop_head, tuple(stops))}
+    return {"search": frame(head, rows), "thresholds": frame(stop_head, stops)}
 
 
 def _above(cost: FloatArray, least: float) -> FloatArray:
@@ -164,7 +164,7 @@ def stopping(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
         above = _above(np.array(costs), least_cost(problem, own, lone=True)).tolist()
         rows += [(window, *row) for row in zip(LOOKS, above, whole, strict=True)]
         tick(window + 1, n_windows)
-    return {"interruptions": Table(("window", "looks", "excess [nats]", "whole"), tuple(rows))}
+    return {"interruptions": frame(("window", "looks", "excess [nats]", "whole"), tuple(rows))}
 
 
 def interrupted(
@@ -209,7 +209,7 @@ def on_islands(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, T
             rows.append((window, name, excess, answer.evaluations, sent, same))
         tick(window + 1, n_windows)
     head = ("window", "search", "excess [nats]", "evaluations", "sent", "same on threads")
-    return {"islands": Table(head, tuple(rows))}
+    return {"islands": frame(head, rows)}
 
 
 def _ways(population: int) -> dict[str, Resumable]:

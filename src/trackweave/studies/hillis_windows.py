@@ -12,7 +12,7 @@ from trackweave.studies import Tick
 from trackweave.studies.hillis_fitness import BestHypothesis, document_search, search_of
 from trackweave.studies.hillis_scenes import Followed, follow, lone_reports, meeting_scene
 from trackweave.studies.hillis_search import CLOSE, least_cost
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 
 __all__ = ["METHODS", "arriving", "by_depth"]
 
@@ -58,7 +58,7 @@ def by_depth(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
         "depth", "method", "scene", "right [%]", "switches", "GOSPA [m]", "amended",
         "excess [nats]", "at the best", "windows",
     )  # fmt: skip
-    return {"depths": Table(head, tuple(rows))}
+    return {"depths": frame(head, rows)}
 
 
 def _excess(followed: Followed, rng: np.random.Generator) -> FloatArray:
@@ -88,4 +88,4 @@ def arriving(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
             ))  # fmt: skip
         tick(number + 1, n_scenes)
     head = ("scene", "arrival", "of scans right [%]", "alone right [%]", "GOSPA [m]")
-    return {"arrivals": Table(head, tuple(rows))}
+    return {"arrivals": frame(head, rows)}

@@ -23,7 +23,7 @@ from trackweave.studies.huo_methods import (
     two_nodes,
 )
 from trackweave.studies.scenes import SceneShape, TrackScene, draw_scene
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 
 __all__ = ["STUDY"]
 
@@ -58,7 +58,7 @@ def _strings(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
         for place, found in enumerate(decoded(CHROMOSOME))
     ]
     head = ("place", "a", "b", "c", "decoded", "c after the swap")
-    return {"strings": Table(head, tuple(rows))}
+    return {"strings": frame(head, rows)}
 
 
 def _shares(
@@ -77,7 +77,7 @@ def _spacing(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
         rows.append(
             (spacing, *_shares(draw_scene(SceneShape(spacing=spacing), rng), METHODS, rng))
         )
-    return {"spacing": Table(("spacing", *METHODS), tuple(rows))}
+    return {"spacing": frame(("spacing", *METHODS), tuple(rows))}
 
 
 def _sizes(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
@@ -93,7 +93,7 @@ def _sizes(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
             left_out |= {"document"} if genes > LARGEST_OF_THE_DOCUMENT else set()
             methods = tuple(name for name in METHODS if name not in left_out)
             rows.append((*every[number], *_shares(draw_scene(shape, rng), methods, rng)))
-    return {"sizes": Table(("sensors", "objects", "seen", *METHODS), tuple(rows))}
+    return {"sizes": frame(("sensors", "objects", "seen", *METHODS), tuple(rows))}
 
 
 def _endless(search: ListGenetic) -> ListGenetic:
@@ -133,7 +133,7 @@ def _search(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
                 # Of the exact answer, by how much it could be above the least.
                 base = answer.lower_bound if name == "exact" else least
                 rows.append((*size, name, answer.evaluations, _excess(answer.cost, base)))
-    return {"search": Table(("M × n", "scene", "search", "evaluations", "excess"), tuple(rows))}
+    return {"search": frame(("M × n", "scene", "search", "evaluations", "excess"), tuple(rows))}
 
 
 def _excess(cost: float, least: float) -> float:
@@ -157,7 +157,7 @@ def _stops(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
         answer = search(problem, rng=rng)
         rows.append((*plan[number], answer.evaluations, _excess(answer.cost, least)))
     head = ("objects", "spacing", "rule 2", "evaluations", "excess")
-    return {"stops": Table(head, tuple(rows))}
+    return {"stops": frame(head, rows)}
 
 
 def _confirmation(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
@@ -174,7 +174,7 @@ def _confirmation(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
                 wrong = 100.0 * (said - right) / said if said else None
                 rows.append((memory, rule, 100.0 * right / len(truth), wrong))
     head = ("memory", "N/M", "objects declared rightly", "wrong among declared")
-    return {"confirmation": Table(head, tuple(rows))}
+    return {"confirmation": frame(head, rows)}
 
 
 def _two_nodes(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
@@ -187,7 +187,7 @@ def _two_nodes(rng: np.random.Generator, quick: bool, tick: Tick) -> Tables:
             scene = draw_scene(SceneShape(2, spacing=spacing, shared=shared), rng)
             own = [100.0 * scene.right(two_nodes(method, scene)) for method in TWO_NODES]
             rows.append((shared, spacing, *own, *_shares(scene, METHODS, rng)))
-    return {"two-nodes": Table(("shared", "spacing", *TWO_NODES, *METHODS), tuple(rows))}
+    return {"two-nodes": frame(("shared", "spacing", *TWO_NODES, *METHODS), tuple(rows))}
 
 
 STUDY = Study(

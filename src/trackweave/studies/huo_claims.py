@@ -17,7 +17,7 @@ from trackweave.studies.judging import (
     share_of,
     verdict_of,
 )
-from trackweave.studies.writing import Table, claims_text, text_table
+from trackweave.studies.writing import Table, claims_text, numbers, text_table
 
 __all__ = ["write_up"]
 
@@ -61,26 +61,14 @@ PICTURES = {
 
 
 def write_up(tables: Tables, quick: bool) -> WriteUp:
-    """Return what the study's tables say.
-
-    Parameters
-    ----------
-    tables
-        What was measured, by name.
-    quick
-        Whether of a fraction of the scenes.
-
-    Returns
-    -------
-    Report, claims and figures.
-    """
+    """Return what the study's tables say: report, claims and figures."""
     claims = _claims(tables)
     shown = {name: table for name, table in tables.items() if name not in {"search", "strings"}}
     grouped = {
         "spacing": 1, "sizes": 3, "two-nodes": 2, "confirmation": 2, "stops": 3,
     }  # fmt: skip
     texts = {name: _summary(table, grouped[name]) for name, table in shown.items()}
-    texts["strings"] = text_table(tables["strings"].head, tables["strings"].rows)
+    texts["strings"] = text_table(tables["strings"].columns, tables["strings"].rows())
     texts["search"] = _search_text(tables["search"])
     sections = []
     for name, words in SECTIONS.items():
@@ -90,18 +78,12 @@ def write_up(tables: Tables, quick: bool) -> WriteUp:
     return WriteUp(report, claims, _figures(tables))
 
 
-def _keys(table: Table, columns: Sequence[str]) -> list[tuple[object, ...]]:
-    """Return what differs in some columns, in the order of the rows."""
-    places = [table.head.index(name) for name in columns]
-    return list(dict.fromkeys(tuple(row[place] for place in places) for row in table.rows))
-
-
 def _mean(table: Table, name: str, **where: object) -> Interval:
-    return mean_of(table.column(name, **where), "%")
+    return mean_of(numbers(table, name, **where), "%")
 
 
 def _optimal(table: Table, **where: object) -> Interval:
-    excess = table.column("excess", **where)
+    excess = numbers(table, "excess", **where)
     return share_of(int(np.count_nonzero(excess == 0.0)), excess.size)
 
 
@@ -114,14 +96,12 @@ def _brief(found: Interval, most: float) -> str | None:
 
 
 def _summary(table: Table, n_keys: int) -> str:
-    keys, names = table.head[:n_keys], table.head[n_keys:]
-    rows = []
-    for key in _keys(table, keys):
-        where = dict(zip(keys, key, strict=True))
-        most = np.inf if "excess" in names else 100.0
-        cells = [_brief(_mean(table, name, **where), most) for name in names]
+    keys, names = table.columns[:n_keys], table.columns[n_keys:]
+    most, rows = np.inf if "excess" in names else 100.0, []
+    for key, own in table.group_by(keys, maintain_order=True):
+        cells = [_brief(_mean(own, name), most) for name in names]
         if "excess" in names:
-            cells.append(str(_optimal(table, **where)))
+            cells.append(str(_optimal(own)))
         rows.append((*key, *cells))
     more = ("at the least J",) if "excess" in names else ()
     return text_table((*keys, *names, *more), rows)
@@ -129,19 +109,18 @@ def _summary(table: Table, n_keys: int) -> str:
 
 def _search_text(table: Table) -> str:
     """Return one line for each size and search: excess and share at the optimum by evaluations."""
-    marks = sorted({int(str(row[3])) for row in table.rows if "P_m" in str(row[2])})
-    rows = []
-    for size, search in _keys(table, ("M × n", "search")):
-        own = {"M × n": size, "search": search}
+    marks = sorted({row[3] for row in table.rows() if "P_m" in row[2]})
+    rows: list[tuple[object, ...]] = []
+    for (size, search), own in table.group_by("M × n", "search", maintain_order=True):
         if "P_m" not in str(search):
-            used = table.column("evaluations", **own).mean()
-            cell = f"{_mean(table, 'excess', **own).value:.3g} after {used:.0f}"
+            used = numbers(own, "evaluations").mean()
+            cell = f"{_mean(own, 'excess').value:.3g} after {used:.0f}"
             rows.append((size, search, *[None] * (len(marks) - 1), cell))
             continue
         cells = []
         for mark in marks:
-            found = _mean(table, "excess", **own, evaluations=mark)
-            share = _optimal(table, **own, evaluations=mark)
+            found = _mean(own, "excess", evaluations=mark)
+            share = _optimal(own, evaluations=mark)
             cells.append(f"{found.value:.3g} [{share.value:.0f}]" if found.count else None)
         rows.append((size, search, *cells))
     return text_table(("M × n", "search", *(f"{mark:,}" for mark in marks)), rows)
@@ -157,9 +136,9 @@ def _figures(tables: Tables) -> dict[str, bytes]:
     fig_2 = [StringRow("before", before, moved), StringRow("after", after, moved)]
     titles = {"Fig. 1: a chromosome of three substrings": fig_1, "Fig. 2: swap mutation": fig_2}
     curves = {
-        name: _spread([(key, _mean(spacing, name, spacing=key)) for (key,) in
-                       _keys(spacing, ("spacing",))])
-        for name in spacing.head[1:] if name != "relaxation"
+        name: _spread([(key, _mean(own, name)) for (key,), own in
+                       spacing.group_by("spacing", maintain_order=True)])
+        for name in spacing.columns[1:] if name != "relaxation"
     }  # fmt: skip
     panel = Panel("Right associations, M = 3, n = 10", "spacing [σ]", "tracks [%]", curves)
     return {
@@ -171,7 +150,7 @@ def _figures(tables: Tables) -> dict[str, bytes]:
 
 
 def _cells(table: Table, name: str) -> tuple[str, ...]:
-    return tuple(str(int(value)) for value in table.column(name))
+    return tuple(str(int(value)) for value in numbers(table, name))
 
 
 def _spread(points: Sequence[tuple[object, Interval]]) -> SpreadCurve:
@@ -183,23 +162,17 @@ def _spread(points: Sequence[tuple[object, Interval]]) -> SpreadCurve:
 def _search_panels(table: Table, what: str) -> list[Panel]:
     is_excess = "above" in what
     panels = []
-    for (size,) in _keys(table, ("M × n",)):
+    for (size,), scenes in table.group_by("M × n", maintain_order=True):
         curves = {}
-        # What is proven least is 0 by itself.
-        for (search,) in [k[1:] for k in _keys(table, ("M × n", "search")) if k[0] == size]:
+        for (search,), own in scenes.group_by("search", maintain_order=True):
+            # What is proven least is 0 by itself.
             if search in {"exact", "relaxation"}:
                 continue
-            own = {"M × n": size, "search": search}
-            marks = np.unique(table.column("evaluations", **own))
-            if "P_m" not in str(search):
-                marks = table.column("evaluations", **own).mean(keepdims=True)
-                found = [_mean(table, "excess", **own) if is_excess else _optimal(table, **own)]
-            else:
-                each = [{**own, "evaluations": int(mark)} for mark in marks]
-                found = [
-                    _mean(table, "excess", **one) if is_excess else _optimal(table, **one)
-                    for one in each
-                ]
+            marks, each = numbers(own, "evaluations").mean(keepdims=True), [own]
+            if "P_m" in str(search):
+                marks = np.unique(numbers(own, "evaluations"))
+                each = [own.filter(evaluations=mark) for mark in marks]
+            found = [_mean(one, "excess") if is_excess else _optimal(one) for one in each]
             y = np.array([one.value for one in found])
             curves[str(search)] = SpreadCurve(marks, y)
         panels.append(Panel(f"M × n = {size}", "evaluations", what, curves, True, is_excess))
@@ -227,8 +200,9 @@ def _least_j(stops: Table) -> list[Claim]:
 def _claims(tables: Tables) -> tuple[Claim, ...]:
     spacing, search, strings = tables["spacing"], tables["search"], tables["strings"]
     drawn = {(1, 9, 4), (2, 10, 7), (10, 5, 2)}
-    listed = {str(row[4]) for row in strings.rows}
-    exact, relaxed = search.column("excess", search="exact"), _optimal(search, search="relaxation")
+    listed = {str(row[4]) for row in strings.rows()}
+    exact = numbers(search, "excess", search="exact")
+    relaxed = _optimal(search, search="relaxation")
     return (
         Claim(
             "“Simulation experiments testify the correctness and validity” (abstract)",
@@ -261,7 +235,7 @@ def _claims(tables: Tables) -> tuple[Claim, ...]:
         *_confirming(tables["confirmation"]),
         _better(
             "Our default associates more tracks rightly than pairwise assignment",
-            spacing.column("default") - spacing.column("pairwise"),
+            numbers(spacing, "default") - numbers(spacing, "pairwise"),
         ),
     )  # fmt: skip
 
@@ -281,20 +255,20 @@ def _against_practice(tables: Tables) -> list[Claim]:
         _better(
             "M-dimensional assignment, solved exactly, beats the usual practice of two lists at a "
             "time",
-            spacing.column("exact") - spacing.column("pairwise"),
+            numbers(spacing, "exact") - numbers(spacing, "pairwise"),
         ),
         _better(
             "… and so it does as the genetic algorithm solves it",
-            spacing.column("document") - spacing.column("pairwise"),
+            numbers(spacing, "document") - numbers(spacing, "pairwise"),
         ),
         _better(
             "λ summed over all times (eq. 6) beats the weighted method for two nodes at one time",
-            two.column("document", shared=0.0) - two.column("weighted", shared=0.0),
+            numbers(two, "document", shared=0.0) - numbers(two, "weighted", shared=0.0),
         ),
         _better(
             "The modified method beats the weighted one where errors have half their variance in "
             "common",
-            two.column("modified", shared=0.5) - two.column("weighted", shared=0.5),
+            numbers(two, "modified", shared=0.5) - numbers(two, "weighted", shared=0.5),
         ),
     ]
 
@@ -303,8 +277,8 @@ def _confirming(table: Table) -> list[Claim]:
     claims = []
     for memory, words in (("one time", "each time judged alone"), ("all times", "λ over all")):
         wrong = {
-            rule: table.column("wrong among declared", memory=memory, **{"N/M": rule})
-            for (rule,) in _keys(table, ("N/M",))
+            str(rule): numbers(own, "wrong among declared", memory=memory)
+            for (rule,), own in table.group_by("N/M", maintain_order=True)
         }
         # What declares nothing declares nothing wrong.
         less = np.nan_to_num(wrong["3/4"]) - np.nan_to_num(wrong["1/1"])

@@ -15,7 +15,7 @@ from trackweave.fusion.statistic import Statistic, tuple_values
 from trackweave.presets.huo_2008 import CONFIGURATION
 from trackweave.solvers import Dual, Exact, ListGenetic
 from trackweave.solvers.genetic._columns import decode_columns
-from trackweave.solvers.genetic.list_search import make_table
+from trackweave.solvers.genetic.list_genes import make_table
 from trackweave.solvers.protocol import Solver
 from trackweave.solvers.relaxation import Relaxation
 from trackweave.studies.scenes import TrackScene
@@ -41,21 +41,7 @@ def document_search() -> ListGenetic:
 def groups(
     scene: TrackScene, methods: Sequence[str], rng: np.random.Generator
 ) -> dict[str, list[IntArray]]:
-    """Return the group of each track of each sensor, by the last time, after each method.
-
-    Parameters
-    ----------
-    scene
-        The tracks.
-    methods
-        Some of ``METHODS``.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    Groups by method, sensor by sensor.
-    """
+    """Return the group of each track of each sensor, by the last time, after some ``METHODS``."""
     searches: Mapping[str, Solver] = {
         "document": document_search(), "relaxation": Dual(), "exact": Exact(),
     }  # fmt: skip
@@ -106,21 +92,8 @@ def _declared(scene: TrackScene, tuples: IntArray) -> list[IntArray]:
 def successive(
     scene: TrackScene, rng: np.random.Generator, *, full: bool
 ) -> list[frozenset[tuple[int, ...]]]:
-    """Return what the document's method pairs at each time, tracks alone left out.
-
-    Parameters
-    ----------
-    scene
-        The tracks; every sensor sees every object.
-    rng
-        Source of randomness.
-    full
-        Whether λ sums over all times so far, as in the document; else each is judged alone.
-
-    Returns
-    -------
-    The tuples of each association.
-    """
+    """Return what the document's method pairs at each time, tracks alone left out."""
+    # λ sums over all times so far where ``full``, as in the document; else each is judged alone.
     outcomes = []
     for time in range(scene.estimates[0].n_times):
         first = 0 if full else time
@@ -140,23 +113,8 @@ def successive(
 def curve(
     problem: AssignmentProblem, search: ListGenetic, marks: Sequence[int], rng: np.random.Generator
 ) -> list[float]:
-    """Return the best J after so many evaluations, one search gone on with.
-
-    Parameters
-    ----------
-    problem
-        What is searched.
-    search
-        How; where it stops, its last answer stays.
-    marks
-        Numbers of evaluations, ascending.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The best cost at each.
-    """
+    """Return the best J after so many evaluations, ascending, one search gone on with."""
+    # Where it stops, its last answer stays.
     state, best = search.start(problem, rng=rng), []
     for mark in marks:
         if not state.done and mark > state.evaluations:
@@ -166,27 +124,12 @@ def curve(
 
 
 def two_nodes(method: str, scene: TrackScene) -> list[IntArray]:
-    """Return the groups of two nodes' tracks by the estimates of the last time alone.
-
-    Parameters
-    ----------
-    method
-        "weighted": the distance weighted by P₁ + P₂ [1]_; "modified": the covariance without
-        what both errors share [2]_; "nearest neighbour": each number within a gate of its own.
-        The nearest pairs that pass the test come first.
-    scene
-        The tracks; the first two sensors' take part.
-
-    Returns
-    -------
-    Groups, sensor by sensor.
-
-    References
-    ----------
-    .. [1] R. Singer, A. Kanyuck, *Computer control of multiple site track correlation*,
-       Automatica 1971.
-    .. [2] Y. Bar-Shalom, *On the track-to-track correlation problem*, IEEE Trans. AC 1981.
-    """
+    """Return the groups of two nodes' tracks by the estimates of the last time alone."""
+    # "weighted": the distance weighted by P₁ + P₂ (R. Singer, A. Kanyuck, *Computer control of
+    # multiple site track correlation*, Automatica 1971); "modified": the covariance without what
+    # both errors share (Y. Bar-Shalom, *On the track-to-track correlation problem*, IEEE Trans. AC
+    # 1981); "nearest neighbour": each number within a gate of its own. The nearest pairs that pass
+    # the test come first.
     first, second = scene.estimates[:2]
     apart = first.mean[-1][:, None] - second.mean[-1][None]
     mine, yours = first.covariance[-1][:, None], second.covariance[-1][None]
@@ -214,17 +157,8 @@ def two_nodes(method: str, scene: TrackScene) -> list[IntArray]:
 
 
 def decoded(chromosome: IntArray) -> list[tuple[int, ...]]:
-    """Return the tuples of tracks that the list-genetic search reads out of a chromosome.
-
-    Parameters
-    ----------
-    chromosome
-        One permutation of track numbers from 1 per sensor, shape (sensors, n).
-
-    Returns
-    -------
-    Its tuples, in the order of sensor 1's tracks.
-    """
+    """Return the tuples of tracks that the list-genetic search reads out of a chromosome."""
+    # One permutation of track numbers from 1 per sensor; tuples in the order of sensor 1's tracks.
     n_sensors, n = chromosome.shape
     flat = TrackEstimates(np.zeros((n, 1)), np.ones((n, 1, 1)))
     chains = track_chains([flat] * n_sensors)

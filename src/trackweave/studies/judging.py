@@ -6,8 +6,19 @@ from enum import StrEnum
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.plotting.panels_of_curves import SpreadCurve
+from trackweave.studies.writing import Table, numbers
 
-__all__ = ["Interval", "Verdict", "at_least", "at_most", "mean_of", "share_of", "verdict_of"]
+__all__ = [
+    "Interval",
+    "Verdict",
+    "at_least",
+    "at_most",
+    "mean_curve",
+    "mean_of",
+    "share_of",
+    "verdict_of",
+]
 
 CONFIDENCE = 0.95
 
@@ -23,18 +34,9 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A figure with its 95 % interval.
+    """A figure with its 95 % interval, and of how many draws; NaN where nothing was measured.
 
-    Parameters
-    ----------
-    value
-        The figure; NaN where nothing was measured.
-    low, high
-        The interval's ends; infinite where one draw tells nothing of the others.
-    count
-        Number of draws that it rests on.
-    unit
-        What it is measured in, such as "%".
+    Its ends are infinite where one draw tells nothing of the others.
     """
 
     value: float
@@ -53,19 +55,8 @@ class Interval:
 
 
 def mean_of(values: FloatArray, unit: str = "") -> Interval:
-    """Return a mean with its interval by Student's t.
-
-    Parameters
-    ----------
-    values
-        One figure of each independent draw, shape (draws,); NaN where there is none.
-    unit
-        What they are measured in.
-
-    Returns
-    -------
-    The mean; its interval is open where fewer than two draws tell of it, or costs are all alike.
-    """
+    """Return a mean of independent draws, NaN for none, with its interval by Student's t."""
+    # Open where fewer than two draws tell of it, or costs are all alike.
     from scipy.special import stdtrit
 
     known = values[np.isfinite(values)]
@@ -86,24 +77,18 @@ def mean_of(values: FloatArray, unit: str = "") -> Interval:
     return Interval(mean, low, high, int(known.size), unit)
 
 
+def mean_curve(table: Table, by: str, y: str, x: str | None = None) -> SpreadCurve:
+    """Return means with their intervals, a point for each value of a column, or its mean x."""
+    points = []
+    for (value,), own in table.sort(by, maintain_order=True).group_by(by, maintain_order=True):
+        found = mean_of(numbers(own, y))
+        spread = found.high - found.value if np.isfinite(found.high) else 0.0
+        points.append((value if x is None else numbers(own, x).mean(), found.value, spread))
+    return SpreadCurve(*np.array(points, dtype=float).T)
+
+
 def share_of(hits: int, count: int) -> Interval:
-    """Return a share in per cent with its exact binomial interval.
-
-    Parameters
-    ----------
-    hits
-        In how many draws it was so.
-    count
-        Of how many independent draws.
-
-    Returns
-    -------
-    The share [%] with Clopper and Pearson's interval [1]_, which is never too narrow.
-
-    References
-    ----------
-    .. [1] C. Clopper, E. Pearson, *The use of confidence or fiducial limits*, Biometrika 1934.
-    """
+    """Return a share of draws [%] with Clopper and Pearson's interval (1934), never too narrow."""
     from scipy.special import betaincinv
 
     if count == 0:
@@ -115,22 +100,9 @@ def share_of(hits: int, count: int) -> Interval:
 
 
 def at_least(found: Interval, threshold: float, tolerance: float = 0.0) -> Verdict:
-    """Tell whether a figure is at least a threshold.
-
-    Parameters
-    ----------
-    found
-        The figure.
-    threshold
-        What it has to reach.
-    tolerance
-        By how much it may fall short and still hold *within the tolerance*.
-
-    Returns
-    -------
-    Holds where the whole interval reaches the threshold; within the tolerance where it reaches
-    that; does not hold where none of it does; else it cannot be told.
-    """
+    """Tell whether a figure is at least a threshold, perhaps within a tolerance."""
+    # It holds where the whole interval reaches the threshold, within the tolerance where it
+    # reaches that; it does not hold where none of it does; else it cannot be told.
     if found.low >= threshold:
         return Verdict.HOLDS
     if tolerance > 0.0 and found.low >= threshold - tolerance:

@@ -9,10 +9,11 @@ from typing import Any
 import polars as pl
 
 from trackweave.errors import InvalidInputError
+from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
 from trackweave.randomness import generator_for
 from trackweave.studies import Part, Study, WriteUp
-from trackweave.studies.writing import Table, csv_table
+from trackweave.studies.writing import Table
 
 __all__ = ["Order", "run_study"]
 
@@ -25,17 +26,7 @@ PARTS_OF_PROGRESS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Which study is run, and how.
-
-    Parameters
-    ----------
-    preset
-        Name of the preset whose document is repeated.
-    seed
-        Seed of the random numbers.
-    quick
-        Whether a fraction of the scenes will do.
-    """
+    """Which preset's study is run, from which seed, and whether a few of its scenes will do."""
 
     preset: str
     seed: int = 0
@@ -55,31 +46,9 @@ def run_study(
     place: OutputDirectory,
     progress: Callable[[int, int], None] | None = None,
 ) -> WriteUp:
-    """Measure a study's parts, write each as it comes, and at last the report.
-
-    An earlier run of the same order that was interrupted is gone on with: its parts are read, not
-    measured again. The outcome is the same to the byte.
-
-    Parameters
-    ----------
-    study
-        What is run.
-    order
-        Which it is.
-    place
-        Where the files go.
-    progress
-        Called with how much is done and how much it is in all.
-
-    Returns
-    -------
-    The report with claims and figures, all of them written.
-
-    Raises
-    ------
-    OutputError
-        If the place is refused, or the environment fails.
-    """
+    """Measure a study's parts, write each as it comes, and at last the report."""
+    # An earlier run of the same order that was interrupted is gone on with: its parts are read,
+    # not measured again. The outcome is the same to the byte.
     done, timing = _earlier(order, place)
     files = {name: content for part in done.values() for name, content in part.items()}
     for number, part in enumerate(study.parts):
@@ -121,17 +90,16 @@ def _measured(part: Part, order: Order, tick: Callable[[int, int], None]) -> dic
     rng = generator_for(order.seed, part.name)
     files: dict[str, bytes] = {}
     for name, table in part.measure(rng, order.quick, tick).items():
-        files |= csv_table(table.head, table.rows, f"{name}.csv")
+        files[f"{name}.csv"] = encode_table(table, f"{name}.csv")
     return files
 
 
 def _tables(files: Mapping[str, bytes]) -> dict[str, Table]:
     """Return tables as their files have them, so that read and measured ones are the same."""
-    tables = {}
-    for name, content in files.items():
-        frame = pl.read_csv(content, infer_schema_length=None)
-        tables[name.removesuffix(".csv")] = Table(tuple(frame.columns), tuple(frame.rows()))
-    return tables
+    return {
+        name.removesuffix(".csv"): pl.read_csv(content, infer_schema_length=None)
+        for name, content in files.items()
+    }
 
 
 def _earlier(

@@ -22,16 +22,9 @@ SPREAD = 1.0
 class SceneShape:
     """How large and how crowded a scene is.
 
-    Parameters
-    ----------
-    sensors, objects, times
-        How many there are.
-    spacing
-        Mean distance of objects to their neighbours, in standard deviations of a position.
-    seen
-        Probability that a sensor sees an object.
-    shared
-        Share of each error's variance that all sensors have in common.
+    ``spacing`` is the mean distance of objects to their neighbours, in standard deviations of a
+    position; ``seen`` the probability that a sensor sees an object; ``shared`` the part of each
+    error's variance that all sensors have in common.
     """
 
     sensors: int = 3
@@ -44,17 +37,7 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackScene:
-    """Tracks of sensors over some times, and whose they are.
-
-    Parameters
-    ----------
-    estimates
-        What each sensor knows of its tracks at each time.
-    truth
-        Object of each track of each sensor.
-    shared
-        As in ``SceneShape``.
-    """
+    """What each sensor knows of its tracks at each time, and of which object each of these is."""
 
     estimates: tuple[TrackEstimates, ...]
     truth: tuple[IntArray, ...]
@@ -76,17 +59,7 @@ class TrackScene:
         }  # fmt: skip
 
     def right(self, labels: Sequence[IntArray]) -> float:
-        """Return the share of tracks whose group is exactly the tracks of their object.
-
-        Parameters
-        ----------
-        labels
-            Group of each track of each sensor.
-
-        Returns
-        -------
-        A share from 0 to 1.
-        """
+        """Return the share of tracks whose group is exactly the tracks of their object."""
         truth, label = np.concatenate(self.truth), np.concatenate(labels)
         pairs, count = np.unique(np.stack([truth, label]), axis=1, return_counts=True)
         exact = count == np.bincount(truth)[pairs[0]]
@@ -103,22 +76,9 @@ class TrackScene:
 
 
 def draw_scene(shape: SceneShape, rng: np.random.Generator) -> TrackScene:
-    """Return a scene of objects that go the same way, spread evenly over a square.
-
-    Errors are independent from time to time and, unless told otherwise, from sensor to sensor, as
-    the document assumes; each track has a covariance, each sensor an order of its own.
-
-    Parameters
-    ----------
-    shape
-        How large it is.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    The scene.
-    """
+    """Return a scene of objects that go the same way, spread evenly over a square."""
+    # Errors are independent from time to time and, unless told otherwise, from sensor to sensor,
+    # as the document assumes; each track has a covariance, each sensor an order of its own.
     side = shape.spacing * SIGMA[0] * np.sqrt(shape.objects)
     place = rng.uniform(0.0, side, (shape.objects, 2))
     velocity = COURSE + rng.normal(0.0, SPREAD, (shape.objects, 2))

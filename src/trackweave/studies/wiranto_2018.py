@@ -7,8 +7,8 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.plotting.courses import CoursePanel, Layer, Look, picture_of_courses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
-from trackweave.studies import Part, Study, Tick, WriteUp
-from trackweave.studies.judging import Interval, mean_of
+from trackweave.studies import Part, Study, WriteUp
+from trackweave.studies.judging import Interval, mean_curve, mean_of
 from trackweave.studies.wiranto_claims import CLASSIFIED, EXCESS, FIRST, FORMATIONS, claims_of
 from trackweave.studies.wiranto_plots import COLONIES, DEFAULT, EXACT, GREEDY, search, sorting
 from trackweave.studies.wiranto_scenes import SKIES, STRAIGHT, TURN, TURNING
@@ -23,7 +23,7 @@ from trackweave.studies.wiranto_tracks import (
     figures,
     tracking,
 )  # fmt: skip
-from trackweave.studies.writing import Table, claims_text, text_table
+from trackweave.studies.writing import Table, claims_text, numbers, text_table
 
 __all__ = ["STUDY"]
 
@@ -32,26 +32,6 @@ SHOWN = {
     "figure5": (STRAIGHT[0], (20.0, 40.0)), "figure6": (TURNING, (TURN[0] - 5.0, TURN[1] + 10.0)),
 }  # fmt: skip
 NOISE = "noise [m²/s³]"
-
-
-def _figures(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
-    return figures(rng, tick)
-
-
-def _sorting(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
-    return sorting(rng, _n_skies(quick), 40 if quick else 100, tick)
-
-
-def _search(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
-    return search(rng, 1 if quick else 8, tick)
-
-
-def _tracking(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
-    return tracking(rng, 1 if quick else 12, tick)
-
-
-def _noise(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
-    return by_noise(rng, NOISES[3:4] if quick else NOISES, 1 if quick else 3, tick)
 
 
 def _n_skies(quick: bool) -> dict[str, int]:
@@ -69,7 +49,7 @@ def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
         "noise": ("## What the process noise does", NOISY, ("tracker", NOISE, "leg"), 4),
     }
     sections = [
-        f"{title}\n\n{words}\n\n{_summary(tables[name], by, tables[name].head[first:])}\n\n"
+        f"{title}\n\n{words}\n\n{_summary(tables[name], by, tables[name].columns[first:])}\n\n"
         f"Numbers: {name}.csv"
         for name, (title, words, by, first) in told.items()
     ]
@@ -80,8 +60,15 @@ def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
 
 STUDY = Study(
     (
-        Part("figures", _figures), Part("sorting", _sorting), Part("search", _search),
-        Part("tracking", _tracking), Part("noise", _noise),
+        Part("figures", lambda rng, quick, tick: figures(rng, tick)),
+        Part("sorting", lambda rng, quick, tick: sorting(
+            rng, _n_skies(quick), 40 if quick else 100, tick
+        )),
+        Part("search", lambda rng, quick, tick: search(rng, 1 if quick else 8, tick)),
+        Part("tracking", lambda rng, quick, tick: tracking(rng, 1 if quick else 12, tick)),
+        Part("noise", lambda rng, quick, tick: by_noise(
+            rng, NOISES[3:4] if quick else NOISES, 1 if quick else 3, tick
+        )),
     ),
     _write_up,
 )  # fmt: skip
@@ -89,11 +76,9 @@ STUDY = Study(
 
 def _summary(table: Table, by: Sequence[str], names: Sequence[str]) -> str:
     """Return means over draws with their intervals, a row for each combination of values."""
-    places = [table.head.index(name) for name in by]
     rows = []
-    for key in dict.fromkeys(tuple(row[place] for place in places) for row in table.rows):
-        where = dict(zip(by, key, strict=True))
-        found = [mean_of(table.column(name, **where), _unit(name)) for name in names]
+    for key, own in table.group_by(by, maintain_order=True):
+        found = [mean_of(numbers(own, name), _unit(name)) for name in names]
         rows.append([*key, *(_short(each) for each in found)])
     return text_table([*by, *names], rows)
 
@@ -127,8 +112,8 @@ def _places(look: Look, name: str, place: FloatArray) -> Layer:
 
 
 def _selected(table: Table) -> bytes:
-    place = np.stack([table.column("x"), table.column("y")], axis=1)
-    is_object, told = (np.array([row[at] is not None for row in table.rows]) for at in (4, 5))
+    place = np.stack([numbers(table, "x"), numbers(table, "y")], axis=1)
+    is_object, told = (np.array([row[at] is not None for row in table.rows()]) for at in (4, 5))
     wrong = told != is_object
     before = (
         _places("false", "false alarms", place[~is_object]),
@@ -149,10 +134,10 @@ def _lines(table: Table, what: str, within: tuple[float, float]) -> FloatArray:
     """Return the points of some kind within a time, with a gap between names."""
     place: list[tuple[float, ...]] = []
     before = None
-    for kind, name, time, *where in table.rows:
-        if kind == what and within[0] <= time <= within[1]:  # type: ignore[operator]
+    for kind, name, time, *where in table.rows():
+        if kind == what and within[0] <= time <= within[1]:
             place += [(np.nan, np.nan)] * (name != before and what != SELECTED)
-            place.append(tuple(where))  # type: ignore[arg-type]
+            place.append(tuple(where))
             before = name
     return np.array(place, dtype=float).reshape(-1, 2)
 
@@ -172,9 +157,9 @@ def _zoom(tables: Mapping[str, Table], figure: str, title: str) -> bytes:
     """Return an aircraft's course from near, and how far off it is over time."""
     (name, span), off = SHOWN[figure], tables[figure]
     plots, points = tables["figure3"], tables["figure4"]
-    time = plots.column("time", target=name)
+    time = numbers(plots, "time", target=name)
     chosen = (time >= span[0]) & (time <= span[1])
-    own = np.stack([plots.column(axis, target=name)[chosen] for axis in ("x", "y")], axis=1)
+    own = np.stack([numbers(plots, axis, target=name)[chosen] for axis in ("x", "y")], axis=1)
     low, high = own.min(axis=0) - 100.0, own.max(axis=0) + 100.0
 
     def near(what: str) -> FloatArray:
@@ -192,7 +177,7 @@ def _zoom(tables: Mapping[str, Table], figure: str, title: str) -> bytes:
         (PLOTS, "plot"), (SELECTED, "fused"), ("estimate", "estimate"), (IMM, "other estimate"),
     )  # fmt: skip
     over_time = [
-        Layer(what, look, off.column("time", what=what), off.column("to the right [m]", what=what))
+        Layer(what, look, *(numbers(off, n, what=what) for n in ("time", "to the right [m]")))
         for what, look in looks
     ]
     if figure == "figure6":
@@ -207,28 +192,18 @@ def _zoom(tables: Mapping[str, Table], figure: str, title: str) -> bytes:
     ])  # fmt: skip
 
 
-def _spread(table: Table, x: str, y: str, by: str, **where: object) -> SpreadCurve:
-    """Return means over draws and their intervals, a point for each value of a column."""
-    points = []
-    for value in np.unique(table.column(by, **where)).tolist():
-        found = mean_of(table.column(y, **where, **{by: value}))
-        spread = found.high - found.value if np.isfinite(found.high) else 0.0
-        points.append((table.column(x, **where, **{by: value}).mean(), found.value, spread))
-    return SpreadCurve(*np.array(points).T)
-
-
 def _curves(table: Table) -> bytes:
     panels = []
     for sky in (FIRST, FORMATIONS):
         for y in (EXCESS, CLASSIFIED):
             curves = {
-                name: _spread(table, "evaluations", y, "cycles", sky=sky, method=name)
+                name: mean_curve(table.filter(sky=sky, method=name), "cycles", y, "evaluations")
                 for name in COLONIES
             }
             ends = np.array([min(c.x.min() for c in curves.values()),
                              max(c.x.max() for c in curves.values())])  # fmt: skip
             for name in (GREEDY, EXACT, DEFAULT)[: 3 if y == CLASSIFIED else 2]:
-                level = mean_of(table.column(y, sky=sky, method=name)).value
+                level = mean_of(numbers(table, y, sky=sky, method=name)).value
                 curves[name] = SpreadCurve(ends, np.full(2, level))
             panels.append(Panel(sky, "tours", y, curves, x_logarithmic=True))
     return picture_of_panels(panels)
@@ -242,7 +217,7 @@ def _by_noise(table: Table) -> bytes:
     )
     return picture_of_panels([
         Panel(title, "process noise [m²/s³]", name, {
-            tracker: _spread(table, NOISE, name, NOISE, tracker=tracker, leg=leg)
+            tracker: mean_curve(table.filter(tracker=tracker, leg=leg), NOISE, name)
             for tracker in (PRESET, IMM)
         }, x_logarithmic=True)
         for title, name, leg in wanted

@@ -28,7 +28,7 @@ from trackweave.studies.wiranto_tracks import (
     SMOOTHED,
     USABLE,
 )  # fmt: skip
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, numbers
 
 __all__ = ["claims_of"]
 
@@ -60,13 +60,13 @@ def _within(found: Interval, low: float, high: float) -> Verdict:
 
 def _of_sorting(sorting: Table) -> tuple[Claim, ...]:
     def found(name: str, sky: str = FIRST, method: str = DOCUMENT, unit: str = "") -> Interval:
-        return mean_of(sorting.column(name, method=method, sky=sky), unit)
+        return mean_of(numbers(sorting, name, method=method, sky=sky), unit)
 
     right, count, dense = found(CLASSIFIED, unit="%"), found(OBJECTS), found(OBJECTS, DENSE)
     n_true = SKIES[FIRST].n_objects
     near = (n_true * (1.0 - CLOSE_COUNT), n_true * (1.0 + CLOSE_COUNT))
     exact = {
-        name: int(sorting.column(name, method=EXACT).sum())
+        name: int(numbers(sorting, name, method=EXACT).sum())
         for name in ("scans", "scans proven best")
     }
     proven = share_of(exact["scans proven best"], exact["scans"])
@@ -109,26 +109,26 @@ def _of_sorting(sorting: Table) -> tuple[Claim, ...]:
 
 
 def _of_search(sorting: Table, search: Table) -> tuple[Claim, ...]:
-    last = int(search.column("cycles").max())
+    last = int(numbers(search, "cycles").max())
 
     def values(name: str, cycles: int = last) -> FloatArray:
         cycles = 0 if name in {EXACT, GREEDY, DEFAULT} else cycles
-        return search.column(EXCESS, sky=FORMATIONS, method=name, cycles=cycles)
+        return numbers(search, EXCESS, sky=FORMATIONS, method=name, cycles=cycles)
 
     best = min(COLONIES, key=lambda name: float(values(name).mean()))
     beyond = mean_of(values(best) - values(GREEDY), "nats")
     fewer = mean_of(values(FEW) - values(MANY), "nats")
     late = mean_of(values(LETTER, 30) - values(LETTER), "nats")
-    agreed = mean_of(search.column("one route [%]", method=STRONG, cycles=last), "%")
+    agreed = mean_of(numbers(search, "one route [%]", method=STRONG, cycles=last), "%")
     ended = [
-        int(sorting.column(n, method=DOCUMENT).sum()) for n in ("scans with one route", "scans")
+        int(numbers(sorting, n, method=DOCUMENT).sum()) for n in ("scans with one route", "scans")
     ]
     route = share_of(*ended)
-    visited = mean_of(sorting.column("points visited of N [%]", method=DOCUMENT), "%")
-    most = float(sorting.column("most points visited of N [%]", method=DOCUMENT).max())
+    visited = mean_of(numbers(sorting, "points visited of N [%]", method=DOCUMENT), "%")
+    most = float(numbers(sorting, "most points visited of N [%]", method=DOCUMENT).max())
     curve = ", ".join(f"{name} {mean_of(values(name))}" for name in COLONIES)
     easy = {
-        name: mean_of(search.column(EXCESS, sky=FIRST, method=name, cycles=cycles))
+        name: mean_of(numbers(search, EXCESS, sky=FIRST, method=name, cycles=cycles))
         for name, cycles in ((LETTER, last), (GREEDY, 0))
     }
     return (
@@ -173,7 +173,7 @@ def _of_search(sorting: Table, search: Table) -> tuple[Claim, ...]:
 
 def _of_filter(courses: Table) -> tuple[Claim, ...]:
     def found(name: str, what: str, leg: str) -> FloatArray:
-        return courses.column(name, what=what, leg=leg)
+        return numbers(courses, name, what=what, leg=leg)
 
     def told(name: str, leg: str) -> str:
         means = {what: mean_of(found(name, what, leg), "m") for what in (PRESET, PLOTS, SELECTED)}
@@ -217,13 +217,13 @@ def _of_filter(courses: Table) -> tuple[Claim, ...]:
 
 def _of_default(sorting: Table, tracking: Table, courses: Table) -> tuple[Claim, ...]:
     def found(name: str, sky: str = FIRST) -> Interval:
-        return mean_of(sorting.column(name, method=DEFAULT, sky=sky), "%")
+        return mean_of(numbers(sorting, name, method=DEFAULT, sky=sky), "%")
 
     def run(name: str, tracker: str) -> FloatArray:
-        return tracking.column(name, tracker=tracker)
+        return numbers(tracking, name, tracker=tracker)
 
     def right(what: str, leg: str) -> FloatArray:
-        return courses.column("to the right [m]", what=what, leg=leg)
+        return numbers(courses, "to the right [m]", what=what, leg=leg)
 
     false, straight, turn = "false tracks per scan", *LEGS
     whole = {name: mean_of(run(CLASSIFIED, name), "%") for name in (MULTISCAN, USABLE, PRESET)}
@@ -231,7 +231,7 @@ def _of_default(sorting: Table, tracking: Table, courses: Table) -> tuple[Claim,
     shared = mean_of(run(false, PRESET) - run(false, PAIRED))
     left = mean_of(right(IMM, turn) - right(IMM, straight), "m")
     rmse = {
-        what: mean_of(courses.column("RMSE [m]", what=what, leg=turn), "m")
+        what: mean_of(numbers(courses, "RMSE [m]", what=what, leg=turn), "m")
         for what in (IMM, PRESET)
     }
     return (

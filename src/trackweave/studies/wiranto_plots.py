@@ -17,7 +17,7 @@ from trackweave.solvers.ants.points import most_visited
 from trackweave.solvers.protocol import Solver
 from trackweave.studies import Tick
 from trackweave.studies.wiranto_scenes import SIDE, SKIES, RadarSky, draw_sky
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 from trackweave.trackers.plot_choice import objects_in, worth_choosing
 
 __all__ = [
@@ -72,16 +72,10 @@ class Posed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sorted:
-    """A sky's plots by groups.
+    """A sky's plots by groups, -1 for a false alarm.
 
-    Parameters
-    ----------
-    group
-        Number of each plot's group, -1 for a false alarm, shape (plots,).
-    time, place
-        When [s] and where [m] each group is, shapes (groups,) and (groups, 2).
-    counts
-        How many groups there are at each instant, shape (instants,).
+    ``time`` [s] and ``place`` [m] tell when and where each group is, ``counts`` how many there are
+    at each instant.
     """
 
     group: IntArray
@@ -147,7 +141,7 @@ def sorting(
                     **_ends(instants[cost], answers),
                 })  # fmt: skip
             tick(len(rows), sum(n_skies.values()) * len(METHODS))
-    return {"sorting": Table(tuple(rows[0]), tuple(tuple(row.values()) for row in rows))}
+    return {"sorting": Table(rows, infer_schema_length=None)}
 
 
 def _ends(instants: Posed, answers: Sequence[Answer]) -> dict[str, float]:
@@ -203,7 +197,7 @@ def search(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Tabl
         "sky", "draw", "method", "cycles", "evaluations", "above the least cost [nats]",
         "classified rightly [%]", "one route [%]",
     )  # fmt: skip
-    return {"search": Table(head, tuple(rows))}
+    return {"search": frame(head, rows)}
 
 
 def _quality(

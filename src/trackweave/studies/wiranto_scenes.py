@@ -71,17 +71,9 @@ SKIES = {
 class RadarSky:
     """What three identical radars report of a sky, and what was there.
 
-    Parameters
-    ----------
-    shape
-        What it is like.
-    reports, truth, sensors
-        All plots, where the aircraft are, and the radars as they are.
-    instants
-        The radars' scans, by the times at which they look together.
-    instant, target
-        Of each plot, by the report's number: number of its instant, and of its aircraft, -1 for a
-        false alarm.
+    ``instants`` are the radars' scans by the times at which they look together; ``instant`` and
+    ``target`` are of each plot, by the report's number: its instant, and its aircraft, -1 for a
+    false alarm.
     """
 
     shape: SkyShape

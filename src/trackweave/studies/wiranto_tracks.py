@@ -26,7 +26,7 @@ from trackweave.studies.wiranto_scenes import (
     SkyShape,
     draw_sky,
 )  # fmt: skip
-from trackweave.studies.writing import Table
+from trackweave.studies.writing import Table, frame
 
 __all__ = [
     "IMM", "LEGS", "MULTISCAN", "NOISES", "PAIRED", "PLOTS", "PRESET", "SELECTED", "SMOOTHED",
@@ -141,8 +141,8 @@ def tracking(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Ta
         for what, offsets in off.items():
             legs += [(what, leg, number, *leg_of(offsets, leg).row()) for leg in LEGS]
         tick(number + 1, n_skies)
-    courses = Table(("what", "leg", "draw", *OFF), tuple(legs))
-    return {"tracking": Table(head, tuple(rows)), "courses": courses}
+    courses = frame(("what", "leg", "draw", *OFF), tuple(legs))
+    return {"tracking": frame(head, rows), "courses": courses}
 
 
 def by_noise(
@@ -158,7 +158,7 @@ def by_noise(
                 off = _all_offsets(sky, *_confirmed(found.tracks))
                 rows += [(tracker, noise, leg, number, *leg_of(off, leg).row()) for leg in LEGS]
         tick(number + 1, n_skies)
-    return {"noise": Table(("tracker", "noise [m²/s³]", "leg", "draw", *OFF), tuple(rows))}
+    return {"noise": frame(("tracker", "noise [m²/s³]", "leg", "draw", *OFF), tuple(rows))}
 
 
 def figures(rng: np.random.Generator, tick: Tick) -> dict[str, Table]:
@@ -200,8 +200,8 @@ def figures(rng: np.random.Generator, tick: Tick) -> dict[str, Table]:
     }
     tick(1, 1)
     return {
-        "figure3": Table(("time", "sensor", "x", "y", "target", "group"), tuple(plots)),
-        "figure4": Table(("what", "name", "time", "x", "y"), tuple(lines)),
+        "figure3": frame(("time", "sensor", "x", "y", "target", "group"), tuple(plots)),
+        "figure4": frame(("what", "name", "time", "x", "y"), tuple(lines)),
         "figure5": _off_course(places, STRAIGHT[0]),
         "figure6": _off_course(places, TURNING),
     }
@@ -214,7 +214,7 @@ def _off_course(places: Mapping[str, Mapping[str, Offsets]], name: str) -> Table
         for row in zip(by_name[name].time.tolist(), by_name[name].ahead.tolist(),
                        by_name[name].right.tolist(), strict=True)
     ]  # fmt: skip
-    return Table(("what", "time", "ahead [m]", "to the right [m]"), tuple(rows))
+    return frame(("what", "time", "ahead [m]", "to the right [m]"), tuple(rows))
 
 
 def _selected(sky: RadarSky, rng: np.random.Generator) -> Sorted:

@@ -1,85 +1,37 @@
-"""Tables and claims of a study's report, as Markdown and as files."""
+"""Tables of a study, and its claims, as a report has them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray
-from trackweave.io.encoding import encode_table
 
 if TYPE_CHECKING:
     from trackweave.studies import Claim
 
-__all__ = ["Table", "claims_text", "csv_table", "text_table"]
+__all__ = ["Table", "claims_text", "frame", "numbers", "text_table"]
+
+Table: TypeAlias = pl.DataFrame
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Numbers of a part.
+def frame(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
+    """Return rows of cells, None for none, as a table."""
+    columns = {name: [row[place] for row in rows] for place, name in enumerate(head)}
+    return pl.DataFrame(columns, strict=False)
 
-    Parameters
-    ----------
-    head
-        Names of the columns.
-    rows
-        The cells.
-    """
 
-    head: tuple[str, ...]
-    rows: tuple[tuple[object, ...], ...]
-
-    def column(self, name: str, **where: object) -> FloatArray:
-        """Return a column's numbers, NaN for none, of the rows in which others are as given."""
-        place = self.head.index(name)
-        wanted = {self.head.index(key): value for key, value in where.items()}
-        rows = [row for row in self.rows if all(row[at] == value for at, value in wanted.items())]
-        cells: list[Any] = [row[place] for row in rows]
-        return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)
-
-    def records(self) -> list[dict[str, Any]]:
-        """Return the rows, each as its cells by the columns' names."""
-        return [dict(zip(self.head, row, strict=True)) for row in self.rows]
+def numbers(table: Table, name: str, **where: object) -> FloatArray:
+    """Return a column's numbers, NaN for none, of the rows in which others are as given."""
+    own = table.filter(**where) if where else table
+    return own[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """Return a table as Markdown; numbers with three digits that count, None as a dash.
-
-    Parameters
-    ----------
-    header
-        Names of the columns.
-    rows
-        The cells.
-
-    Returns
-    -------
-    The lines.
-    """
+    """Return a table as Markdown; numbers with three digits that count, None as a dash."""
     lines = [header, ["---"] * len(header), *([_shown(cell) for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def csv_table(header: Sequence[str], rows: Sequence[Sequence[Any]], name: str) -> dict[str, bytes]:
-    """Return a table as a file.
-
-    Parameters
-    ----------
-    header
-        Names of the columns.
-    rows
-        The cells.
-    name
-        The file's name.
-
-    Returns
-    -------
-    The file's name and content.
-    """
-    columns = {column: [row[place] for row in rows] for place, column in enumerate(header)}
-    return {name: encode_table(pl.DataFrame(columns, strict=False), name)}
 
 
 def claims_text(claims: Sequence["Claim"]) -> str:

@@ -12,7 +12,7 @@ from scipy.stats import chisquare
 from oracles.assignment import in_ones, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
-from trackweave.solvers import AntSystem, Hint, MaxMinAntSystem
+from trackweave.solvers import AntSystem, Hint
 from trackweave.solvers.ants._tours import (
     Points,
     accumulate,
@@ -319,13 +319,11 @@ def hard(seed: int = 0, n_rows: int = 300) -> AssignmentProblem:
 COLONIES = {
     "to the letter": AntSystem(ants=7, cycles=8),
     "seeded": AntSystem(ants=7, cycles=8, seeded=True, decompose=False),
-    "max-min": MaxMinAntSystem(ants=7, evaluations=70, patience=4),
-    "max-min, unseeded": MaxMinAntSystem(ants=7, evaluations=70, patience=4, seeded=False),
 }
 
 
 @pytest.fixture(params=COLONIES.values(), ids=COLONIES.keys())
-def colony(request: pytest.FixtureRequest) -> AntSystem | MaxMinAntSystem:
+def colony(request: pytest.FixtureRequest) -> AntSystem:
     return request.param
 
 

@@ -8,7 +8,7 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._columns import decode_columns
 from trackweave.solvers.genetic._list_operators import shuffle_lists
-from trackweave.solvers.genetic.list_search import individual_of, make_table
+from trackweave.solvers.genetic.list_genes import individual_of, make_table
 from trackweave.solvers.lists import lists_of
 
 PROBLEMS = [random_problem(np.random.default_rng([4, seed])) for seed in range(60)]

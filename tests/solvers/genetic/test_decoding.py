@@ -11,7 +11,7 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Exact
 from trackweave.solvers.genetic._decoding import decode_associations
 from trackweave.solvers.genetic._operators import random_association
-from trackweave.solvers.genetic.search import genes_of, in_time_order
+from trackweave.solvers.genetic.report_genes import genes_of, in_time_order
 
 
 def windows(n: int) -> list[AssignmentProblem]:

@@ -68,9 +68,9 @@ class TestGenerations:
         state = LETTER.advance(LETTER.start(dense(), rng=rng()), evaluations=20)
         search = state.search
         ranking = np.argsort(search.cost, kind="stable")[:2]
-        assert (search.offspring[:2] == search.population[ranking]).all()
-        assert search.offspring_cost[:2].tolist() == search.cost[ranking].tolist()
-        assert np.isinf(search.offspring_cost[2:]).all()
+        assert (search.bred.genes[:2] == search.population[ranking]).all()
+        assert search.bred.cost[:2].tolist() == search.cost[ranking].tolist()
+        assert np.isinf(search.bred.cost[2:]).all()
         assert search.at_rest
 
     def test_sizes_add_up(self) -> None:

@@ -12,8 +12,8 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Hint, ListGenetic, SearchState
 from trackweave.solvers.components import Components
 from trackweave.solvers.genetic._operators import RANK, TOURNAMENT, breed, pick
-from trackweave.solvers.genetic.parameters import Parameters
-from trackweave.solvers.genetic.search import GeneticSearch, make_lookup
+from trackweave.solvers.genetic.report_genes import ReportGenes, make_lookup
+from trackweave.solvers.genetic.search import Evolution
 from trackweave.solvers.resumable import Start, _view
 
 UNSEEDED = Genetic(
@@ -84,20 +84,20 @@ class TestFirstIndividuals:
     def test_in_time_order_half_of_them_take_the_instants_in_order(self) -> None:
         search = begun(replace(UNSEEDED, first="in-time-order"), hard(n_parts=1))
         view = _view(Components.of(hard(n_parts=1), None, whole=True), 0)
-        ranks = view.instant[search.offspring]
+        ranks = view.instant[search.bred.genes]
         in_order = (np.diff(ranks, axis=1) >= 0).all(axis=1)
         assert in_order[:10].all()
         assert not in_order[10:].any()
         # Within an instant they differ.
-        assert len({tuple(genes) for genes in search.offspring[:10].tolist()}) == 10
-        assert np.array_equal(np.sort(search.offspring, axis=1)[0], np.arange(view.instant.size))
+        assert len({tuple(genes) for genes in search.bred.genes[:10].tolist()}) == 10
+        assert np.array_equal(np.sort(search.bred.genes, axis=1)[0], np.arange(view.instant.size))
 
     def test_are_random_otherwise(self) -> None:
         search = begun(UNSEEDED, hard(n_parts=1))
-        assert len({tuple(genes) for genes in search.offspring.tolist()}) == 20
+        assert len({tuple(genes) for genes in search.bred.genes.tolist()}) == 20
 
 
-def begun(genetic: Genetic, problem: AssignmentProblem) -> GeneticSearch:
+def begun(genetic: Genetic, problem: AssignmentProblem) -> Evolution:
     """Return the search of a problem as one, before its first evaluation."""
     view = _view(Components.of(problem, None, whole=True), 0)
     nothing = np.full(view.component.must.shape[0], -1, dtype=np.int64)
@@ -201,9 +201,7 @@ class TestState:
         )
 
 
-def search_of(
-    problem: AssignmentProblem, parameters: Parameters
-) -> tuple[GeneticSearch, tuple[Any, Any, Parameters]]:
+def search_of(problem: AssignmentProblem, parameters: Genetic) -> tuple[Evolution, ReportGenes]:
     """Return the search of the first component of a problem, and what it advances with."""
     state: SearchState = Genetic(seeded=False).start(problem, rng=rng())
     parts = state.relaxation.rest
@@ -212,56 +210,53 @@ def search_of(
     lookup = make_lookup(component, problem.cost[node], problem.instant[item], True)
     nothing = np.full(component.must.shape[0], -1)
     start = Start([], nothing, np.inf, rng())
-    return GeneticSearch.begin(component, lookup, parameters, start), (
-        component,
-        lookup,
-        parameters,
-    )
+    coding = ReportGenes(component, lookup, parameters)
+    return Evolution.begin(coding, problem.instant[item], start), coding
 
 
 class TestGenerations:
     def test_elitism_keeps_the_best(self) -> None:
-        search, where = search_of(hard(), Parameters(population=12, elite=2, improvement=False))
+        search, coding = search_of(hard(), Genetic(population=12, elite=2, improvement=False))
         best = []
         for _ in range(12):
             ranking = np.argsort(search.cost, kind="stable")[:2]
             old = search.population[ranking].tolist()
             if search.generation:
-                assert search.offspring[:2].tolist() == old
-            search = search.advance(*where, 12)
+                assert search.bred.genes[:2].tolist() == old
+            search = search.advance(coding, 12)
             best.append(search.cost.min())
         assert (np.diff(best) <= 1e-12).all()
         assert best[-1] == pytest.approx(search.best)
 
     def test_without_elitism_the_best_found_is_kept_all_the_same(self) -> None:
-        search, where = search_of(hard(), Parameters(population=6, elite=0, improvement=False))
+        search, coding = search_of(hard(), Genetic(population=6, elite=0, improvement=False))
         lost, best = False, []
         for _ in range(25):
-            search = search.advance(*where, 6)
+            search = search.advance(coding, 6)
             best.append(search.best)
             lost = lost or search.cost.min() > search.best
         assert lost
         assert (np.diff(best) <= 0).all()
 
     def test_the_first_generation_is_of_different_permutations(self) -> None:
-        search, (_, lookup, _) = search_of(hard(), Parameters(population=30, seeded=False))
-        genes = sorted(lookup.gene_item.tolist())
-        assert all(sorted(row) == genes for row in search.offspring.tolist())
-        assert len({tuple(row) for row in search.offspring.tolist()}) == 30
+        search, coding = search_of(hard(), Genetic(population=30, seeded=False))
+        genes = sorted(coding.reads.gene_item.tolist())
+        assert all(sorted(row) == genes for row in search.bred.genes.tolist())
+        assert len({tuple(row) for row in search.bred.genes.tolist()}) == 30
 
     def test_children_are_permutations(self) -> None:
-        search, where = search_of(hard(), Parameters(population=30, seeded=False))
-        genes = sorted(where[1].gene_item.tolist())
+        search, coding = search_of(hard(), Genetic(population=30, seeded=False))
+        genes = sorted(coding.reads.gene_item.tolist())
         for _ in range(5):
-            search = search.advance(*where, 30)
-            assert all(sorted(row) == genes for row in search.offspring.tolist())
+            search = search.advance(coding, 30)
+            assert all(sorted(row) == genes for row in search.bred.genes.tolist())
 
     def test_without_crossover_and_mutation_children_are_their_parents(self) -> None:
-        search, (component, lookup, _) = search_of(hard(), Parameters(population=20))
+        search, coding = search_of(hard(), Genetic(population=20))
         offspring, key = np.empty_like(search.population), np.empty(20, dtype=np.int64)
         breed(
-            component, lookup, True, search.population, np.arange(20.0), np.zeros(2), RANK, 0,
-            rng(), offspring, key,
+            coding.component, coding.reads, True, search.population, np.arange(20.0),
+            np.zeros(2), RANK, 0, rng(), offspring, key,
         )  # fmt: skip
         parents = {tuple(row) for row in search.population.tolist()}
         assert {tuple(row) for row in offspring.tolist()} <= parents

@@ -16,7 +16,6 @@ from trackweave.solvers import (
     Genetic,
     Islands,
     ListGenetic,
-    MaxMinAntSystem,
     TabuSearch,
 )
 from trackweave.solvers.islands.archipelago import Archipelago, Island
@@ -26,7 +25,7 @@ from trackweave.solvers.resumable import Start, View, _view
 
 HARD = hard_tuples(4, 1500, 20)
 MIXED = Islands(
-    (Annealing(), Genetic(population=10), MaxMinAntSystem(ants=8), TabuSearch()),
+    (Annealing(), Genetic(population=10), ListGenetic(population=10), TabuSearch()),
     islands=5,
     epoch=3,
     epochs=3,
@@ -221,9 +220,9 @@ def known() -> tuple[View, np.ndarray, float]:
 
 class TestAdmission:
     METHODS = (
-        Annealing(), TabuSearch(), MaxMinAntSystem(ants=6), AntSystem(ants=6),
-        AntSystem(ants=6, seeded=True), Genetic(population=10),
-        Genetic(population=10, genotype="association-list"), ListGenetic(population=10),
+        Annealing(), TabuSearch(), AntSystem(ants=6), AntSystem(ants=6, seeded=True),
+        Genetic(population=10), Genetic(population=10, genotype="association-list"),
+        ListGenetic(population=10),
     )  # fmt: skip
 
     @staticmethod
@@ -276,7 +275,7 @@ class TestAdmission:
         others = np.arange(10) != worst
         assert after.cost[worst] == cost
         assert (after.population[others] == before.population[others]).all()
-        assert (after.offspring[0] == after.population[worst]).all()
+        assert (after.bred.genes[0] == after.population[worst]).all()
         assert method.admit(view, after, selection, cost) is after
 
     def test_lays_pheromone_as_one_ant_more(self, known) -> None:
@@ -296,14 +295,6 @@ class TestAdmission:
         assert sorted(covered) == list(range(view.component.n_items))
         assert more[on_tour] == pytest.approx(1.0 / points.cost[on_tour].sum())
         assert (after.attraction != before.attraction).sum() == on_tour.size
-
-    def test_makes_it_the_answer_that_max_min_ants_lay_on(self, known) -> None:
-        view, selection, cost = known
-        method = MaxMinAntSystem(ants=6, improvement=False, evaluations=10**6)
-        before = self.island(method, view).place
-        after = method.admit(view, before, selection, cost)
-        assert after.lasting.tolist() == selection.tolist()
-        assert after.idle == 0
 
 
 def test_an_unseeded_method_begins_with_nothing_beside_a_seeded_one() -> None:

@@ -12,7 +12,7 @@ from trackweave.solvers import Annealing, Greedy, Hint
 from trackweave.solvers.components import Components
 from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of, list_moves
-from trackweave.solvers.local.cooling import LEVELS, Cooling, Schedule
+from trackweave.solvers.local.annealing import LEVELS, Cooling
 
 UNSEEDED = Annealing(
     evaluations=20_000, moves_per_item=100, seeded=False, improvement=False, decompose=False
@@ -74,15 +74,16 @@ class TestAnneal:
 
 class TestSchedule:
     def test_falls_geometrically_from_hot_to_cold(self) -> None:
-        schedule = Schedule(100, 10_000, 2.0, 0.1, 2, True)
+        schedule = Annealing(hot=2.0, cold=0.1)
         levels = [schedule.temperature(level, 3.0) for level in range(LEVELS)]
         assert (levels[0], levels[-1]) == pytest.approx((6.0, 0.3))
         ratio = np.array(levels[1:]) / np.array(levels[:-1])
         assert ratio == pytest.approx(ratio[0])
 
     def test_a_cooling_takes_no_more_than_the_budget(self) -> None:
-        assert Schedule(400, 10**6, 2.0, 0.1, 2, True).length(500) == 400 * 500 // LEVELS
-        assert Schedule(400, 10_000, 2.0, 0.1, 2, True).length(500) == 10_000 // LEVELS
+        for evaluations, moves in ((10**6, 400 * 500), (10_000, 10_000)):
+            solver = Annealing(moves_per_item=400, evaluations=evaluations)
+            assert solver.length(500) == moves // LEVELS
 
 
 class TestAnnealing:

@@ -11,7 +11,7 @@ from trackweave.solvers import Greedy, TabuSearch
 from trackweave.solvers.components import Components
 from trackweave.solvers.local._moves import Moves, begin_holding, cost_of, list_moves
 from trackweave.solvers.local._tabu import is_tabu, seek
-from trackweave.solvers.local.seeking import ELITE, Seeking
+from trackweave.solvers.local.tabu import ELITE, Seeking
 
 UNSEEDED = TabuSearch(
     evaluations=20_000, moves_per_item=50, seeded=False, improvement=False, decompose=False

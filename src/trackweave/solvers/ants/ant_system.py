@@ -52,23 +52,8 @@ class AntSearch:
 
     @classmethod
     def begin(cls, points: Points, n_items: int, ants: int, start: Start) -> Self:
-        """Return a search before its first ant.
-
-        Parameters
-        ----------
-        points
-            What ants visit.
-        n_items
-            How many items a tour covers.
-        ants
-            How many ants there are.
-        start
-            What is known beforehand.
-
-        Returns
-        -------
-        The search, with ants on different random points (as far as there are as many).
-        """
+        """Return a search before its first ant, with ants on different random points."""
+        # On different ones as far as there are as many.
         # Visibility is 1 / c′, so the pheromone at first, too (eq. 3).
         visibility = 1.0 / points.cost
         return cls(

@@ -18,27 +18,13 @@ LEAST_MARGIN = 1e-12
 
 
 def make_points(view: View, *, priced: bool) -> Points:
-    """Return the points of a component with costs c′ that are all above 0.
-
-    A tour covers every item once: by a sequence, or by the point that leaves it alone. So a
-    shift by κ for each item, c′ = c + κ·(number of items), adds the same to all tours and keeps
-    their order; κ is the least that leaves every c′ above 0, and a margin. Leaving an item alone
-    costs 0, hence c′ = κ. By prices π the shift of item i is π_i + κ.
-
-    The margin is the median cost per item less the least, times a small number: the best point's
-    visibility stays finite, in any unit and whatever is added to the cost of each item.
-
-    Parameters
-    ----------
-    view
-        What is searched.
-    priced
-        Whether the items' prices are part of the shift.
-
-    Returns
-    -------
-    First the nodes that may end, then the items that may be left alone.
-    """
+    """Return the points of a component, nodes that may end first, with costs c′ all above 0."""
+    # A tour covers every item once: by a sequence, or by the point that leaves it alone. So a
+    # shift by κ for each item, c′ = c + κ·(number of items), adds the same to all tours and keeps
+    # their order; κ is the least that leaves every c′ above 0, and a margin. Leaving an item alone
+    # costs 0, hence c′ = κ. By prices π the shift of item i is π_i + κ. The margin is the median
+    # cost per item less the least, times a small number: the best point's visibility stays finite,
+    # in any unit and whatever is added to the cost of each item.
     component = view.component
     ones, price = np.ones(component.n_items), np.zeros(component.n_items)
     if priced:
@@ -66,40 +52,15 @@ def make_points(view: View, *, priced: bool) -> Points:
 
 
 def most_visited(n_items: int) -> int:
-    """Return N = 1 + Σ n_i, the document's number of points that an ant visits in a cycle.
-
-    A tour covers every plot once, so that it visits Σ n_i points where all plots stay alone, and
-    fewer where points are tuples of several. One more is the tuple of dummies alone, which covers
-    no plot and costs every tour the same: it is counted here, and left out of the points.
-
-    Parameters
-    ----------
-    n_items
-        Number of plots of all sensors, Σ n_i.
-
-    Returns
-    -------
-    N.
-    """
+    """Return N = 1 + Σ n_i, the document's number of points that an ant visits in a cycle."""
+    # A tour covers every plot once, so that it visits Σ n_i points where all plots stay alone, and
+    # fewer where points are tuples of several. One more is the tuple of dummies alone, which
+    # covers no plot and costs every tour the same: it is counted here, and left out of the points.
     return 1 + n_items
 
 
 def tour_of(component: Component, points: Points, selection: IntArray) -> IntArray:
-    """Return the points of the tour that takes a selection and leaves the other items alone.
-
-    Parameters
-    ----------
-    component
-        What is searched.
-    points
-        What ants visit, as ``make_points`` returns it.
-    selection
-        Each family's node, -1 for none; disjoint.
-
-    Returns
-    -------
-    Numbers of points.
-    """
+    """Return the tour that takes a disjoint selection and leaves the other items alone."""
     n_nodes = int(np.count_nonzero(points.node >= 0))
     is_left = owner_of(component, selection)[points.item[n_nodes:]] < 0
     taken = np.searchsorted(points.node[:n_nodes], selection[selection >= 0])

@@ -25,17 +25,7 @@ MAX_ITEMS = 4_000
 
 @dataclass(frozen=True, slots=True)
 class BranchingLimits:
-    """What bounds the work.
-
-    Parameters
-    ----------
-    branches
-        Greatest number of branches looked into.
-    candidates
-        How many pairs are tried in both ways before one is chosen to branch on.
-    cut_rounds
-        How often cuts are sought before the first branch.
-    """
+    """How many branches are looked into, pairs tried at each, rounds of cuts before all."""
 
     branches: int
     candidates: int = 3
@@ -57,21 +47,10 @@ _Open: TypeAlias = tuple[float, int, tuple[_Decision, ...], Fraction]
 class Branching:
     """The search of a component for its optimum.
 
-    Best bound first; a branch is on two items that a fractional answer has in one sequence by
-    half (Ryan, Foster 1981), chosen by trying some. ``selection`` is improved in place.
-
-    Parameters
-    ----------
-    component
-        What to choose from.
-    selection
-        The best known answer.
-    known
-        What it costs, and a bound.
-    closing
-        An answer is best when the bound comes as close as this.
-    stop
-        Asked at every simplex iteration whether to give up.
+    Best bound first; a branch is on two items that a fractional answer has in one sequence by half
+    (Ryan, Foster 1981), chosen by trying some. ``selection`` is improved in place; ``known`` is
+    what it costs and a bound, and it is best when the bound comes as close as ``closing``.
+    ``stop`` is asked at every simplex iteration.
     """
 
     def __init__(
@@ -103,17 +82,7 @@ class Branching:
             self.upper = cost
 
     def run(self, limits: BranchingLimits) -> str:
-        """Search until the bound meets the answer, or a limit is reached; go on where it ended.
-
-        Parameters
-        ----------
-        limits
-            What bounds the work.
-
-        Returns
-        -------
-        Why the search ended.
-        """
+        """Search on until the bound meets the answer, or to a limit; return why it ended."""
         if self._heap is None:
             root = self._bound_root(limits.cut_rounds)
             if root is None:

@@ -1,7 +1,6 @@
 """The optimum, by branch and bound."""
 
 from dataclasses import dataclass
-from time import perf_counter
 
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
@@ -10,7 +9,7 @@ from trackweave.randomness import RandomSource
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.exact.branching import Branching, BranchingLimits
-from trackweave.solvers.protocol import Hint, Stop
+from trackweave.solvers.protocol import Hint, Stop, until
 from trackweave.solvers.relaxation import Relaxation
 
 __all__ = ["Exact", "begin", "branch", "go_on"]
@@ -76,7 +75,7 @@ class Exact:
         stop: Stop | None = None,
     ) -> Answer:
         """Return the best answer found; see ``Solver``."""
-        stop = _until(stop, self.time_limit)
+        stop = stop if self.time_limit is None else until(self.time_limit, stop)
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
         reason = "stopped" if stopped else ""
         rest = relaxation.rest
@@ -96,42 +95,12 @@ class Exact:
 def branch(
     components: Components, index: int, limits: BranchingLimits, stop: Stop | None
 ) -> tuple[str, int]:
-    """Search a component for its optimum; its answer and bound are improved in place.
-
-    Parameters
-    ----------
-    components
-        A problem taken apart and answered.
-    index
-        Which component.
-    limits
-        What bounds the work.
-    stop
-        Asked every few milliseconds whether to stop.
-
-    Returns
-    -------
-    Why the search ended, and how many linear programs were solved.
-    """
+    """Search a component for its optimum, in place; return why it ended and how many programs."""
     return go_on(components, index, begin(components, index, stop), limits)
 
 
 def begin(components: Components, index: int, stop: Stop | None) -> Branching:
-    """Return the search of a component for its optimum before its first linear program.
-
-    Parameters
-    ----------
-    components
-        A problem taken apart and answered; it is not changed.
-    index
-        Which component.
-    stop
-        Asked every few milliseconds whether to stop.
-
-    Returns
-    -------
-    The search.
-    """
+    """Return the search of a component for its optimum before its first linear program."""
     return Branching(
         components.component(index),
         components.taken[components.families(index)].copy(),
@@ -144,23 +113,8 @@ def begin(components: Components, index: int, stop: Stop | None) -> Branching:
 def go_on(
     components: Components, index: int, search: Branching, limits: BranchingLimits
 ) -> tuple[str, int]:
-    """Go on with a component's search; its answer and bound are improved in place.
-
-    Parameters
-    ----------
-    components
-        The problem taken apart, perhaps with a better answer by now.
-    index
-        Which component.
-    search
-        Its search.
-    limits
-        What bounds the work from here on.
-
-    Returns
-    -------
-    Why the search ended, and how many linear programs were solved.
-    """
+    """Go on with a component's search, in place; return why it ended and how many programs."""
+    # The component may have a better answer by now.
     families, before = components.families(index), search.solved
     search.learn(components.taken[families], float(components.cost[index]))
     reason = search.run(limits)
@@ -168,11 +122,3 @@ def go_on(
     components.cost[index] = search.upper
     components.lower[index] = max(float(components.lower[index]), search.lower)
     return reason, search.solved - before
-
-
-def _until(stop: Stop | None, time_limit: float | None) -> Stop | None:
-    """Return a stop that also heeds a time limit from now on."""
-    if time_limit is None:
-        return stop
-    end = perf_counter() + time_limit
-    return lambda: perf_counter() >= end or (stop is not None and stop())

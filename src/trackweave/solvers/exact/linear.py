@@ -33,14 +33,8 @@ class LinearProgram:
     """Columns are sequences that may end, rows are items, and cuts are added as they are found.
 
     A cut is three items: of the sequences with two or three of them an answer takes one at most,
-    since any two share an item (subset-row inequalities, Jepsen et al. 2008, eq. 14).
-
-    Parameters
-    ----------
-    component
-        What to choose from.
-    stop
-        Asked at every simplex iteration whether to give up.
+    since any two share an item (subset-row inequalities, Jepsen et al. 2008, eq. 14). ``stop`` is
+    asked at every simplex iteration.
     """
 
     def __init__(self, component: Component, stop: Stop | None) -> None:
@@ -67,18 +61,8 @@ class LinearProgram:
         return self._with_item[self._item_start[item] : self._item_start[item + 1]]
 
     def solve(self, allowed: BoolArray) -> Fraction | None:
-        """Return the best fractional answer over some columns.
-
-        Parameters
-        ----------
-        allowed
-            Which columns may be taken, shape (columns,).
-
-        Returns
-        -------
-        The answer; its bound is infinite where there is none. None when HiGHS was stopped, or
-        gave up.
-        """
+        """Return the best fractional answer over some columns; None when stopped or given up."""
+        # Its bound is infinite where there is none.
         upper = allowed.astype(np.float64)
         changed = np.flatnonzero(upper != self._upper).astype(np.int32)
         if changed.size:

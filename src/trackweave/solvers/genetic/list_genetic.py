@@ -1,18 +1,28 @@
 """Genetic search over one permutation per list, after Huo and others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Literal
 
 from trackweave.arrays import IntArray
-from trackweave.solvers.genetic.list_search import ListSearch, genes_of
-from trackweave.solvers.genetic.parameters import ListParameters
+from trackweave.fields import settle
+from trackweave.solvers.genetic._columns import Table
+from trackweave.solvers.genetic._list_operators import INVERSION, SHIFT, SWAP
+from trackweave.solvers.genetic.list_genes import ListGenes, genes_in, make_table
+from trackweave.solvers.genetic.search import Evolution
 from trackweave.solvers.metaheuristic import Metaheuristic, chunk_of
+from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
 __all__ = ["ListGenetic"]
 
+USUAL_GENES = 20
+"""Genes of the problem that ``by_size`` takes the numbers to be for: 3 lists of 10."""
+MUTATIONS = {"swap": SWAP, "inversion": INVERSION, "shift": SHIFT}
+
 
 @dataclass(frozen=True, slots=True)
-class ListGenetic(ListParameters, Metaheuristic):
+class ListGenetic(Metaheuristic):
     """Genetic search over permutations of each list's items [1]_.
 
     An individual holds one permutation per list, filled up with dummies to one length; that of
@@ -76,27 +86,88 @@ class ListGenetic(ListParameters, Metaheuristic):
            [2, 2]])
     """
 
-    def _begin(self, view: View, start: Start) -> ListSearch:
-        parameters = self.for_genes(genes_of(view.component, view.instant))
-        return ListSearch.begin(view.component, view.instant, parameters, start)
+    population: int = 50
+    generations: int = 100
+    evaluations: int = 4_000
+    reproduction: float = 0.1
+    mutation: float = 0.3
+    mutate: Literal["swap", "inversion", "shift"] = "swap"
+    tolerance: float = 0.0
+    patience: int = 50
+    seeded: bool = True
+    improvement: bool = True
+    decompose: bool = True
+    by_size: bool = False
 
-    def _go_on(self, view: View, search: ListSearch, evaluations: int) -> ListSearch:
-        return search.advance(view.component, self.for_genes(search.genes), evaluations)
+    def __post_init__(self) -> None:
+        settle(self)
+        wrong = [
+            (not self.population >= 2, "population", "a whole number ≥ 2"),
+            (not self.generations >= 1, "generations", "a whole number ≥ 1"),
+            (not self.evaluations >= 1, "evaluations", "a whole number ≥ 1"),
+            (not 0 <= self.reproduction < 1, "reproduction", "a share from 0 to below 1"),
+            (
+                not 0 <= self.mutation <= 1 - self.reproduction + 1e-12,
+                "mutation",
+                "a share that with reproduction makes at most 1",
+            ),
+            (not self.tolerance >= 0, "tolerance", "a number ≥ 0"),
+            (not self.patience >= 1, "patience", "a whole number ≥ 1"),
+        ]
+        refuse_parameters(self, wrong)
 
-    def admit(
-        self, view: View, search: ListSearch, selection: IntArray, cost: float
-    ) -> ListSearch:
+    @property
+    def shares(self) -> tuple[int, int]:
+        """How many individuals are kept and how many are mutants; the rest are children."""
+        # One at least is new, or a generation would take no evaluation.
+        n_kept = min(round(self.population * self.reproduction), self.population - 1)
+        return n_kept, min(round(self.population * self.mutation), self.population - n_kept)
+
+    @property
+    def mutation_code(self) -> int:
+        """The number that kernels know the mutation by."""
+        return MUTATIONS[self.mutate]
+
+    def for_genes(self, genes: int) -> "ListGenetic":
+        """Return what these numbers become for so many genes: more where ``by_size`` says so."""
+        # The population grows as the square of the genes, generations and patience in proportion,
+        # evaluations as both.
+        return self if not self.by_size or genes <= USUAL_GENES else _grown(self, genes)
+
+    def _begin(self, view: View, start: Start) -> Evolution:
+        coding = self._coding(view, make_table(view.component, view.instant))
+        return Evolution.begin(coding, view.instant, start)
+
+    def _go_on(self, view: View, search: Evolution, evaluations: int) -> Evolution:
+        return search.advance(self._coding(view, search.reads), evaluations)
+
+    def admit(self, view: View, search: Evolution, selection: IntArray, cost: float) -> Evolution:
         """Return the search with another's answer taken in; see ``Metaheuristic``."""
-        parameters = self.for_genes(search.genes)
-        return search.admit(view.component, parameters, selection, cost)
+        return search.admit(self._coding(view, search.reads), selection, cost)
+
+    def _coding(self, view: View, table: Table) -> ListGenes:
+        return ListGenes(view.component, table, self.for_genes(genes_in(table)))
 
     def _chunk(self, view: View) -> int:
         return chunk_of(view, self.population)
 
-    def _why_over(self, search: ListSearch) -> str:
-        limits = self.for_genes(search.genes)
+    def _why_over(self, search: Evolution) -> str:
+        limits = self.for_genes(genes_in(search.reads))
         if search.generation >= limits.generations:
             return "generations"
         if search.evaluations >= limits.evaluations:
             return "evaluations"
         return "converged" if search.unchanged >= limits.patience else ""
+
+
+@cache
+def _grown(search: ListGenetic, genes: int) -> ListGenetic:
+    ratio = genes / USUAL_GENES
+    return replace(
+        search,
+        population=round(search.population * ratio**2),
+        generations=round(search.generations * ratio),
+        patience=round(search.patience * ratio),
+        evaluations=round(search.evaluations * ratio**3),
+        by_size=False,
+    )

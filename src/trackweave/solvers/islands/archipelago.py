@@ -80,20 +80,8 @@ class Archipelago:
         return min(self.islands, key=lambda island: island.best)
 
     def migrated(self, view: View, neighbours: int) -> "Archipelago":
-        """Return the islands at the beginning of the next epoch.
-
-        Parameters
-        ----------
-        view
-            What is searched.
-        neighbours
-            To how many islands after it, around the ring, each sends its best answer.
-
-        Returns
-        -------
-        The islands, each with what those before it sent: what was their best before any of them
-        took something in.
-        """
+        """Return the islands at the next epoch, each's best sent to so many after it on a ring."""
+        # What was their best before any of them took something in.
         count, best = len(self.islands), self.best
         islands = []
         for number, island in enumerate(self.islands):

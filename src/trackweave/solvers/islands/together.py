@@ -18,21 +18,9 @@ Result = TypeVar("Result")
 def run_together(
     tasks: Sequence[Callable[[Stop], Result]], n_threads: int, stop: Stop | None
 ) -> tuple[list[Result], bool]:
-    """Run tasks, several at a time.
-
-    Parameters
-    ----------
-    tasks
-        Each takes a stop of its own, which it asks every few milliseconds.
-    n_threads
-        How many tasks run at a time; one at a time in the thread of the caller.
-    stop
-        Asked in the thread of the caller alone, and never again when it has said to stop.
-
-    Returns
-    -------
-    What the tasks return, in their order, and whether a stop was asked for.
-    """
+    """Run tasks on so many threads; return what they return, and if a stop was asked for."""
+    # Each task takes a stop of its own. The given one is asked in the caller's thread alone, and
+    # never again when it has said to stop.
     halt = Event()
     if n_threads == 1:
 

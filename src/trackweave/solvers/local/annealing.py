@@ -1,18 +1,57 @@
 """Simulated annealing."""
 
-from dataclasses import dataclass
+import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.fields import settle
-from trackweave.solvers.local.cooling import Cooling, Schedule
-from trackweave.solvers.local.starts import CHUNK, lay_ground
+from trackweave.solvers._kernels import Component
+from trackweave.solvers.local._annealing import anneal
+from trackweave.solvers.local._moves import begin_holding, cost_of
+from trackweave.solvers.local.starts import CHUNK, Ground, lay_ground
 from trackweave.solvers.metaheuristic import Metaheuristic
+from trackweave.solvers.polishing import polish
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
-__all__ = ["Annealing"]
+__all__ = ["Annealing", "Cooling"]
+
+LEVELS = 50
+"""Temperatures of one cooling."""
+SHORTEST = 100
+"""Moves at one temperature at least, so that small components are not all overhead."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cooling:
+    """Where an annealing stands; it is replaced, never changed.
+
+    ``holder`` tells which candidate holds each item at present, and ``best_holder`` in the best
+    answer, which is ``selection`` at a cost of ``best``. ``position`` moves were tried at the
+    temperature number ``level`` of the cooling. So many coolings as ``unchanged`` counts, in a
+    row, found nothing better; the best before the present one cost ``before``.
+    """
+
+    ground: Ground
+    holder: IntArray
+    current: float
+    best_holder: IntArray
+    best: float
+    selection: IntArray
+    level: int
+    position: int
+    cooling: int
+    unchanged: int
+    before: float
+    evaluations: int
+    rng: np.random.Generator
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a temperature is complete."""
+        return self.position == 0 and self.evaluations > 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,31 +136,102 @@ class Annealing(Metaheuristic):
         ]
         refuse_parameters(self, wrong)
 
+    def length(self, n_items: int) -> int:
+        """Return the moves at each temperature: all coolings but the last end in the budget."""
+        moves = min(self.moves_per_item * n_items, self.evaluations)
+        return max(SHORTEST, -(-moves // LEVELS))
+
+    def temperature(self, level: int, scale: float) -> float:
+        """Return the temperature of a level, the first of which is 0 [nats]."""
+        return float(scale * self.hot * (self.cold / self.hot) ** (level / (LEVELS - 1)))
+
     def _begin(self, view: View, start: Start) -> Cooling:
-        price = view.price if self.seeded else np.zeros(view.component.n_items)
-        return Cooling.begin(view.component, lay_ground(view, start, price), start.rng)
+        ground = lay_ground(view, start, seeded=self.seeded)
+        holder = ground.holding(view.component, None)
+        return Cooling(
+            ground=ground,
+            holder=holder,
+            current=cost_of(ground.moves, holder),
+            best_holder=ground.holder,
+            best=ground.cost,
+            selection=ground.selection(view.component, ground.holder),
+            level=0,
+            position=0,
+            cooling=0,
+            unchanged=0,
+            before=ground.cost,
+            evaluations=0,
+            rng=start.rng,
+        )
 
     def _go_on(self, view: View, search: Cooling, evaluations: int) -> Cooling:
-        return search.advance(view.component, self._schedule(), evaluations)
+        ground, length = search.ground, self.length(view.component.n_items)
+        count = min(evaluations, length - search.position)
+        holder, best_holder = search.holder.copy(), search.best_holder.copy()
+        selection, rng = search.selection, copy.deepcopy(search.rng)
+        current, best = anneal(
+            ground.moves, self.temperature(search.level, ground.scale), self.links, count, rng,
+            holder, search.current, best_holder, search.best,
+        )  # fmt: skip
+        if best < search.best:
+            selection = ground.selection(view.component, best_holder)
+        moved = replace(
+            search,
+            holder=holder,
+            current=current,
+            best_holder=best_holder,
+            best=best,
+            selection=selection,
+            position=search.position + count,
+            evaluations=search.evaluations + count,
+            rng=rng,
+        )
+        return moved if moved.position < length else self._colder(view.component, moved)
 
     def admit(self, view: View, search: Cooling, selection: IntArray, cost: float) -> Cooling:
-        """Return the search with another's answer taken in; see ``Metaheuristic``."""
-        return search.admit(view.component, selection, cost)
+        """Return the annealing with another's better answer as its best and its present one."""
+        held = search.ground.held(view.component, selection, cost, search.best)
+        if held is None:
+            return search
+        holder, cost = held
+        known = search.ground.selection(view.component, holder)
+        return replace(
+            search, holder=holder, current=cost, best_holder=holder, best=cost, selection=known
+        )
+
+    def _colder(self, component: Component, search: Cooling) -> Cooling:
+        """Return the annealing at the beginning of the next temperature, or of a cooling."""
+        ground, moves = search.ground, search.ground.moves
+        if search.level + 1 < LEVELS:
+            current = cost_of(moves, search.holder)
+            return replace(search, level=search.level + 1, position=0, current=current)
+        selection, best_holder, best = search.selection, search.best_holder, search.best
+        if self.improvement:
+            trial = selection.copy()
+            polish(component, ground.lists, trial, search.cooling)
+            polished = begin_holding(moves, component, trial)
+            if cost_of(moves, polished) < best:
+                selection, best_holder, best = trial, polished, cost_of(moves, polished)
+        holder = ground.holding(component, None) if search.cooling % 2 else best_holder
+        gained = best < search.before - 1e-9 * abs(search.before)
+        return replace(
+            search,
+            holder=holder,
+            current=cost_of(moves, holder),
+            best_holder=best_holder,
+            best=best,
+            selection=selection,
+            level=0,
+            position=0,
+            cooling=search.cooling + 1,
+            unchanged=0 if gained else search.unchanged + 1,
+            before=best,
+        )
 
     def _chunk(self, view: View) -> int:
-        return min(CHUNK, self._schedule().length(view.component.n_items))
+        return min(CHUNK, self.length(view.component.n_items))
 
     def _why_over(self, search: Cooling) -> str:
         if search.evaluations >= self.evaluations:
             return "evaluations"
         return "converged" if search.unchanged >= self.patience else ""
-
-    def _schedule(self) -> Schedule:
-        return Schedule(
-            moves_per_item=self.moves_per_item,
-            evaluations=self.evaluations,
-            hot=self.hot,
-            cold=self.cold,
-            links=self.links,
-            improvement=self.improvement,
-        )

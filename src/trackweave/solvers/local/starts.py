@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import IntArray
 from trackweave.solvers._kernels import Component, cheapest_first, repair
 from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.local._moves import (
@@ -12,6 +12,7 @@ from trackweave.solvers.local._moves import (
     begin_holding,
     cost_of,
     list_moves,
+    selection_of,
     typical_excess,
 )
 from trackweave.solvers.resumable import Start, View
@@ -37,49 +38,34 @@ class Ground(NamedTuple):
     holder: IntArray
     cost: float
 
+    def holding(self, component: Component, selection: IntArray | None) -> IntArray:
+        """Return who holds what in a selection; None for nothing taken."""
+        nothing = np.full(component.must.shape[0], -1, dtype=np.int64)
+        return begin_holding(self.moves, component, nothing if selection is None else selection)
+
+    def selection(self, component: Component, holder: IntArray) -> IntArray:
+        """Return the selection in which these candidates hold the items."""
+        selection = np.empty(component.must.shape[0], dtype=np.int64)
+        selection_of(self.moves, component, holder, selection)
+        return selection
+
     def held(
         self, component: Component, selection: IntArray, cost: float, best: float
     ) -> tuple[IntArray, float] | None:
-        """Return who holds what in another's answer, and its cost.
-
-        Parameters
-        ----------
-        component
-            What is searched.
-        selection, cost
-            The other's answer.
-        best
-            What the best answer here costs.
-
-        Returns
-        -------
-        None where the other's is no better than that.
-        """
+        """Return who holds what in another's answer, and its cost; None if no better than best."""
         if cost >= best:
             return None
-        holder = begin_holding(self.moves, component, selection)
+        holder = self.holding(component, selection)
         # Another number by rounding, or because it stands on candidates that are none here.
         cost = cost_of(self.moves, holder)
         return (holder, cost) if cost < best else None
 
 
-def lay_ground(view: View, start: Start, price: FloatArray) -> Ground:
-    """Return what a local search of a component stands on.
-
-    Parameters
-    ----------
-    view
-        What is searched.
-    start
-        What is known beforehand. Where that is nothing, the greedy answer is.
-    price
-        Of each item, at least 0; better prices make for better moves.
-
-    Returns
-    -------
-    The candidates that a better answer may have, and the best known answer.
-    """
+def lay_ground(view: View, start: Start, *, seeded: bool) -> Ground:
+    """Return the candidates that a better answer may have, and the best known answer."""
     component = view.component
+    # Better prices make for better moves.
+    price = view.price if seeded else np.zeros(component.n_items)
     selection, cost = start.selection.copy(), start.cost
     trial, owner = np.empty_like(selection), np.empty(component.n_items, dtype=np.int64)
     if not np.isfinite(cost):
