@@ -47,3 +47,9 @@ def test_holds_every_sequence_in_three_dimensions(seed):
 def test_gives_up_after_so_many_misses(seed):
     assert_same(Windows(seed, n_known=2, max_misses=1.0))
     assert_same(Windows(seed, n_known=1, max_misses=2.0, views=True))
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_holds_every_sequence_of_objects_that_report_themselves(seed):
+    times = np.random.default_rng(seed).choice([0.0, 2.0, 2.1, 4.2, 7.0], size=5).cumsum()
+    assert_same(Windows(seed, n_known=1, heard=True, times=times.tolist()))

@@ -3,6 +3,7 @@
 import pytest
 
 from config.test_fill import filled
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.presets import PRESETS, preset_notes
 
 
@@ -27,3 +28,21 @@ def test_a_sensor_trusts_the_keys_that_are_named(trust: object) -> None:
     sensor = filled({"sensors": {"A": {"trust": trust}}}).sensors[0]
     assert sensor.trusts("sigma") == bool(trust)
     assert filled({}).sensors[0].trust is False
+
+
+@pytest.mark.parametrize(
+    ("scans", "limits"),
+    [
+        ((False, False), GrowthLimits.of_lone_reports()),
+        ((False, True), GrowthLimits()),
+        ((None, None), GrowthLimits()),
+    ],
+)
+def test_where_no_sensor_looks_what_begins_has_wider_limits(
+    scans: tuple[bool | None, bool | None], limits: GrowthLimits
+) -> None:
+    own = {
+        name: {} if word is None else {"scans": word}
+        for name, word in zip("AB", scans, strict=True)
+    }
+    assert filled({"sensors": own}).growth == limits

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from oracles import kalman
+from oracles.rhythms import Hearing
 from trackweave.models._kernels import is_covered
 from trackweave.models.sensors import Sensor
 
@@ -96,6 +97,7 @@ def score(looks, choice, rules, known=None):
     ``choice`` holds for each look the index of its report in the sequence, None for a miss.
     """
     cost = living = misses = 0.0
+    hearing = Hearing()
     sight, hidden = 1.0, 0.0
     counted = None
     mean = covariance = time = None
@@ -109,6 +111,7 @@ def score(looks, choice, rules, known=None):
                 continue
             dim = look.positions.shape[1]
             cost = -math.log(detection * math.exp(look.log_density) / clutter)
+            cost += hearing.cost(look)
             mean = np.concatenate([look.positions[index], np.zeros(dim)])
             covariance = np.diag(
                 np.concatenate([look.sigmas[index] ** 2, np.full(dim, rules.velocity_variance)])
@@ -121,6 +124,7 @@ def score(looks, choice, rules, known=None):
         living += look.survival_cost
         sight, hidden = look.hiding.moved(sight, hidden)
         if index is None:
+            seen *= look.sensor.tells_silence(len(look.positions))
             sight *= 1 - seen
             before = counted[1] if counted and counted[0] == look.time else 0.0
             chance = max(0.0, seen / detection - before)
@@ -138,6 +142,7 @@ def score(looks, choice, rules, known=None):
             return None
         cost += living + math.log(clutter / (seen * sight))
         cost -= kalman.log_likelihood(ahead, spread, position, sigma)
+        cost += hearing.cost(look)
         mean, covariance = kalman.update(ahead, spread, position, sigma)
         living = misses = 0.0
         sight, hidden = 1.0, 0.0

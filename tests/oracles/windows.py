@@ -28,7 +28,17 @@ MOTION = ConstantVelocity(process_noise=0.5, max_speed=30.0)
 class Windows:
     """A window of few scans and reports: build the tree with ``tree``, the looks are there."""
 
-    def __init__(self, seed, *, dim=2, n_known=0, views=False, max_misses=np.inf, times=None):
+    def __init__(
+        self,
+        seed,
+        *,
+        dim=2,
+        n_known=0,
+        views=False,
+        max_misses=np.inf,
+        times=None,
+        heard=False,
+    ):
         rng = np.random.default_rng(seed)
         self.dim = dim
         self.lifecycle = (SURVIVAL, np.inf, max_misses, np.inf, np.inf)
@@ -45,7 +55,8 @@ class Windows:
                 detection_probability=float(rng.uniform(0.5, 0.95)),
                 clutter_density=float(10.0 ** rng.uniform(-6, -4)) / 100.0 ** (dim - 2),
                 field_of_view=_view(rng) if views else None,
-                scan_period=1.0,
+                scan_period=None if heard else 1.0,
+                scans=False if heard else None,
             )
             for number in range(n_sensors)
         ]

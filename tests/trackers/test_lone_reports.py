@@ -126,7 +126,7 @@ def test_scans_taken_in_together_tell_what_they_tell_one_by_one():
     for first in range(0, len(scans), 3):
         together = several.step(scans[first : first + 3])
     assert together.time == one_by_one.time
-    np.testing.assert_allclose(together.tracks.mean, one_by_one.tracks.mean, rtol=1e-6)
+    np.testing.assert_allclose(together.tracks.mean, one_by_one.tracks.mean, rtol=1e-6, atol=1e-6)
 
 
 def test_refuses_scans_together_that_are_not_in_order():

@@ -17,6 +17,7 @@ from trackweave.association._gating import (
 )
 from trackweave.association._lines import BEARING, begin_line, cross_line
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
+from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     compare,
@@ -193,6 +194,8 @@ def propose(
                         scan.identity_gain, scan.identity_loss,
                     )
                 )  # fmt: skip
+                if scan.is_heard:
+                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
@@ -294,6 +297,10 @@ def append_children(
                 scan.platform[setting], state, motion.dim, motion.unscented, expected,
                 nodes.mean[child], nodes.covariance[child], nodes.weight[child],
             )  # fmt: skip
+        for column in range(nodes.rhythm.shape[1]):
+            nodes.rhythm[child, column] = nodes.rhythm[above, column]
+        if scan.is_heard:
+            hear(nodes.rhythm, child, scan.sensor, scan.moment[index])
         nodes.parent[child] = above
         nodes.report[child] = scan.slot[index]
         nodes.family[child] = nodes.family[above]
@@ -364,6 +371,8 @@ def append_roots(
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.former[node] = -1
+        heard_by = scan.sensor if scan.is_heard else -1
+        begin_rhythm(nodes.rhythm, node, heard_by, scan.moment[index])
         nodes.mean[node] = 0.0
         nodes.covariance[node] = 0.0
         overwrite(nodes.weight[node], motion.share)

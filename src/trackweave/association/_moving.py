@@ -34,6 +34,8 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.price[to] = source.price[row]
         target.belief[to] = source.belief[row]
         target.time[to] = source.time[row]
+        for column in range(source.rhythm.shape[1]):
+            target.rhythm[to, column] = source.rhythm[row, column]
         for mode in range(modes):
             target.weight[to, mode] = source.weight[row, mode]
             for axis in range(size):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.models.coverage import Coverage
 from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
@@ -24,7 +25,8 @@ class Nodes(NamedTuple):
     ``price`` is what holding the last report against others is worth [nats], as far as they were
     known, and ``belief`` how probable it was then that this is what its object did and that it
     lives. ``identity`` is whom the last report that said so was of, ``former`` whom another one
-    before it; -1 for nobody. ``sensor`` is the last report's, -1 for none.
+    before it; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
+    which intervals the object reports itself, see ``association._rhythm``.
 
     ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
     each mode of motion, and how probable that mode is. Where ``is_line`` is 1 the object has been
@@ -51,6 +53,7 @@ class Nodes(NamedTuple):
     price: FloatArray
     belief: FloatArray
     time: FloatArray
+    rhythm: FloatArray
     mean: FloatArray
     covariance: FloatArray
     weight: FloatArray
@@ -79,7 +82,8 @@ class ScanInput(NamedTuple):
     """A scan as the kernels read it.
 
     Reports that say where their objects are (``is_located``) are sorted by the first coordinate.
-    ``is_silence_telling`` says whether the scan tells anything of objects that it does not report.
+    ``is_silence_telling`` says whether the scan tells anything of objects that it does not report,
+    and ``is_heard`` whether its objects report themselves.
     ``reference`` is when the scan looks, ``time`` when it ends; with ``has_moments`` each report
     has its own time. Two reports of one object lie at least ``separation`` apart [s].
     A miss counts for ``pace``, less than 1 for a sensor that scans faster than the one that the
@@ -99,6 +103,7 @@ class ScanInput(NamedTuple):
     reference: float
     new_instant: bool
     is_silence_telling: bool
+    is_heard: bool
     has_moments: bool
     is_located: bool
     separation: float
@@ -209,6 +214,7 @@ def allocate(capacity: int, modes: int, size: int) -> Nodes:
     return Nodes(
         **{name: column(dtype=np.int64) for name in whole},
         **{name: column() for name in real},
+        rhythm=column(RHYTHM_SIZE),
         mean=column(modes, size),
         covariance=column(modes, size, size),
         weight=column(modes),

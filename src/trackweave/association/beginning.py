@@ -29,6 +29,8 @@ class Beginning:
         Cost [nats] and number of the chances missed since ``time``.
     hidden
         How probable it is then that an object that lives is where no sensor can see it.
+    rhythm
+        At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     identity, former, sensor
         Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
     is_line
@@ -47,6 +49,7 @@ class Beginning:
     tail: FloatArray
     hidden: FloatArray
     misses: FloatArray
+    rhythm: FloatArray
     identity: IntArray
     former: IntArray
     sensor: IntArray

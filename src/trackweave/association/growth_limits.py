@@ -69,3 +69,16 @@ class GrowthLimits:
         Wider limits for what begins in the window.
         """
         return cls(new_margin=10.0, new_keep=30, new_ceiling=14.0)
+
+    @classmethod
+    def of_lone_reports(cls) -> Self:
+        """Return what serves where no sensor looks.
+
+        Beside an object that is known, its neighbour's reports are worth much to it, until their
+        times tell them apart: a right sequence stays behind for minutes.
+
+        Returns
+        -------
+        Wider limits for what begins in the window.
+        """
+        return cls(new_margin=15.0, new_keep=30, new_ceiling=20.0)

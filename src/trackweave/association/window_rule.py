@@ -151,6 +151,7 @@ def scan_input(
         reference=float(scan.time if start is None else (start + scan.time) / 2),
         new_instant=True,
         is_silence_telling=sensor.tells_silence(count),
+        is_heard=sensor.scans is False,
         has_moments=scan.moments is not None,
         is_located=is_located,
         separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,

@@ -311,8 +311,11 @@ def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
 
 
 def _growth(ledger: Ledger, sensors: Sequence[Sensor]) -> GrowthLimits:
-    by_bearings = all(sensor.measurement is MeasurementKind.BEARING for sensor in sensors)
-    usual = GrowthLimits.of_bearings() if by_bearings else GrowthLimits()
+    usual = GrowthLimits()
+    if all(sensor.measurement is MeasurementKind.BEARING for sensor in sensors):
+        usual = GrowthLimits.of_bearings()
+    elif all(sensor.scans is False for sensor in sensors):
+        usual = GrowthLimits.of_lone_reports()
     names = [field.name for field in fields(GrowthLimits)]
     return GrowthLimits(
         **{name: ledger.choose(("growth", name), default=getattr(usual, name)) for name in names}

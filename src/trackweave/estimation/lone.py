@@ -12,15 +12,21 @@ from trackweave.estimation.threads import Threads, threads_of
 
 __all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
 
-MOST_REPORTS = 6000
+MOST_REPORTS = 12000
 # Threads of fewer are false alarms.
 OF_OBJECTS = 3
 LONGEST_CHAIN, MOST_CHAINS, LEAST_REPORTS = 60, 80, 40
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
 LEAST_FALSE = 0.001
+# Where one ends and another begins it is often one object's thread, torn; this share of those
+# that begin are of new objects at least. Of reports on no thread most are of objects that report
+# seldom; this share is of nobody.
+TORN, STRAY = 0.03, 0.1
 # In a turn an object wanders more than on the whole.
-AGILE = 4.0
+AGILE = 2.0
+# The median of how far a standard normal number is from 0.
+MEDIAN_OF_NORMAL = 0.6745
 # What stands seems to move at no more than so many standard deviations, and shares of the
 # greatest speed; threads of so many reports tell.
 STANDING, SLOW, TOLD = 3.0, 0.01, 4
@@ -50,7 +56,7 @@ class LoneReports:
         Time between reports of those that report most often, and most seldom: of a tenth it is
         less, and more [s].
     standing
-        Share of the objects that stand still.
+        Share of the objects' time for which they stand still.
     """
 
     pause: float
@@ -119,32 +125,55 @@ def lone_reports(
     pauses = [float(np.median(np.diff(time[rows]))) for rows in objects]
     pause = float(np.median(pauses)) if pauses else span
     n_false = threads.n_reports - sum(rows.size for rows in objects)
-    begun = sum(time[rows[0]] > time.min() + 0.5 * span for rows in objects)
+    rate = n_false / span
     lasting = threads.lasting(LASTING)
     # At a quay the seldom are taken for one another; those that report often are sure.
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
-    sigma, process = _noise(time, position, quick, sigma, n_false / span)
+    most = _scatter(time, position, quick) if sigma is None else None
+    sigma, process = _noise(time, position, quick, sigma, rate)
+    if sigma is not None and most is not None and sigma > most:
+        # Threads that change from one object to another lie off by more than noise.
+        sigma, process = _noise(time, position, quick, most, rate)
     speed = _speed(time, position, lasting)
     moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
     if sigma is not None and len(moving) < len(quick):
         # Of those that stand, the noise of movement is none.
-        own = _noise(time, position, moving, sigma, n_false / span)[1]
+        own = _noise(time, position, moving, sigma, rate)[1]
         process = process if own is None else AGILE * own
-    told = threads.lasting(TOLD)
-    standing = sum(_stands(time[rows], position[rows], sigma, speed) for rows in told)
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
-        false_rate=max(n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
+        false_rate=max(STRAY * n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
         n_objects=max(lived / span, 1.0),
-        new_rate=(begun + 0.5) / (0.5 * span),
+        new_rate=(_begun(time, objects) + 0.5) / (0.5 * span),
         sigma=sigma,
         process_noise=process,
         max_speed=speed,
         quick_pause=float(np.quantile(pauses, 0.1)) if pauses else span,
         slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
-        standing=standing / len(told) if told else 0.0,
+        standing=_standing(time, position, threads.lasting(TOLD), sigma, speed),
     )
+
+
+def _begun(time: FloatArray, objects: list[IntArray]) -> float:
+    """Return how many objects came in the second half of the time."""
+    middle = 0.5 * (time.min() + time.max())
+    begun = sum(time[rows[0]] > middle for rows in objects)
+    ended = sum(time[rows[-1]] < middle for rows in objects)
+    return float(max(begun - ended, TORN * begun))
+
+
+def _standing(
+    time: FloatArray,
+    position: FloatArray,
+    threads: list[IntArray],
+    sigma: float | None,
+    speed: float | None,
+) -> float:
+    """Return for which share of the threads' time they stand: what moves is torn into many."""
+    stands = [_stands(time[rows], position[rows], sigma, speed) for rows in threads]
+    lasted = [float(np.ptp(time[rows])) for rows in threads]
+    return float(np.average(stands, weights=lasted)) if threads else 0.0
 
 
 def _stands(
@@ -182,6 +211,27 @@ def _noise(
     return noise_of_chains(
         times, places, max(start, 1e-6), density, fixed=sigma is not None, follows_turns=False
     )
+
+
+def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:
+    """Return the noise with which reports lie off the line between their neighbours.
+
+    Movement adds to it, and takes nothing.
+
+    Returns
+    -------
+    The median of all threads along an axis [m]; None without any.
+    """
+    found = []
+    for rows in threads:
+        span = time[rows[2:]] - time[rows[:-2]]
+        share = ((time[rows[1:-1]] - time[rows[:-2]]) / np.maximum(span, 1e-9))[:, None]
+        off = (
+            position[rows[1:-1]] - (1.0 - share) * position[rows[:-2]] - share * position[rows[2:]]
+        )
+        off /= np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+        found.append(float(np.median(np.abs(off))) / MEDIAN_OF_NORMAL)
+    return float(np.median(found)) or None if found else None
 
 
 def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:

@@ -15,17 +15,17 @@ __all__ = ["LoneValues", "note_on_lone", "rhythm_of"]
 
 # No lone report is worth more to a track [nats]: else one that chance puts into the gate of
 # another's track outweighs all doubt.
-WORTH = 10.0
+WORTH = 16.0
 # What the first of an object's reports costs more than one of nobody, at most [nats].
 DEAR = 4.0
 # Slow pauses between an object's own reports that a window holds, and instants in any case.
-PAUSES, DEPTHS = 1.5, (5, 50)
+PAUSES, DEPTHS = 3.0, (5, 80)
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
 # standard deviations of a report, and each is this share of all; it drifts by this part of one in
 # such a silence, and goes on as it does for so long [s].
-WANDERED, SOME, DRIFTED, STAY = 3.0, 0.1, 0.25, 1800.0
+WANDERED, SOME, DRIFTED, STAY = 3.0, 0.05, 0.25, 1800.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Results become data frames with the columns that files have."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
@@ -11,10 +11,13 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
 from trackweave.domain.truth import TruthTable
-from trackweave.fusion.pairings import Pairing
 from trackweave.io.positions import NO_LATITUDE, NO_LONGITUDE
 from trackweave.io.times import datetime_column
 from trackweave.io.tracks_in import covariance_names, state_names
+
+if TYPE_CHECKING:
+    # Runs that fuse nothing need not wait for the import.
+    from trackweave.fusion.pairings import Pairing
 
 __all__ = [
     "assignments_frame",
@@ -181,7 +184,7 @@ def truth_frame(
     )
 
 
-def associations_frame(pairings: Sequence[Pairing], *, iso_time: bool = False) -> pl.DataFrame:
+def associations_frame(pairings: Sequence["Pairing"], *, iso_time: bool = False) -> pl.DataFrame:
     """Return ``object,sensor,track,from,to,reason``, no reason where it lasted to the end."""
     begin = np.array([one.begin for one in pairings], dtype=np.float64)
     end = np.array([one.end for one in pairings], dtype=np.float64)

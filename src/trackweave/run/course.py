@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Course", "course_of", "tracker_of"]
 
 
-PARTS, EARLY = 6, 0.5
+PARTS, EARLY = 3, 1.0
 """What lone reports say is searched for so many times at least while the window moves on by its
 depth, and before so much of the pause has passed after which an object may report again."""
 
@@ -169,11 +169,16 @@ def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
     if looks or settings.tracker.kind != "multi-hypothesis" or settings.deadline is not None:
         together = 0.0
     most = max(1, settings.window.depth // PARTS)
-    steps: list[list[Scan]] = []
-    for scan in scans:
-        is_later = bool(steps) and steps[-1][-1].time < scan.time
-        if is_later and scan.time < steps[-1][0].time + together and len(steps[-1]) < most:
-            steps[-1].append(scan)
+    steps: list[list[Scan]] = [[scan] for scan in scans[:1]]
+    due = -np.inf
+    for scan in scans[1:]:
+        step, last = steps[-1], steps[-1][-1].time
+        if last >= due:
+            # A row is due, and rows are told at the end of a step.
+            due = last + (settings.period or 0.0)
+            steps.append([scan])
+        elif last < scan.time < step[0].time + together and len(step) < most:
+            step.append(scan)
         else:
             steps.append([scan])
     return [tuple(step) for step in steps]

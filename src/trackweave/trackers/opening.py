@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
+from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.association.beginning import Beginning
 from trackweave.association.tree import AssociationTree
 from trackweave.association.waiting import waited
@@ -199,6 +200,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
         tail=zero,
         hidden=zero,
         misses=zero,
+        rhythm=np.full((count, RHYTHM_SIZE), -1.0),
         identity=nobody,
         former=nobody,
         sensor=nobody,

@@ -1,0 +1,52 @@
+"""What the time of a report costs, against the oracle."""
+
+import numpy as np
+import pytest
+
+from oracles.rhythms import rhythm_costs
+from trackweave.association._rhythm import SIZE, begin_rhythm, hear, rhythm_cost
+
+
+def costs(times, sensor=0):
+    rhythm = np.empty((1, SIZE))
+    begin_rhythm(rhythm, 0, sensor, times[0])
+    found = [0.0]
+    for time in times[1:]:
+        found.append(rhythm_cost(rhythm, 0, sensor, time))
+        hear(rhythm, 0, sensor, time)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_costs_are_those_of_the_whole_history(seed):
+    rng = np.random.default_rng(seed)
+    usual = rng.choice([2.0, 10.0, 180.0], size=4).repeat(15)
+    lost = rng.geometric(0.7, size=usual.size)
+    waits = usual * lost * rng.uniform(0.8, 1.2, usual.size) * (rng.random(usual.size) > 0.05)
+    times = np.cumsum(waits).tolist()
+    np.testing.assert_allclose(costs(times), rhythm_costs(times), atol=1e-9)
+
+
+def test_two_objects_cost_more_as_one():
+    one = 30.0 * np.arange(12.0)
+    other = one + 13.0
+    both = np.sort(np.concatenate([one, other]))
+    assert sum(costs(both.tolist())) > sum(costs(one.tolist())) + sum(costs(other.tolist())) + 10.0
+
+
+def test_one_object_costs_more_as_two():
+    one = 10.0 * np.arange(24.0)
+    mixed = np.random.default_rng(1).permutation(24) % 2 == 0
+    parts = sum(costs(one[mixed].tolist())) + sum(costs(one[~mixed].tolist()))
+    assert parts > sum(costs(one.tolist())) + 10.0
+
+
+def test_another_sensor_says_nothing_of_the_intervals():
+    rhythm = np.empty((1, SIZE))
+    begin_rhythm(rhythm, 0, 0, 0.0)
+    for time in (10.0, 20.0):
+        hear(rhythm, 0, 0, time)
+    before = rhythm.copy()
+    assert rhythm_cost(rhythm, 0, 1, 21.0) == 0.0
+    hear(rhythm, 0, 1, 21.0)
+    np.testing.assert_array_equal(rhythm, before)
