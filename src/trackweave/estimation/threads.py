@@ -42,9 +42,9 @@ def threads_of(time: FloatArray, position: FloatArray) -> Threads:
     """Return reports threaded by their nearest in space and time."""
     # Two reports are as near as few unrelated ones would lie between them, in the ball whose
     # radius is their distance and over the time between them. That knows neither noise nor speeds.
-    # Those that are nearest to each other are linked, then those of the rest. After I. Zaliapin,
-    # A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity and aftershock
-    # identification", Physical Review Letters 101, 2008.
+    # Those that are nearest to each other are linked, then those of the rest.
+    # After I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
+    # and aftershock identification", Physical Review Letters 101, 2008.
     rows = _once(time, position)
     time, position = time[rows], position[rows]
     extent = float(np.linalg.norm(np.ptp(position, axis=0))) if rows.size else 0.0

@@ -20,10 +20,11 @@ def to_position(
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions [m], shape (reports, dim), and covariances of where reports put objects."""
     # Ranges and angles are unbiased to second order in the angles' noise: the mean of a position
-    # on an arc lies inside it. D. Lerro, Y. Bar-Shalom, Tracking with debiased consistent
-    # converted measurements versus EKF, 1993, eqs. 13-16, doi:10.1109/7.220948. Measurements and
-    # sigma have the shape (reports, components), ``platform`` is where the sensor was, x, y, z [m]
-    # first. Both are NaN where a report of this kind does not tell.
+    # on an arc lies inside it [1]. Measurements and sigma have the shape (reports, components),
+    # ``platform`` is where the sensor was, x, y, z [m] first. What comes is NaN where a report of
+    # this kind does not tell.
+    # [1] D. Lerro, Y. Bar-Shalom, Tracking with debiased consistent converted measurements versus
+    #     EKF, 1993, eqs. 13-16. doi:10.1109/7.220948
     count = measurement.shape[0]
     if not kind.gives_position(dim):
         return np.full((count, dim), np.nan), np.full((count, dim, dim), np.nan)
