@@ -4,7 +4,7 @@ import numpy as np
 
 from trackweave.arrays import ROUNDING, FloatArray
 
-__all__ = ["predicted", "transition", "updated"]
+__all__ = ["predicted", "transition"]
 
 
 def transition(
@@ -37,19 +37,3 @@ def predicted(
     lost = np.where(np.asarray(interval) == 0.0, 0.0, ROUNDING)
     spread *= 1.0 + lost[:, None, None] * np.eye(spread.shape[1])
     return ahead, spread
-
-
-def updated(
-    mean: FloatArray, covariance: FloatArray, position: FloatArray, sigma: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return mean (rows, 2 dim) and covariance of states after a position report each."""
-    # Reports [m] and their standard deviations along each axis [m] have the shape (rows, dim).
-    dim, size = position.shape[1], mean.shape[1]
-    noise = sigma[:, :, None] ** 2 * np.eye(dim)
-    gain = np.linalg.solve(covariance[:, :dim, :dim] + noise, covariance[:, :dim, :])
-    gain = gain.swapaxes(1, 2)
-    # Joseph's form, as in the kernels.
-    left = np.eye(size) - gain @ np.eye(dim, size)
-    after = left @ covariance @ left.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
-    shift = np.einsum("kij,kj->ki", gain, position - mean[:, :dim])
-    return mean + shift, (after + after.swapaxes(1, 2)) / 2

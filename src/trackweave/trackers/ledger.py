@@ -40,8 +40,7 @@ class LostTrack:
 class Chosen:
     """The sequences of a hypothesis, one column each."""
 
-    leaf: IntArray  # Last node, shape (sequences,)
-    family: IntArray
+    family: IntArray  # Shape (sequences,)
     path: IntArray  # The nodes of each, the last one first, shape (longest, sequences); -1 below
     slot: IntArray  # The slot of each node's report in the window, of the same shape; -1 for none
     track: IntArray  # -1 where it has none yet
@@ -52,7 +51,7 @@ class Chosen:
         path = paths_up(tree.nodes.parent, leaf)
         family = tree.nodes.family[leaf]
         slot = np.where(path >= 0, tree.nodes.report[path], -1)
-        return cls(leaf, family, path, slot, tree.track[family])
+        return cls(family, path, slot, tree.track[family])
 
     def chances(self, tree: AssociationTree, index: int) -> list[float]:
         """Return the number of the chance that each report of a sequence took, ascending."""
