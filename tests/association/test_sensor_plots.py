@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from trackweave.association.sensor_plots import SensorPlots, scene_plots
+from trackweave.association.sensor_plots import SensorPlots
 from trackweave.errors import InvalidInputError
-from trackweave.simulation.scenes import BearingKind, PositionKind, draw_scene
 
 
 def test_one_sigma_serves_every_plot_and_axis():
@@ -23,22 +22,6 @@ def test_bearings_are_brought_to_one_turn():
     plots = SensorPlots([-0.5, 7.0], 0.1, volume=1.0, false_alarms=1.0, place=(0, 0))
     np.testing.assert_allclose(plots.value, [2 * math.pi - 0.5, 7.0 - 2 * math.pi])
     assert plots.is_bearing
-
-
-@pytest.mark.parametrize("kind", [PositionKind(2, 10), BearingKind(3, 10, clutter_per_object=0)])
-def test_a_scenes_plots_come_with_all_that_is_known_of_the_sensors(kind):
-    scene = draw_scene(kind, np.random.default_rng(1))
-    found = scene_plots(scene)
-    assert len(found) == kind.n_sensors
-    for sensor, plots in enumerate(found):
-        np.testing.assert_array_equal(plots.value, scene.plots[sensor])
-        assert np.all(plots.sigma == kind.sigma)
-        assert plots.volume == scene.volume[sensor]
-        assert plots.false_alarms == max(1e-9, scene.false_alarms[sensor])
-        assert plots.detection_probability == 0.9
-        assert plots.is_bearing == isinstance(kind, BearingKind)
-        if scene.places is not None:
-            np.testing.assert_array_equal(plots.place, scene.places[sensor])
 
 
 @pytest.mark.parametrize(

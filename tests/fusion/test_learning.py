@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from trackweave.filters.kalman import predicted, updated
+from oracles.kalman import updated
+from trackweave.filters.kalman import predicted
 from trackweave.fusion.learning import learned
 from trackweave.fusion.pictures import LocalPicture
 

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._crowding import Crowding, admit, nearest_of
@@ -28,16 +26,14 @@ from trackweave.association._scoring import (
     room_for_state,
     share_covered,
     take_in,
+    take_rate,
 )
-from trackweave.domain.measurements import MeasurementKind
-from trackweave.filters._kernels import correct, distance_of, invert_sum, predict, update
-from trackweave.filters._measuring import innovation, measure
+from trackweave.filters._kernels import distance_of, invert_sum, predict, update
 from trackweave.filters._states import advance
 from trackweave.jit import jit
 
 HOPELESS = 50.0
 """What a report costs as a new object that it cannot begin [nats]."""
-RANGE_RATE = int(MeasurementKind.RANGE_RATE)
 
 
 @jit
@@ -281,7 +277,7 @@ def append_children(
             cross_line(
                 nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
             )
-            _take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
+            take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
             _spread_over_modes(nodes, child, motion.share)
         else:
             # Children of one parent stand together, and mostly wait as long.
@@ -389,7 +385,7 @@ def append_roots(
                 for column in range(dim):
                     covariance[row, column] = scan.position_covariance[index, row, column]
             if general is not None:
-                _take_rate(scan, index, mean, covariance, dim)
+                take_rate(scan, index, mean, covariance, dim)
             _spread_over_modes(nodes, node, motion.share)
         else:
             nodes.cost[node] = HOPELESS
@@ -397,23 +393,3 @@ def append_roots(
             if general is not None and scan.kind == BEARING and dim == 2:
                 nodes.tail[node] = 0.0
                 begin_line(nodes, node, scan, index, log_density[index])
-
-
-@jit
-def _take_rate(
-    scan: ScanInput, index: int, mean: FloatArray, covariance: FloatArray, dim: int
-) -> None:
-    """Let a report's range rate, its last number, tell of a new object's velocity, in place."""
-    if scan.kind != 2 and scan.kind != 4:
-        return
-    size = mean.shape[0]
-    setting, last = scan.setting[index], scan.measurement.shape[1] - 1
-    predicted, off, cross = np.empty(1), np.empty(1), np.empty((size, 1))
-    spread = np.empty((1, 1))
-    measure(
-        RANGE_RATE, mean, covariance, scan.platform[setting], dim, False,
-        predicted, spread, cross,
-    )  # fmt: skip
-    spread[0, 0] += scan.noise[setting, last, last]
-    innovation(RANGE_RATE, scan.measurement[index, last:], predicted, off)
-    correct(mean, covariance, off, spread, cross, mean, covariance)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.association._nodes import Expectation, Nodes, State
+from trackweave.association._nodes import Expectation, Nodes, ScanInput, State
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.filters._kernels import correct, update
 from trackweave.filters._measuring import innovation, invert, measure
@@ -15,6 +15,7 @@ from trackweave.models.coverage import Coverage
 from trackweave.models.motion import MotionRule
 
 POSITION = int(MeasurementKind.POSITION)
+RANGE_RATE = int(MeasurementKind.RANGE_RATE)
 LOG_TWO_PI = math.log(2.0 * math.pi)
 
 
@@ -177,6 +178,26 @@ def take_in(
         total += weight_out[mode]
     for mode in range(modes):
         weight_out[mode] /= total
+
+
+@jit
+def take_rate(
+    scan: ScanInput, index: int, mean: FloatArray, covariance: FloatArray, dim: int
+) -> None:
+    """Let a report's range rate, its last number, tell of a new object's velocity, in place."""
+    if scan.kind != 2 and scan.kind != 4:
+        return
+    size = mean.shape[0]
+    setting, last = scan.setting[index], scan.measurement.shape[1] - 1
+    predicted, off, cross = np.empty(1), np.empty(1), np.empty((size, 1))
+    spread = np.empty((1, 1))
+    measure(
+        RANGE_RATE, mean, covariance, scan.platform[setting], dim, False,
+        predicted, spread, cross,
+    )  # fmt: skip
+    spread[0, 0] += scan.noise[setting, last, last]
+    innovation(RANGE_RATE, scan.measurement[index, last:], predicted, off)
+    correct(mean, covariance, off, spread, cross, mean, covariance)
 
 
 @jit

@@ -12,49 +12,26 @@ __all__ = ["Beginning"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beginning:
-    """States with which tracks enter a tree, one row per track.
-
-    Parameters
-    ----------
-    track
-        Identifiers.
-    time
-        Time of each state [s].
-    mean, covariance, weight
-        The state by modes of motion, shapes (tracks, modes, size), (tracks, modes, size, size)
-        and (tracks, modes).
-    hits, chances
-        Reports taken so far, and chances to be seen from the first report on.
-    tail, misses
-        Cost [nats] and number of the chances missed since ``time``.
-    hidden
-        How probable it is then that an object that lives is where no sensor can see it.
-    rhythm
-        At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
-    identity, former, sensor
-        Whom the track has been of, and which sensor saw it last; -1 for nobody and none.
-    is_line
-        1 for an object that has been seen by its bearing alone.
-    slot
-        The slot of its last report, -1 where there was none.
-    """
+    """States with which tracks enter a tree, one row per track."""
 
     track: IntArray
-    time: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
-    weight: FloatArray
-    hits: IntArray
-    chances: FloatArray
-    tail: FloatArray
+    time: FloatArray  # Of each state [s]
+    mean: FloatArray  # By modes of motion, shape (tracks, modes, size)
+    covariance: FloatArray  # Shape (tracks, modes, size, size)
+    weight: FloatArray  # Shape (tracks, modes)
+    hits: IntArray  # Reports taken so far
+    chances: FloatArray  # To be seen, from the first report on
+    tail: FloatArray  # Cost of the chances missed since ``time`` [nats]
+    # How probable it is then that an object that lives is where no sensor can see it.
     hidden: FloatArray
-    misses: FloatArray
+    misses: FloatArray  # Their number
+    # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray
-    identity: IntArray
-    former: IntArray
-    sensor: IntArray
-    is_line: IntArray
-    slot: IntArray
+    identity: IntArray  # Whom the track is of; -1 for nobody
+    former: IntArray  # Whom it was of before; -1 for nobody
+    sensor: IntArray  # Which saw it last; -1 for none
+    is_line: IntArray  # 1 for an object that has been seen by its bearing alone
+    slot: IntArray  # The slot of its last report, -1 where there was none
 
     @classmethod
     def names(cls) -> tuple[str, ...]:

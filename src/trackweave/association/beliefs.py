@@ -19,49 +19,27 @@ __all__ = ["Beliefs", "believe"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beliefs:
-    """Probabilities over a tree's sequences.
+    """Probabilities over a tree's sequences."""
 
-    Parameters
-    ----------
-    probability
-        Of each sequence, shape (nodes,).
-    edge
-        For each node the edge of its family and last report, shape (nodes,); -1 without report.
-    edge_probability
-        That the edge's report belongs to the edge's family, shape (edges,).
-    claims
-        Odds of all families together for each report that some sequence has, shape (reports,).
-    existence
-        That the family's object lives, shape (families,).
-        An object on a line, seen by a bearing alone, counts for nothing.
-    """
-
-    probability: FloatArray
+    probability: FloatArray  # Of each sequence, shape (nodes,)
+    # For each node the edge of its family and last report, shape (nodes,); -1 without report.
     edge: IntArray
+    # That the edge's report belongs to the edge's family, shape (edges,).
     edge_probability: FloatArray
+    # Odds of all families together for each report that some sequence has, shape (reports,).
     claims: FloatArray
+    # That the family's object lives, shape (families,). An object on a line, seen by a bearing
+    # alone, counts for nothing.
     existence: FloatArray
 
 
 def believe(
     tree: AssociationTree, known: FloatArray | None = None, max_iterations: int = 15
 ) -> Beliefs:
-    """Return the beliefs after the last scan; leave prices and beliefs in the tree's nodes.
-
-    Parameters
-    ----------
-    tree
-        The sequences.
-    known
-        How probable the search found each sequence to be, shape (nodes,); None where it does not
-        tell. Then the probabilities of associations are summed from it; all else is propagated.
-    max_iterations
-        Of the propagation; it mostly converges in fewer.
-
-    Returns
-    -------
-    The beliefs. With loops in the graph they are approximate.
-    """
+    """Return the beliefs after the last scan; leave prices and beliefs in the tree's nodes."""
+    # With loops in the graph they are approximate. Where ``known`` tells how probable the search
+    # found each sequence to be, shape (nodes,), the probabilities of associations are summed from
+    # it; all else is propagated, which mostly converges in fewer iterations.
     nodes, n, n_families = tree.nodes, tree.n_nodes, tree.n_families
     slots, place = tree.slots()
     n_reports = slots.shape[0]

@@ -34,20 +34,9 @@ class Status(StrEnum):
 
 
 def relative_gap(cost: float, lower_bound: float) -> float:
-    """Return how far a cost lies above a bound, relative to the cost, as HiGHS and Gurobi do.
-
-    Parameters
-    ----------
-    cost
-        What an answer costs; infinite where there is none.
-    lower_bound
-        No answer costs less.
-
-    Returns
-    -------
-    (cost − bound) / |cost|: 0 where both are zero; infinite where the cost alone is zero, and
-    where there is no answer.
-    """
+    """Return (cost − bound) / |cost|, the relative gap as HiGHS and Gurobi define it."""
+    # It is 0 where both are zero; infinite where the cost alone is zero, and where there is no
+    # answer.
     if cost == np.inf:
         return np.inf
     distance = max(0.0, cost - lower_bound)

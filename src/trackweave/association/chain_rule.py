@@ -106,22 +106,14 @@ class TrackEstimates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chains:
-    """Candidate tuples of tracks and what they cost.
+    """Candidate tuples of tracks and what they cost."""
 
-    Parameters
-    ----------
-    tuples
-        One row per candidate, one column per sensor, shape (rows, sensors): the 1-based number
-        of the sensor's track, 0 for none.
-    costs
-        Cost of each row, shape (rows,).
-    threshold
-        Accumulated distance up to which two tracks may be of one object; infinite where every
-        track has to be in exactly one tuple with a track of each sensor.
-    """
-
+    # One row per candidate, one column per sensor: the 1-based number of the sensor's track, 0 for
+    # none.
     tuples: IntArray
-    costs: FloatArray
+    costs: FloatArray  # Shape (rows,)
+    # Accumulated distance up to which two tracks may be of one object; infinite where every track
+    # has to be in exactly one tuple with a track of each sensor.
     threshold: float
 
     def problem(self) -> AssignmentProblem:
@@ -130,27 +122,10 @@ class Chains:
 
 
 def same_object_threshold(false_rejection: float, n_times: int, dim: int) -> float:
-    """Return the accumulated distance that two tracks of one object exceed so rarely.
-
-    Parameters
-    ----------
-    false_rejection
-        Probability α of rejecting two tracks of one object, between 0 and 1.
-    n_times
-        Number k of times over which the distance is accumulated, at least 1.
-    dim
-        Length n of a state, at least 1.
-
-    Returns
-    -------
-    δ with P{λ ≥ δ} = α for λ of χ² with k·n degrees of freedom, which holds where errors are
-    independent from time to time.
-
-    Raises
-    ------
-    InvalidInputError
-        If an argument is out of range.
-    """
+    """Return the accumulated distance that two tracks of one object exceed so rarely."""
+    # It is δ with P{λ ≥ δ} = α, the probability of rejecting two tracks of one object, for λ of χ²
+    # with k·n degrees of freedom, k times and n the length of a state. That holds where errors are
+    # independent from time to time.
     if not 0.0 < false_rejection < 1.0:
         raise InvalidInputError(
             f"false_rejection: {false_rejection}; expected a probability between 0 and 1"
@@ -161,28 +136,10 @@ def same_object_threshold(false_rejection: float, n_times: int, dim: int) -> flo
 
 
 def accumulated_distance(first: TrackEstimates, second: TrackEstimates) -> FloatArray:
-    """Return how far apart the tracks of two sensors are, over all times.
-
-    Parameters
-    ----------
-    first, second
-        The tracks; times and dimensions must be the same. Errors of different sensors are taken
-        to be independent.
-
-    Returns
-    -------
-    λ = Σ tᵀ C⁻¹ t with the difference t of the states and C the sum of their covariances, shape
-    (tracks of the first, tracks of the second).
-
-    Raises
-    ------
-    InvalidInputError
-        If times or dimensions differ.
-
-    References
-    ----------
-    .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (3), (6) and (7).
-    """
+    """Return the accumulated distances of the tracks of two sensors, shape (first, second)."""
+    # λ = Σ tᵀ C⁻¹ t with the difference t of the states and C the sum of their covariances: Huo,
+    # Zhang, Bai, Song, Xiong, 2008, eqs. (3), (6) and (7). Errors of different sensors are taken
+    # to be independent; times and dimensions must be the same.
     _require_alike([first, second])
     distance = np.zeros((first.n_tracks, second.n_tracks))
     step = max(1, _BLOCK // max(1, second.n_tracks * second.dim**2))
@@ -268,29 +225,11 @@ def _full_chains(sensors: Sequence[TrackEstimates], max_tuples: int) -> Chains:
 
 
 def complete_chains(distances: Sequence[FloatArray], *, max_tuples: int = 2_000_000) -> Chains:
-    """Return every tuple of one track per sensor, from distances that are known already.
-
-    Parameters
-    ----------
-    distances
-        For each sensor but the last, the accumulated distances λ between its tracks and those of
-        the next, shape (n, n), n the same for all.
-    max_tuples
-        Greatest number of tuples; more are refused.
-
-    Returns
-    -------
-    The tuples, and for each b, the sum of its distances [1]_.
-
-    Raises
-    ------
-    InvalidInputError
-        If sensors differ in their number of tracks, or there are too many tuples.
-
-    References
-    ----------
-    .. [1] Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (9), (11) and (12).
-    """
+    """Return every tuple of one track per sensor, from distances that are known already."""
+    # For each sensor but the last, these are the accumulated distances λ between its tracks and
+    # those of the next, shape (n, n), n the same for all. Each tuple comes with b, the sum of its
+    # distances: Huo, Zhang, Bai, Song, Xiong, 2008, eqs. (9), (11) and (12). More tuples than
+    # ``max_tuples`` are refused.
     if not distances:
         raise InvalidInputError("distances: none; expected those of at least two sensors")
     _require_equal([len(distances[0]), *(distance.shape[1] for distance in distances)])

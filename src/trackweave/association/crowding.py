@@ -26,21 +26,8 @@ places, where the nearest reports cannot be picked out."""
 def crowding_of(
     nodes: Nodes, n_nodes: int, is_new: NDArray[np.bool_], limits: GrowthLimits
 ) -> Crowding:
-    """Return what a sequence may look at and keep of a scan, so that all of them can.
-
-    Parameters
-    ----------
-    nodes, n_nodes
-        The sequences.
-    is_new
-        For each whether its object begins in the window.
-    limits
-        What bounds them.
-
-    Returns
-    -------
-    What growth takes.
-    """
+    """Return what a sequence may look at and keep of a scan, so that all of them can."""
+    # ``is_new`` says of each sequence whether its object begins in the window.
     n_growing = max(1, int(np.count_nonzero(np.isfinite(nodes.tail[:n_nodes]))))
     # A greatest number so large that none is meant has to fit into a kernel's all the same.
     room = min(limits.max_nodes, BOUNDLESS)
@@ -56,40 +43,14 @@ def crowding_of(
 
 
 def room_in(limits: GrowthLimits, *, is_crowded: bool) -> int:
-    """Return how many sequences there may be.
-
-    Parameters
-    ----------
-    limits
-        What bounds them.
-    is_crowded
-        Whether some could not look at all reports in their gates.
-
-    Returns
-    -------
-    How many.
-    """
+    """Return how many sequences there may be; crowded, some could not look at all their gates."""
     return limits.max_nodes // (SHARE_IN_CROWDS if is_crowded else 1)
 
 
 def give_way(kept: NDArray[np.bool_], parent: IntArray, behind: FloatArray, room: int) -> int:
-    """Keep only the most probable sequences, and all that have to stay, in place.
-
-    Parameters
-    ----------
-    kept
-        Which sequences are to stay.
-    parent
-        Each one's parent, -1 for none.
-    behind
-        How far each lies behind the best of its group [nats], minus infinity if it has to stay.
-    room
-        How many may stay.
-
-    Returns
-    -------
-    How many go.
-    """
+    """Keep only the most probable sequences, and all that have to stay; return how many go."""
+    # ``kept`` changes in place. ``parent`` is -1 for none; ``behind`` how far each lies behind the
+    # best of its group [nats], minus infinity if it has to stay.
     n_before = int(np.count_nonzero(kept))
     behind = np.where(kept, behind, np.inf)
     raise_ancestors(parent, behind)

@@ -84,14 +84,8 @@ class Dormant:
     A component is families that share reports, directly or over others. Where a scan does not
     look, nothing happens but that time passes: its sequences cost more by what living on costs,
     and that is made up for when a scan concerns it again. So a scan costs as much as there is
-    where it looks, not as much as there is.
-
-    Parameters
-    ----------
-    rule
-        The tree's.
-    horizon
-        After so long a component is looked at whatever happens [s].
+    where it looks, not as much as there is. After ``horizon`` seconds a component is looked at
+    whatever happens.
     """
 
     def __init__(self, rule: WindowRule, horizon: float) -> None:
@@ -149,17 +143,8 @@ class Dormant:
         return Certificate(awake.cost + self.cost, bound, status)
 
     def exchange(self, tree: AssociationTree, scan: ScanInput, gap: float) -> None:
-        """Put aside what a scan cannot concern, and bring back what it may, before it is grown by.
-
-        Parameters
-        ----------
-        tree
-            The sequences looked at last; changed.
-        scan
-            The scan.
-        gap
-            How much better the last answer may be at most [nats].
-        """
+        """Put aside what a scan cannot concern, and bring back what it may, before it grows."""
+        # The tree is changed; the gap is how much better the last answer may be at most [nats].
         if scan.coverage.everywhere:
             self.bring_back(tree, scan.time)
         else:

@@ -16,13 +16,8 @@ class NodeRoom:
     """Nodes in arrays that grow by doubling.
 
     What drops nodes copies the others in any case. So a step that may have to be taken back costs
-    no copy of its own: the first time that it drops nodes it moves to a spare room, and leaves
-    the old one as it was.
-
-    Parameters
-    ----------
-    modes, size
-        How many modes a motion has, and how many numbers a state.
+    no copy of its own: the first time that it drops nodes it moves to a spare room, and leaves the
+    old one as it was.
     """
 
     def __init__(self, modes: int, size: int) -> None:

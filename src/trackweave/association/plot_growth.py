@@ -34,26 +34,8 @@ def grow_tuples(
     max_tuples: int,
     max_steps: float = np.inf,
 ) -> TupleRows | None:
-    """Return all tuples within the limits.
-
-    Parameters
-    ----------
-    table
-        The plots.
-    views
-        What their sensors cover.
-    limits
-        Which sets are grown and written.
-    max_tuples
-        How many tuples there may be.
-    max_steps
-        How many steps of growth there may be.
-
-    Returns
-    -------
-    The tuples; None if there are more, or growing them takes more steps. Of chains, each plot
-    with its nearest alone, the first so many.
-    """
+    """Return all tuples within the limits; None if there are more, or growing takes more steps."""
+    # Of chains, each plot with its nearest alone, it is the first so many.
     n_sensors, dim = table.miss.shape[0], table.value.shape[1]
     path, choice = _new_path(n_sensors, dim), _new_choice(table, limits)
     rows = _new_rows(min(FIRST_ROWS, max_tuples + 1), n_sensors, dim)
@@ -75,27 +57,10 @@ def grow_tuples(
 def grow_nearest(
     table: PlotTable, views: Views, limits: PlotLimits, max_tuples: int
 ) -> tuple[TupleRows, bool]:
-    """Return all tuples, or, if they are too many, those of the plots nearest to each other.
-
-    Each set is grown by so many plots of each sensor, the nearest, that the tuples are few
-    enough: half as many again and again, at last one and no set without it, and of these sets the
-    first. A sample tells beforehand where they are far too many.
-
-    Parameters
-    ----------
-    table
-        The plots.
-    views
-        What their sensors cover.
-    limits
-        Which sets are grown and written.
-    max_tuples
-        How many tuples there may be.
-
-    Returns
-    -------
-    The tuples, and whether they are all.
-    """
+    """Return all tuples, or, if too many, those of the plots nearest to each other; and if all."""
+    # Each set is grown by so many plots of each sensor, the nearest, that the tuples are few
+    # enough: half as many again and again, at last one and no set without it, and of these sets
+    # the first. A sample tells beforehand where they are far too many.
     n_plots, n_sensors = table.value.shape[0], table.miss.shape[0]
     max_steps = (n_sensors + STEPS_BESIDE) * (n_plots + max_tuples)
     stride = n_plots // SAMPLE

@@ -17,22 +17,7 @@ __all__ = ["common_dimension", "plot_table", "views_of"]
 
 
 def common_dimension(sensors: Sequence[SensorPlots]) -> int:
-    """Return how many dimensions the plots of all sensors have; bearings have two.
-
-    Parameters
-    ----------
-    sensors
-        Each sensor's plots.
-
-    Returns
-    -------
-    2 or 3.
-
-    Raises
-    ------
-    InvalidInputError
-        If there are no sensors, or some have two dimensions and some three.
-    """
+    """Return how many dimensions, the same for all, plots have, 2 or 3; bearings have two."""
     if not sensors:
         raise InvalidInputError("sensors: none; expected at least one")
     dims = {2 if sensor.is_bearing else sensor.value.shape[1] for sensor in sensors}
@@ -44,27 +29,9 @@ def common_dimension(sensors: Sequence[SensorPlots]) -> int:
 
 
 def plot_table(sensors: Sequence[SensorPlots], dim: int, *, with_evidence: bool) -> PlotTable:
-    """Return all plots as kernels read them.
-
-    Parameters
-    ----------
-    sensors
-        Each sensor's plots.
-    dim
-        Their number of dimensions.
-    with_evidence
-        Whether plots are priced against the density of false alarms; against one in the whole
-        field of view otherwise.
-
-    Returns
-    -------
-    The table.
-
-    Raises
-    ------
-    InvalidInputError
-        If a sensor does not say what its price needs.
-    """
+    """Return all plots as kernels read them; a sensor has to say what its price needs."""
+    # With evidence they are priced against the density of false alarms, else against one in the
+    # whole field of view.
     n_plots = [sensor.value.shape[0] for sensor in sensors]
     first = np.concatenate([[0], np.cumsum(n_plots)]).astype(np.int64)
     value, place = np.zeros((first[-1], dim)), np.zeros((first[-1], 2))
@@ -126,17 +93,7 @@ def plot_table(sensors: Sequence[SensorPlots], dim: int, *, with_evidence: bool)
 
 
 def views_of(sensors: Sequence[SensorPlots]) -> Views:
-    """Return what each sensor covers as kernels read it.
-
-    Parameters
-    ----------
-    sensors
-        Each sensor's plots.
-
-    Returns
-    -------
-    The views.
-    """
+    """Return what each sensor covers as kernels read it."""
     given = [sensor.coverage for sensor in sensors]
     coverages = [everywhere() if view is None else view.coverage() for view in given]
     is_bounded = np.array([not coverage.everywhere for coverage in coverages])

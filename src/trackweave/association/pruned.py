@@ -23,39 +23,19 @@ class PrunedProbability(NamedTuple):
     """How much of each family's probability was left out at a scan.
 
     A family is what may have become of one track, or of one object that begins in the window.
-
-    Parameters
-    ----------
-    worst
-        The greatest share of all families.
-    sum
-        The sum of all shares.
     """
 
-    worst: float
-    sum: float
+    worst: float  # The greatest share of all families
+    sum: float  # The sum of all shares
 
 
 def judged(
     tree: AssociationTree, beliefs: Beliefs | None, certificate: Certificate
 ) -> tuple[PrunedProbability | None, Certificate]:
-    """Return what a tree left out at its last scan, and forget it.
-
-    Parameters
-    ----------
-    tree
-        The tree, with the prices that its beliefs left in it.
-    beliefs
-        What is believed of it; None where nothing is.
-    certificate
-        That of an answer over the sequences kept.
-
-    Returns
-    -------
-    How much of each family's probability was left out, every sequence ranked with the prices of
-    now, None where no beliefs tell; and the certificate, with another status where that is too
-    much to speak of the rest.
-    """
+    """Return what a tree left out at its last scan, and forget it; and the certificate."""
+    # Every sequence is ranked with the prices of now, which its beliefs left in the tree; without
+    # beliefs nothing tells how much. The certificate, that of an answer over the sequences kept,
+    # has another status where that is too much to speak of the rest.
     told = None
     if beliefs is not None:
         share = pruned_shares(tree, beliefs)
@@ -71,17 +51,8 @@ def judged(
 
 
 def pruned_shares(tree: AssociationTree, beliefs: Beliefs) -> FloatArray:
-    """Return the share of each family's probability that a tree left out at its last scan.
-
-    Parameters
-    ----------
-    tree, beliefs
-        The tree, with the prices of its beliefs, and these.
-
-    Returns
-    -------
-    The shares, shape (families,).
-    """
+    """Return the share of each family's probability that a tree left out at its last scan."""
+    # The tree holds the prices of these beliefs.
     cut, n, n_families = tree.cut, tree.n_nodes, tree.n_families
     if cut is None or not cut.family.shape[0]:
         return np.zeros(n_families)

@@ -43,44 +43,17 @@ def offered(
     is_new: NDArray[np.bool_],
     end_cost: float,
 ) -> Offer:
-    """Return how sequences and the children that a scan offers them rank.
-
-    Parameters
-    ----------
-    nodes, candidates, missed
-        The sequences, their children, and what a miss makes of each sequence.
-    is_new
-        For each family whether its object begins in the window, and so may not exist at all.
-    end_cost
-        What the end of an object costs [nats].
-
-    Returns
-    -------
-    All of them.
-    """
+    """Return how sequences and the children that a scan offers them rank."""
+    # A new family's object begins in the window, and so may not exist at all. Costs are in nats.
     return Offer(*rank_offer(nodes, candidates, missed.tail, is_new, end_cost))
 
 
 def bounds_of(
     offer: Offer, group: IntArray, families: Families, limits: GrowthLimits
 ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
-    """Return the worst rank that each group keeps, how many sequences, and if it is new.
-
-    Parameters
-    ----------
-    offer
-        What there may be.
-    group
-        For each among which it has to hold its own: its family, or a number behind all families.
-    families
-        The families.
-    limits
-        What bounds them.
-
-    Returns
-    -------
-    For each group, those of the families first.
-    """
+    """Return the worst rank that each group keeps, how many sequences, and if it is new."""
+    # A node's group, among which it has to hold its own, is its family, or a number behind all
+    # families; those of the families come first.
     n_families = families.track.shape[0]
     family = np.arange(n_families)
     if group.max(initial=-1) >= n_families:
@@ -97,21 +70,8 @@ def bounds_of(
 def cut_of(
     nodes: Nodes, candidates: Candidates, missed: Misses, fate: Fate, end_cost: float
 ) -> Cut:
-    """Return what of an offer is left out.
-
-    Parameters
-    ----------
-    nodes, candidates, missed
-        What was offered, as in ``offered``, but with slots for reports.
-    fate
-        What becomes of it.
-    end_cost
-        What the end of an object costs [nats].
-
-    Returns
-    -------
-    It, for the tree in which of the old nodes those kept come first.
-    """
+    """Return what of an offer is left out, for the tree in which the nodes kept come first."""
+    # Nodes, candidates and misses are as in ``offered``, but with slots for reports.
     n_nodes, kept = missed.tail.shape[0], fate.kept
     gone, new = np.flatnonzero(~kept[:n_nodes]), np.flatnonzero(~kept[n_nodes:])
     stopped = np.flatnonzero(kept[:n_nodes] & ~fate.is_open & np.isfinite(missed.tail))

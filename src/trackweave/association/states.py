@@ -13,22 +13,9 @@ __all__ = ["average_at", "states_at"]
 def states_at(
     tree: AssociationTree, node: IntArray, time: float | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the states of sequences, averaged over modes of motion.
-
-    Parameters
-    ----------
-    tree
-        The sequences.
-    node
-        Which of them.
-    time
-        When [s]; None for the time of each one's last report.
-
-    Returns
-    -------
-    Means and covariances, shapes (sequences, size) and (sequences, size, size); meaningless for
-    an object on a line.
-    """
+    """Return mean (sequences, size) and covariance of states, averaged over modes of motion."""
+    # They are those at a time [s], or at each one's last report; meaningless for an object on a
+    # line.
     _, size = n_modes_and_size(tree.rule.motion)
     moments = tree.nodes.time[node] if time is None else np.full(node.shape[0], time)
     mean, covariance = np.empty((node.shape[0], size)), np.empty((node.shape[0], size, size))
@@ -44,25 +31,10 @@ def average_at(
     *,
     by_belief: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the states of sequences of another room, or of their families.
-
-    Parameters
-    ----------
-    source
-        The room, how many nodes it has and how many families.
-    node
-        A node of each family.
-    time
-        When [s].
-    tree
-        Whose rule and room to work in apply.
-    by_belief
-        Whether a state is the average over its family's sequences, or the node's own.
-
-    Returns
-    -------
-    Means and covariances, as of ``states_at``.
-    """
+    """Return the states of sequences of another room, or of their families."""
+    # ``source`` is the room, how many nodes it has and how many families; ``node`` one of each
+    # family. By belief, a state is the average over its family's sequences, else the node's own.
+    # The tree's rule and room to work in apply. Means and covariances are as of ``states_at``.
     nodes, n_nodes, n_families = source
     count, (_, size) = node.shape[0], n_modes_and_size(tree.rule.motion)
     mean, covariance = np.empty((count, size)), np.empty((count, size, size))

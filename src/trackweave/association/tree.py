@@ -114,17 +114,9 @@ class AssociationTree(NodeRoom):
         self.families = joined(self.families, families)
 
     def grow(self, scan: ScanInput, log_density: FloatArray, *, is_last: bool = True) -> None:
-        """Extend every sequence by the scan's reports, begin new objects, prune.
-
-        Parameters
-        ----------
-        scan
-            The scan.
-        log_density
-            Log of the expected density of objects not yet seen at each report's place [m⁻²].
-        is_last
-            Whether ``cut`` is to tell of this scan.
-        """
+        """Extend every sequence by the scan's reports, begin new objects, prune."""
+        # ``log_density`` is that of objects not yet seen at each report's place [m⁻²]; ``is_last``
+        # whether ``cut`` is to tell of this scan.
         candidates, missed = self._propose(scan)
         n_old, n_new = self.n_nodes, scan.measurement.shape[0]
         nodes = self.nodes
@@ -170,31 +162,15 @@ class AssociationTree(NodeRoom):
         return self.nodes.cost[:n] + np.minimum(self.nodes.tail[:n], self.rule.end_cost)
 
     def slots(self) -> tuple[IntArray, IntArray]:
-        """Return which slots some sequence has.
-
-        Returns
-        -------
-        The slots, ascending, and each node's place among them, -1 for one without a report.
-        """
+        """Return the slots that some sequence has, ascending, and each node's place among them."""
+        # It is -1 for one without a report.
         return held_slots(self.nodes.report, self.n_nodes)
 
     def problem(self, slots: tuple[IntArray, IntArray], instant: IntArray) -> AssignmentProblem:
-        """Return the tree as an assignment problem.
-
-        Items are the reports by slot, then the tracks from before the window, which must be
-        covered, in the order of their families.
-
-        Parameters
-        ----------
-        slots
-            What ``slots`` returns.
-        instant
-            Rank in time of each slot held; equal where reports are of one instant.
-
-        Returns
-        -------
-        The problem; its nodes are the tree's.
-        """
+        """Return the tree as an assignment problem of which the nodes are the tree's."""
+        # Items are the reports by slot, then the tracks from before the window, which must be
+        # covered, in the order of their families. ``instant`` is the rank in time of each slot
+        # held; equal where reports are of one instant.
         n, n_reports, place = self.n_nodes, slots[0].shape[0], slots[1]
         is_track = self.track >= 0
         n_tracks = int(is_track.sum())
@@ -214,18 +190,10 @@ class AssociationTree(NodeRoom):
         )
 
     def fix(self, root: IntArray, track: IntArray, first_open: int) -> None:
-        """Make the assignments of the slots before ``first_open`` final and forget those slots.
-
-        Parameters
-        ----------
-        root
-            For each family the node that is its last fixed one, -1 where it has none. A family
-            without one goes on only if it begins after the fixed slots.
-        track
-            Identifier for each family that has a root.
-        first_open
-            The first slot that stays open.
-        """
+        """Make assignments of the slots before ``first_open`` final, and forget those slots."""
+        # A family's root is the node that is its last fixed one, -1 where it has none; a family
+        # without one goes on only if it begins after the fixed slots. ``track`` is for families
+        # with a root.
         nodes, n = self.nodes, self.n_nodes
         family = nodes.family[:n]
         keep = keep_below(nodes, n, root, first_open)
@@ -250,13 +218,7 @@ class AssociationTree(NodeRoom):
         self._forget_empty_families()
 
     def keep(self, kept: NDArray[np.bool_]) -> None:
-        """Drop all other nodes, of which none may be an ancestor of one kept, and empty families.
-
-        Parameters
-        ----------
-        kept
-            Which nodes stay, shape (nodes,).
-        """
+        """Drop all other nodes, no ancestors of those kept, and families without nodes."""
         self._compact(kept)
         self._forget_empty_families()
 
@@ -280,23 +242,8 @@ class AssociationTree(NodeRoom):
     def take_in(
         self, source: Nodes, rows: IntArray, parent: IntArray, families: Families
     ) -> slice:
-        """Append nodes of another room, and their families.
-
-        Parameters
-        ----------
-        source
-            Where they are; their families count from 0.
-        rows
-            Which of them.
-        parent
-            The parent of each, counted from the first of them; -1 for none.
-        families
-            Their families.
-
-        Returns
-        -------
-        Where they are now.
-        """
+        """Append some nodes of another room, and their families; return where they are now."""
+        # Families count from 0 there; a parent counts from the first of the rows, -1 for none.
         count, first = rows.shape[0], self.n_nodes
         self._reserve(count)
         copy_nodes(source, rows, self.nodes, first)

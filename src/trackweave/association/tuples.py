@@ -50,23 +50,9 @@ class Requirement(NamedTuple):
 
 
 def numbered(tuples: ArrayLike) -> tuple[NDArray[Any], ArrayLike]:
-    """Return a table of tuples as an array, and with numbers for its items.
-
-    Parameters
-    ----------
-    tuples
-        Rows of numbers, or of names, None or "" for none.
-
-    Returns
-    -------
-    The table as it came, and the same with each list's names numbered from 1 in the order in
-    which they first come, 0 for none; itself where it has no names.
-
-    Raises
-    ------
-    InvalidInputError
-        If rows differ in length, or numbers stand among names.
-    """
+    """Return a table of tuples as an array, and with numbers for its items."""
+    # Each list's names are numbered from 1 in the order in which they first come, 0 for None or
+    # ""; a table without names is itself.
     try:
         table = np.asarray(tuples)
         if table.dtype.kind in "US":
@@ -107,26 +93,8 @@ def _has_names(table: NDArray[Any]) -> bool:
 def parts_of_tuples(
     tuples: ArrayLike, costs: ArrayLike, alone: ArrayLike, sizes: tuple[int, ...] | None = None
 ) -> dict[str, Any]:
-    """Return the fields of the problem of choosing tuples that share no item.
-
-    Parameters
-    ----------
-    tuples, costs, alone
-        See ``AssignmentProblem.from_tuples``.
-    sizes
-        How many items each list has; None for as many as the greatest number in it.
-
-    Returns
-    -------
-    The fields by their names.
-
-    Raises
-    ------
-    InvalidInputError
-        If a number is negative or far too large, a row is empty, a cost is not finite, a price is
-        NaN or minus infinity, or costs are too large to be added or are lost beside far larger
-        ones.
-    """
+    """Return the fields of the problem of choosing tuples that share no item."""
+    # A list of no size has as many items as the greatest number in it.
     table = int_array(tuples, "tuples", (None, None))
     cost = float_array(costs, "costs", (table.shape[0],))
     require_finite(cost, "costs")
@@ -162,23 +130,10 @@ def parts_of_tuples(
 
 
 def usual_size(items: IntArray, cost: FloatArray, price: FloatArray) -> float:
-    """Return the size of an item's cheapest sequence, at the median over the items.
-
-    A few dear sequences, which nobody would take, leave it as it is.
-
-    Parameters
-    ----------
-    items
-        Items of each sequence, -1 for none, shape (sequences, any).
-    cost
-        What each sequence costs, infinite where it may not be taken.
-    price
-        What it costs to leave each item, shape (items,); infinite where it may not be left.
-
-    Returns
-    -------
-    A positive number; 1 where nothing costs anything.
-    """
+    """Return the size, above 0, of an item's cheapest sequence, at the median over the items."""
+    # A few dear sequences, which nobody would take, leave it as it is. Items are those of each
+    # sequence, -1 for none. A cost is infinite where a sequence may not be taken, a price where an
+    # item may not be left. It is 1 where nothing costs anything.
     size = np.where(cost == 0.0, np.inf, np.abs(cost))
     # One more entry takes what -1 for none writes.
     least = np.append(np.where(price == 0.0, np.inf, np.abs(price)), np.inf)
@@ -189,23 +144,8 @@ def usual_size(items: IntArray, cost: FloatArray, price: FloatArray) -> float:
 
 
 def parts_of_array(costs: ArrayLike, alone: ArrayLike) -> tuple[dict[str, Any], IntArray]:
-    """Return the fields of the problem of choosing entries of a dense array of costs.
-
-    Parameters
-    ----------
-    costs, alone
-        See ``AssignmentProblem.from_array``.
-
-    Returns
-    -------
-    The fields by their names, and the indices of the entries that are allowed.
-
-    Raises
-    ------
-    InvalidInputError
-        If there are fewer than two axes, an entry or a price is NaN or minus infinity, or costs
-        are too large to be added or are lost beside far larger ones.
-    """
+    """Return the fields of the problem of choosing entries of an array, and those allowed."""
+    # These are told by their indices.
     n_lists = n_axes(costs, "costs")
     cost = float_array(costs, "costs", (None,) * n_lists)
     if n_lists < 2:

@@ -20,24 +20,9 @@ __all__ = ["waited"]
 def waited(
     beginning: Beginning, first: IntArray, scans: Collection[ScanInput], rule: WindowRule
 ) -> Beginning:
-    """Return tracks after scans that had no report of them.
-
-    Parameters
-    ----------
-    beginning
-        The tracks before the scans, or at their last report if that is among them.
-    first
-        For each track the first of the scans that may have missed it: 0, or the one behind
-        that of its last report.
-    scans
-        The scans in order of time.
-    rule
-        What a miss costs; nothing is given up here.
-
-    Returns
-    -------
-    The tracks with tails, misses and how probably they are hidden as they are then.
-    """
+    """Return tracks, with tails, misses and how probably hidden, after scans without reports."""
+    # ``first`` is, for each track, the first of the scans, in order of time, that may have missed
+    # it: 0, or the one behind that of its last report. Nothing is given up here.
     count = beginning.track.shape[0]
     tree = AssociationTree(rule, GrowthLimits())
     tree.add_tracks(beginning)

@@ -59,27 +59,11 @@ def window_rule(
     unscented: bool = False,
     crossing_time: float = 0.0,
 ) -> WindowRule:
-    """Return the rule as kernels read it.
-
-    Parameters
-    ----------
-    motion
-        How objects move.
-    lifecycle
-        Probability of survival per scan period; and when an object is not looked for any more: by
-        how much more probable it is that it is gone [nats], after how many misses in a row, and
-        after how many seconds without a report; and for how many its track is shown then.
-    dim
-        Number of spatial dimensions.
-    unscented
-        Whether the filter is the unscented one; it is the extended one otherwise.
-    crossing_time
-        How far apart in time two bearings may cross [s].
-
-    Returns
-    -------
-    The rule.
-    """
+    """Return the rule as kernels read it, for the extended filter or the unscented one."""
+    # ``lifecycle`` is the probability of survival per scan period; and when an object is not
+    # looked for any more: by how much more probable it is that it is gone [nats], after how many
+    # misses in a row, and after how many seconds without a report; and for how many its track is
+    # shown then. ``crossing_time`` is how far apart in time two bearings may cross [s].
     survival, gone, max_misses, max_unseen, max_shown = lifecycle
     end_cost = -math.log(1.0 - survival)
     return WindowRule(
@@ -96,23 +80,8 @@ def window_rule(
 def scan_input(
     scan: Scan, sensor: Sensor, survival_cost: float, context: Context
 ) -> tuple[ScanInput, IntArray]:
-    """Return a scan as kernels read it, and the order in which its reports stand there.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    sensor
-        Its sensor.
-    survival_cost
-        What living on since the last scan costs [nats].
-    context
-        What it is seen against.
-
-    Returns
-    -------
-    The scan with its reports in order, slots from 0; the order.
-    """
+    """Return a scan as kernels read it, slots from 0, and the order in which its reports stand."""
+    # Living on since the last scan costs ``survival_cost`` [nats].
     kind, dim, count = sensor.measurement, context.dim, len(scan)
     size = scan.measurement.shape[1] if count else kind.n_components(dim)
     usual = sensor.sigmas(dim)[:size]
@@ -230,21 +199,9 @@ def _start(scan: Scan, given: float | None) -> float | None:
 
 
 def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
-    """Return where a scan looked: the field of view about the sensor, as far as its beam went.
-
-    Parameters
-    ----------
-    sensor
-        The sensor.
-    scan
-        Its scan, which may say where the sensor was.
-    start
-        When the beam of a turning sensor began with the scan [s]; None for a whole turn ago.
-
-    Returns
-    -------
-    What was covered.
-    """
+    """Return where a scan looked: the sensor's field of view, as far as its beam went."""
+    # The scan may say where the sensor was. The beam of a turning sensor began with the scan at
+    # ``start`` [s], None for a whole turn ago.
     view = sensor.field_of_view
     coverage = everywhere() if view is None else view.coverage()
     platform, end = sensor.platform, scan.time
@@ -259,23 +216,9 @@ def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
 
 
 def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float]) -> Coverage:
-    """Return the part of a coverage that lies in a sector about the sensor.
-
-    Where a sector and the coverage's own overlap in two pieces, the larger counts.
-
-    Parameters
-    ----------
-    coverage
-        What the sensor covers in a turn.
-    position
-        Where it is, x and y [m].
-    sector
-        The clockwise first edge and the width [rad].
-
-    Returns
-    -------
-    What both share.
-    """
+    """Return what a coverage shares with a sector about the sensor: first edge and width [rad]."""
+    # Where a sector and the coverage's own overlap in two pieces, the larger counts. The edge is
+    # the clockwise first.
     first, width = sector
     if coverage.everywhere:
         bounds = np.array([0.0, np.inf, first, width])

@@ -28,15 +28,9 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What an error message says was expected of a key.
+    """What an error message says was expected of a key."""
 
-    Parameters
-    ----------
-    text
-        Goes after "expected".
-    """
-
-    text: str
+    text: str  # Goes after "expected"
 
 
 class Section(BaseModel):
@@ -79,35 +73,13 @@ Pair = Annotated[
 
 
 def default_of(kind: type, name: str) -> Any:
-    """Return what a dataclass of the library takes where nothing is said.
-
-    Parameters
-    ----------
-    kind
-        The class.
-    name
-        The field.
-
-    Returns
-    -------
-    Its default, so that files and library have one and the same.
-    """
+    """Return a field's default in a class of the library: files and library have the same."""
     fields: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(kind)}
     return fields[name]
 
 
 def one_of(words: tuple[str, ...]) -> AfterValidator:
-    """Return the check of a key that takes one of a few words.
-
-    Parameters
-    ----------
-    words
-        What it may be.
-
-    Returns
-    -------
-    What pydantic calls with the value.
-    """
+    """Return the check, for pydantic, of a key that takes one of a few words."""
 
     def check(value: str) -> str:
         if value not in words:

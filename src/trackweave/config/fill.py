@@ -33,80 +33,34 @@ ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "sca
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """A configuration without gaps, as the tracker takes it.
-
-    Parameters
-    ----------
-    motion
-        How objects move.
-    sensors
-        The sensors of the reports.
-    window
-        Scans that are open to change.
-    lifecycle
-        When tracks begin, are believed and end.
-    search
-        The solver; None for the tracker's own.
-    growth
-        What bounds the number of sequences.
-    estimate
-        What is told of a track.
-    deadline
-        Wall clock per scan [s]; None for no limit.
-    period
-        Least time between rows of a track [s]; None for every scan.
-    values
-        Every key with the value used, nested as in the file.
-    sources
-        Where each value came from: "file", "preset", "estimated" or "default", by dotted key.
-    notes
-        Sentences on what a user should know of them.
-    unscented
-        Whether what is not linear is taken by sigma points instead of slopes.
-    tracker
-        Which tracker it is.
-    plots
-        How the plots of an instant are fused before; None where they are not.
-    max_ahead
-        How far a scan's time may jump ahead of all others [s].
-    together
-        For how long reports of sensors that do not look are gathered before they are searched
-        [s]; None for each time by itself.
-    """
+    """A configuration without gaps, as the tracker takes it."""
 
     motion: Motion
     sensors: tuple[Sensor, ...]
-    window: Window
-    lifecycle: Lifecycle
-    search: Any
+    window: Window  # Scans that are open to change
+    lifecycle: Lifecycle  # When tracks begin, are believed and end
+    search: Any  # None for the tracker's own
     growth: GrowthLimits
-    estimate: Literal["average", "best"]
-    deadline: float | None
-    period: float | None
-    values: Mapping[str, Any]
+    estimate: Literal["average", "best"]  # What is told of a track
+    deadline: float | None  # Wall clock per scan [s]; None for no limit
+    period: float | None  # Least time between rows of a track [s]; None for every scan
+    values: Mapping[str, Any]  # Every key with the value used, nested as in the file
+    # Where each came from: "file", "preset", "estimated" or "default", by dotted key.
     sources: Mapping[str, str]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # Sentences on what a user should know of them
+    # Whether what is not linear is taken by sigma points instead of slopes.
     unscented: bool = False
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
+    # How the plots of an instant are fused before; None where they are not.
     plots: PlotSettings | None = None
-    max_ahead: float = MAX_AHEAD
+    max_ahead: float = MAX_AHEAD  # How far a scan's time may jump ahead of all others [s]
+    # For how long reports of sensors that do not look are gathered before they are searched [s];
+    # None for each time by itself.
     together: float | None = None
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
-    """Tell whether a configuration leaves out anything that can be estimated.
-
-    Parameters
-    ----------
-    configuration
-        As read.
-    names
-        Names of the sensors.
-
-    Returns
-    -------
-    False where every such key is given for every sensor.
-    """
+    """Tell whether a configuration leaves out, for any sensor, what can be estimated."""
     given = configuration.as_file()
     paths = [("motion", "process_noise"), ("motion", "max_speed")]
     paths.append(("lifecycle", "new_target_density"))
@@ -125,19 +79,8 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
 
 
 def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str, float]:
-    """Return the noise of positions that the configuration gives, by sensor [m].
-
-    Parameters
-    ----------
-    configuration
-        As read.
-    names
-        Names of the sensors.
-
-    Returns
-    -------
-    One number per sensor that has one; the largest where axes differ.
-    """
+    """Return the noise of positions that the configuration gives, by sensor [m]."""
+    # Sensors without are left out; it is the largest where axes differ.
     given = {name: section_of(configuration, name).sigma for name in names}
     return {
         name: sigma
@@ -156,33 +99,10 @@ def fill(
     preset: str | None = None,
     observed: Mapping[str, ObservedSensor] | None = None,
 ) -> Settings:
-    """Return a configuration without gaps.
-
-    What the file says comes first, for a sensor its own table before ``sensors.default``; then
-    what the preset says; then what was estimated; then the usual.
-
-    Parameters
-    ----------
-    configuration
-        As read.
-    estimates
-        What the reports tell; None where the configuration leaves nothing to estimate.
-    names
-        Names of the sensors of the reports.
-    preset
-        Name of a preset, None for none.
-    observed
-        What the sensors' reports show, by name; a sensor left out reports positions.
-
-    Returns
-    -------
-    Everything that a tracker needs, and where each value came from.
-
-    Raises
-    ------
-    InvalidInputError
-        If the preset is unknown, or values given apart do not fit together.
-    """
+    """Return a configuration without gaps."""
+    # What the file says comes first, for a sensor its own table before ``sensors.default``; then
+    # what the preset says; then what was estimated; then the usual. A sensor of which nothing was
+    # observed reports positions.
     ledger = Ledger(configuration.as_file(), preset_values(preset))
     ledger.enter(
         ("seed",), configuration.seed, "default" if configuration.seed is None else "file"

@@ -45,47 +45,23 @@ Layer = tuple[str, Mapping[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class FusionOrder:
-    """What was asked for.
+    """What was asked for."""
 
-    Parameters
-    ----------
-    layers
-        Where each comes from, "given" or "file", and its keys, nested; what comes first counts.
-    seed
-        What the file says of it; None for nothing.
-    """
-
+    # Where each comes from, "given" or "file", and its keys, nested; what comes first counts.
     layers: tuple[Layer, ...]
-    seed: int | None = None
+    seed: int | None = None  # What the file says of it
 
 
 @dataclass(frozen=True, slots=True)
 class FusionSettings:
-    """Everything that a fusion needs.
+    """Everything that a fusion needs."""
 
-    Parameters
-    ----------
-    values
-        Every key with its value, nested.
-    sources
-        Where each came from, by dotted key: given, file, preset, estimated or default.
-    """
-
-    values: dict[str, Any]
+    values: dict[str, Any]  # Every key with its value, nested
+    # Where each came from, by dotted key: given, file, preset, estimated or default.
     sources: dict[str, str]
 
     def associator(self, names: list[str]) -> TrackAssociator:
-        """Return what decides which tracks are of one object.
-
-        Parameters
-        ----------
-        names
-            Names of the sensors, in the order of the chain.
-
-        Returns
-        -------
-        It, unused.
-        """
+        """Return what decides which tracks are of one object, for sensors in the chain's order."""
         values = self.values
         return TrackAssociator(
             sensors=names,
@@ -99,24 +75,9 @@ def order_of(
     config: str | Path | Mapping[str, Any] | Configuration | None,
     options: Mapping[str, Any] | None = None,
 ) -> FusionOrder:
-    """Return what was asked for, every value checked.
-
-    Parameters
-    ----------
-    config
-        A file's path, or as a mapping its table ``[fusion]`` or all of it.
-    options
-        What goes before that, nested as ``[fusion]``; None is as good as left out.
-
-    Returns
-    -------
-    The order.
-
-    Raises
-    ------
-    InvalidInputError
-        If a key is unknown or a value cannot be used.
-    """
+    """Return what was asked for, every value checked."""
+    # The configuration may also be the table ``[fusion]`` alone. The options go before it, nested
+    # like that table; None is as good as left out.
     layers: list[Layer] = []
     if options is not None:
         layers.append(("given", _checked(options)))
@@ -151,26 +112,8 @@ def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:
 def settle_fusion(
     order: FusionOrder, *, preset: str | None, process_noise: float | None
 ) -> FusionSettings:
-    """Return everything that a fusion needs.
-
-    Parameters
-    ----------
-    order
-        What was asked for.
-    preset
-        Name of a preset, applied where the order is silent; None for none.
-    process_noise
-        What the tracks' covariances tell of it [m²/s³]; None for nothing.
-
-    Returns
-    -------
-    The settings.
-
-    Raises
-    ------
-    InvalidInputError
-        If a preset is unknown, or values do not go together.
-    """
+    """Return everything that a fusion needs; a preset applies where the order is silent."""
+    # The process noise [m²/s³] is what the tracks' covariances tell of it; None for nothing.
     layers: list[Layer] = [
         *order.layers, ("preset", preset_values(preset, fusion=True)),
         ("estimated", {} if process_noise is None else {"process_noise": process_noise}),

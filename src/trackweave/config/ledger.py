@@ -12,41 +12,17 @@ ANY_SENSOR = "default"
 
 @dataclass
 class Ledger:
-    """Chooses values in order of precedence and writes down where each came from.
+    """Chooses values in order of precedence and writes down where each came from."""
 
-    Parameters
-    ----------
-    file
-        What the file says, nested as there.
-    preset
-        What the preset says.
-    values
-        Every key with the value chosen, nested as in a file.
-    sources
-        Where each came from: "file", "preset", "estimated" or "default", by dotted key.
-    """
-
-    file: Mapping[str, Any]
+    file: Mapping[str, Any]  # What the file says, nested as there
     preset: Mapping[str, Any]
+    # Every key with the value chosen, nested as in a file.
     values: dict[str, Any] = field(default_factory=dict)
+    # Where each came from: "file", "preset", "estimated" or "default", by dotted key.
     sources: dict[str, str] = field(default_factory=dict)
 
     def choose(self, path: Sequence[str], estimated: Any = None, default: Any = None) -> Any:
-        """Return the value of a key and enter it.
-
-        Parameters
-        ----------
-        path
-            The keys that lead to it.
-        estimated
-            What the reports tell; None for nothing.
-        default
-            What it is otherwise.
-
-        Returns
-        -------
-        What the file says; else the preset, the reports, or the default.
-        """
+        """Enter and return a key's value: what the file says, else preset, reports or default."""
         for source, given in (("file", self.file), ("preset", self.preset)):
             for name in self._names(path):
                 value = value_at(given, name)
@@ -89,19 +65,7 @@ class Ledger:
 
 
 def value_at(values: Mapping[str, Any], path: Sequence[str]) -> Any:
-    """Return what stands at a place of nested tables, None where there is nothing.
-
-    Parameters
-    ----------
-    values
-        The tables.
-    path
-        The keys that lead to the place.
-
-    Returns
-    -------
-    The value.
-    """
+    """Return what stands at a place of nested tables, None where there is nothing."""
     found: Any = values
     for key in path:
         if not isinstance(found, Mapping) or key not in found:

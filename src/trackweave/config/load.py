@@ -19,23 +19,9 @@ __all__ = ["load_configuration"]
 def load_configuration(
     source: str | Path | Mapping[str, Any] | Configuration | None,
 ) -> Configuration:
-    """Return the configuration that a file or a mapping holds, every value checked.
-
-    Parameters
-    ----------
-    source
-        Path of a TOML file, or its content as a mapping; None for an empty configuration.
-
-    Returns
-    -------
-    The keys that were given; the others are None.
-
-    Raises
-    ------
-    InvalidInputError
-        If the file cannot be read or is not TOML, or a key is unknown or its value is not what
-        it must be. The message names file, key, value and what was expected.
-    """
+    """Return the configuration that a file or a mapping holds, every value checked."""
+    # The keys that were not given are None. A message names file, key, value and what was
+    # expected.
     if isinstance(source, Configuration):
         return source
     if source is None:

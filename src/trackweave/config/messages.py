@@ -16,23 +16,9 @@ Model = type[BaseModel]
 
 
 def explain(err: ValidationError, model: Model, where: Sequence[str], values: Any) -> str:
-    """Return what to say of a configuration that pydantic refuses.
-
-    Parameters
-    ----------
-    err
-        What pydantic found.
-    model
-        The model that it checked against.
-    where
-        The file's name, then the keys that lead to the values checked.
-    values
-        What was checked.
-
-    Returns
-    -------
-    A message that names the first wrong key and how many others are wrong.
-    """
+    """Return what to say of a configuration that pydantic refuses."""
+    # The message names the first wrong key and how many others are wrong. ``where`` is the file's
+    # name, then the keys that lead to the values checked.
     messages: dict[str, str] = {}
     for finding in err.errors(include_url=False):
         path, message = _message(finding, model, values)
@@ -93,15 +79,9 @@ def _with_limit(expected: str | None, finding: Any) -> str | None:
 
 
 def _follow(place: Sequence[Any], model: Model) -> tuple[list[str], str | None, Model | None]:
-    """Return the keys of a place, what was expected there, and the section it leads into.
-
-    Pydantic's places also name members of unions and positions in lists. Those are passed over,
-    because a person wrote the key.
-
-    Returns
-    -------
-    The keys, the words of the last one, and the model of the table that it holds, if any.
-    """
+    """Return the keys of a place, what was expected there, and the section it leads into."""
+    # Pydantic's places also name members of unions and positions in lists. Those are passed over,
+    # because a person wrote the key. There may be no such table.
     path: list[str] = []
     expected: str | None = None
     section: Model | None = model

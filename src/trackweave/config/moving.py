@@ -33,28 +33,10 @@ def motion_of(
     period: float,
     ways: Mapping[str, Any] | None = None,
 ) -> Motion:
-    """Return how objects move, and enter each value.
-
-    Parameters
-    ----------
-    ledger
-        What the file and the preset say.
-    estimated
-        Process noise [m²/s³] and greatest speed [m/s] as the reports tell, None for nothing.
-    period
-        The shortest time from scan to scan [s].
-    ways
-        Between which ways objects change as the reports tell, with keys as in ``[motion.imm]``.
-
-    Returns
-    -------
-    A model of motion.
-
-    Raises
-    ------
-    InvalidInputError
-        If there are more or fewer sojourn times than ways to move.
-    """
+    """Return how objects move, and enter each value."""
+    # Estimated are the process noise [m²/s³] and the greatest speed [m/s], None for nothing, and
+    # the ways between which objects change, with keys as in ``[motion.imm]``; ``period`` is the
+    # shortest time from scan to scan [s].
     path = ("motion",)
     model = ledger.choose((*path, "model"), ways and "imm", _VELOCITY)
     noise, speed = estimated

@@ -22,15 +22,7 @@ CLOCK_NOISE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class TrackerSettings:
-    """Which tracker gives reports to tracks.
-
-    Parameters
-    ----------
-    kind
-        Its name.
-    pairing
-        How the nearest-neighbour tracker pairs tracks and reports.
-    """
+    """Which tracker gives reports to tracks."""
 
     kind: Literal["multi-hypothesis", "nearest-neighbour"] = "multi-hypothesis"
     pairing: Literal["nearest", "one-to-one"] = "one-to-one"
@@ -38,30 +30,14 @@ class TrackerSettings:
 
 @dataclass(frozen=True, slots=True)
 class PlotSettings:
-    """How the plots of an instant are fused.
+    """How the plots of an instant are fused."""
 
-    Parameters
-    ----------
-    within
-        How far apart the scans of one instant may be [s].
-    cost
-        What a tuple of plots costs.
-    gate
-        Greatest squared distance of a plot from the tuple that it joins.
-    object_density
-        Objects expected per m² (m³).
-    max_tuples
-        Greatest number of tuples.
-    keep_lone
-        Whether positions where only one sensor looks become reports.
-    """
-
-    within: float
+    within: float  # How far apart the scans of one instant may be [s]
     cost: "PlotCost"
-    gate: float
-    object_density: float
-    max_tuples: int
-    keep_lone: bool = False
+    gate: float  # Greatest squared distance of a plot from the tuple that it joins
+    object_density: float  # Objects expected per m² (m³)
+    max_tuples: int  # Greatest number of tuples
+    keep_lone: bool = False  # Whether positions where only one sensor looks become reports
 
     def rule(self) -> "PlotsRule":
         """Return the rule of the plots: by evidence lone ones may stand, by eq. 1 never."""
@@ -79,18 +55,9 @@ class PlotSettings:
 
 
 def tracker_of_ledger(ledger: Ledger) -> tuple[TrackerSettings, list[str]]:
-    """Return which tracker is asked for, and what a user should know.
-
-    Parameters
-    ----------
-    ledger
-        What the file and the preset say. Entered only where either says something, so that runs
-        that ask for nothing stay what they are.
-
-    Returns
-    -------
-    The settings, and sentences on keys that another tracker would use.
-    """
+    """Return which tracker is asked for, and sentences on keys that another would use."""
+    # It is entered only where file or preset say something, so that runs that ask for nothing stay
+    # what they are.
     usual = TrackerSettings()
     if not _is_given(ledger, "tracker"):
         return usual, _unused(ledger)
@@ -110,21 +77,7 @@ def tracker_of_ledger(ledger: Ledger) -> tuple[TrackerSettings, list[str]]:
 def plots_of_ledger(
     ledger: Ledger, sensors: Sequence[Sensor], lifecycle: Lifecycle
 ) -> PlotSettings | None:
-    """Return how plots are to be fused, None where they are not.
-
-    Parameters
-    ----------
-    ledger
-        As for ``tracker_of_ledger``.
-    sensors
-        The sensors.
-    lifecycle
-        When tracks begin.
-
-    Returns
-    -------
-    The settings.
-    """
+    """Return how plots are to be fused, None where they are not."""
     if not _is_given(ledger, "plots"):
         return None
     from trackweave.association.plots_rule import PlotsRule

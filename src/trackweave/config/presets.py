@@ -25,24 +25,8 @@ FUSION_PRESETS: dict[str, str] = {
 
 
 def preset_values(name: str | None, *, fusion: bool = False) -> Mapping[str, Any]:
-    """Return what a preset says.
-
-    Parameters
-    ----------
-    name
-        Its name, None for none.
-    fusion
-        Whether it has to be one for fusing tracks, and not for tracking.
-
-    Returns
-    -------
-    Values nested as in a configuration file; for fusion as in its table ``[fusion]``.
-
-    Raises
-    ------
-    InvalidInputError
-        If there is no such preset.
-    """
+    """Return what a preset says, nested as in a file; for fusion as in its table ``[fusion]``."""
+    # A preset for tracking is none for fusing tracks, and the other way round.
     if name is None:
         return {}
     known, others, purpose = (PRESETS, FUSION_PRESETS, "fusing tracks")
@@ -61,17 +45,7 @@ def preset_values(name: str | None, *, fusion: bool = False) -> Mapping[str, Any
 
 
 def preset_notes(name: str | None) -> list[str]:
-    """Return a sentence on which preset to take instead of one that keeps to its document.
-
-    Parameters
-    ----------
-    name
-        Name of a preset of either kind, None for none.
-
-    Returns
-    -------
-    One sentence, or none.
-    """
+    """Return a sentence on which preset to take instead of one that keeps to its document."""
     module = {**PRESETS, **FUSION_PRESETS}.get(name or "")
     usable = getattr(import_module(module), "USABLE", None) if module else None
     if usable is None:

@@ -9,12 +9,7 @@ __all__ = ["json_schema"]
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of ``tracker.toml``.
-
-    Returns
-    -------
-    A schema with every key, its range and what it means; the options of all solvers included.
-    """
+    """Return the JSON Schema of ``tracker.toml``, the options of all solvers included."""
     schema = Configuration.model_json_schema()
     for name in ("SearchSection", "SolverSection"):
         _add_options(schema["$defs"][name])

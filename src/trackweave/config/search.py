@@ -34,22 +34,8 @@ GONE = ("max-min-ant-system",)
 
 
 def check_search(search: SolverSection, name: str, key: str = "search") -> None:
-    """Refuse an unknown method and options that it does not have.
-
-    Parameters
-    ----------
-    search
-        The section as read.
-    name
-        What the error message calls the file.
-    key
-        The table that it is.
-
-    Raises
-    ------
-    InvalidInputError
-        If the method is unknown, or an option is unknown or has a wrong value.
-    """
+    """Refuse an unknown method and options that it does not have."""
+    # ``name`` is what the error message calls the file, ``key`` the table that it is.
     options = set(search.model_extra or {})
     if search.method is None and not options:
         return
@@ -73,26 +59,8 @@ def _options(method: str) -> dict[str, Any]:
 
 
 def make_solver(search: SolverSection, name: str = "configuration", key: str = "search") -> Any:
-    """Return the solver that a section names, with its options.
-
-    Parameters
-    ----------
-    search
-        The section as read.
-    name
-        What an error message calls the file.
-    key
-        The table that it is.
-
-    Returns
-    -------
-    The solver, or None where the section says nothing, so that the tracker takes its own.
-
-    Raises
-    ------
-    InvalidInputError
-        If the method is unknown, or an option is unknown or has a wrong value.
-    """
+    """Return the solver that a section names, with its options, None where it names none."""
+    # Then the tracker takes its own. Names are as for ``check_search``.
     options = dict(search.model_extra or {})
     if search.method is None and not options:
         return None
@@ -176,17 +144,7 @@ def _is_searches(kind: Any) -> bool:
 
 @cache
 def options_model(method: str) -> type[BaseModel]:
-    """Return what checks a solver's options, made from the solver's own fields.
-
-    Parameters
-    ----------
-    method
-        Its name in ``METHODS``.
-
-    Returns
-    -------
-    A model with a key for each field that a file can express.
-    """
+    """Return what checks a solver's options, made from the fields that a file can express."""
     from trackweave.solvers.metaheuristic import Metaheuristic
 
     solver = _solver_class(method)

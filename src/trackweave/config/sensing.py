@@ -45,30 +45,7 @@ def sensor_of(
     name: str,
     seen: ObservedSensor,
 ) -> Sensor:
-    """Return a sensor, and enter each value.
-
-    Parameters
-    ----------
-    ledger
-        What the file and the preset say.
-    configuration
-        As read.
-    found
-        What the sensor's reports tell, None for nothing.
-    name
-        Its name.
-    seen
-        What its reports show.
-
-    Returns
-    -------
-    The sensor.
-
-    Raises
-    ------
-    InvalidInputError
-        If what is said of it does not fit its reports.
-    """
+    """Return a sensor, and enter each value; refuse what does not fit its reports."""
     section = section_of(configuration, name)
 
     def choose(key: str, estimated: Any = None, default: Any = None) -> Any:
@@ -122,19 +99,7 @@ def _trust(value: bool | Sequence[str]) -> bool | tuple[str, ...]:
 
 
 def section_of(configuration: Configuration, name: str) -> SensorSection:
-    """Return a sensor's own keys over those for every sensor.
-
-    Parameters
-    ----------
-    configuration
-        As read.
-    name
-        The sensor's name.
-
-    Returns
-    -------
-    A section in which the keys are those that count.
-    """
+    """Return a sensor's own keys over those for every sensor."""
     usual = configuration.sensors.get(ANY_SENSOR, SensorSection())
     own = configuration.sensors.get(name, SensorSection())
     update = {key: getattr(own, key) for key in own.model_fields_set}
@@ -152,17 +117,7 @@ def section_of(configuration: Configuration, name: str) -> SensorSection:
 
 
 def view_keys(view: FieldOfView | None) -> dict[str, Any] | None:
-    """Return a field of view as the keys of a file.
-
-    Parameters
-    ----------
-    view
-        The field of view; None for everywhere.
-
-    Returns
-    -------
-    The keys that bound something; None for none.
-    """
+    """Return the keys of a file that bound a field of view, None for none."""
     if view is None:
         return None
     keys: dict[str, Any] = {}
@@ -283,19 +238,7 @@ def _rotation(
 
 
 def is_period(told: float, turning: Rotation) -> bool:
-    """Tell whether a scan period is that of a turn which reports show.
-
-    Parameters
-    ----------
-    told
-        The scan period [s].
-    turning
-        The turn.
-
-    Returns
-    -------
-    Whether they agree, as far as a data sheet can tell.
-    """
+    """Tell whether a scan period [s] is that of the turn that reports show, as data sheets go."""
     return abs(turning.period / told - 1.0) <= PERIOD_AGREES
 
 

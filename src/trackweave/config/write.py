@@ -32,23 +32,9 @@ def commented_toml(
     remarks: Mapping[str, str] = NO_TABLE,
     doubts: Mapping[str, str] = NO_TABLE,
 ) -> str:
-    """Return every key with its value, what it means and where the value came from.
-
-    Parameters
-    ----------
-    settings
-        A configuration without gaps.
-    head
-        Sentences for the top.
-    remarks
-        What goes after where a value came from, such as how sure it is, by dotted key.
-    doubts
-        Why a sensor's estimates are doubtful, by its name.
-
-    Returns
-    -------
-    The text of a configuration file. Read back, it says the same.
-    """
+    """Return every key with its value, what it means and where the value came from."""
+    # Remarks, by dotted key, go after where a value came from, such as how sure it is; doubts, by
+    # sensor, say why its estimates are doubtful. Read back, the text says the same.
     lines = [line for sentence in head for line in _comment(sentence)]
     fields = Configuration.model_fields
     for name, value in settings.values.items():

@@ -42,23 +42,12 @@ NEIGHBOURS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chains:
-    """Positions of objects over successive scans, one row per chain.
+    """Positions of objects over successive scans, one row per chain."""
 
-    Parameters
-    ----------
-    time
-        Times of the scans [s], shape (chains, scans); NaN after the chain's last.
-    position
-        Reports [m], shape (chains, scans, dim); NaN where there was none.
-    speed
-        Speed of each chain's first segment [m/s], shape (chains,).
-    residual
-        Mean squared residual of each chain's first segment from a straight line, per axis [m²].
-    """
-
-    time: FloatArray
-    position: FloatArray
-    speed: FloatArray
+    time: FloatArray  # Times of the scans [s], shape (chains, scans); NaN after the chain's last
+    position: FloatArray  # [m], shape (chains, scans, dim); NaN where there was none
+    speed: FloatArray  # Of each chain's first segment [m/s], shape (chains,)
+    # Mean squared residual of that segment from a straight line, per axis [m²].
     residual: FloatArray
 
 
@@ -81,17 +70,8 @@ def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
 
 
 def local_density(position: FloatArray) -> float:
-    """Return how dense points are where they are, as a geometric mean over them.
-
-    Parameters
-    ----------
-    position
-        Points [m], shape (points, dim).
-
-    Returns
-    -------
-    Points per m² (m³); 0 where they are too few to tell.
-    """
+    """Return how dense points [m], shape (points, dim), are where they are, per m² (m³)."""
+    # It is a geometric mean over them; 0 where they are too few to tell.
     if position.shape[0] <= NEIGHBOURS:
         return 0.0
     distance = tree_of(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
@@ -101,21 +81,8 @@ def local_density(position: FloatArray) -> float:
 
 
 def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:
-    """Return tracks that chance would hardly make.
-
-    Parameters
-    ----------
-    blocks
-        A sensor's scans.
-    speed
-        Greatest speed of an object [m/s].
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³].
-
-    Returns
-    -------
-    The chains, or None where none stands out.
-    """
+    """Return tracks that chance would hardly make, None where none stands out."""
+    # Speed is the greatest of an object [m/s]; density is of reports per unit of volume and scan.
     found = []
     for frames in blocks:
         length = min(SEGMENT, len(frames))
@@ -130,25 +97,11 @@ def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | No
 def detection_share(
     blocks: list[Frames], speed: float, density: float
 ) -> tuple[float, float] | None:
-    """Return how often an object is reported, by leaving one scan out.
-
-    Tracks that are sure from three scans before and three after say where their object was
-    between; what lies there above what chance puts there is the detections.
-
-    Parameters
-    ----------
-    blocks
-        A sensor's scans.
-    speed
-        Greatest speed of an object [m/s].
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³].
-
-    Returns
-    -------
-    A share, which noise may take beyond 1, and its standard error, wider in a crowd, where pieces
-    take wrong reports; None where there are too few tracks to tell.
-    """
+    """Return how often an object is reported, by leaving one scan out."""
+    # Tracks that are sure from three scans before and three after say where their object was
+    # between; what lies there above what chance puts there is the detections. The share, which
+    # noise may take beyond 1, comes with its standard error, wider in a crowd, where pieces take
+    # wrong reports; None where there are too few tracks to tell.
     around = np.array([-3, -2, -1, 1, 2, 3])
     found = [
         (segment, middle)
@@ -175,25 +128,11 @@ def detection_share(
 
 
 def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | None:
-    """Return how fast the few are that are faster than the many.
-
-    Reports that line up at the speed of the many are laid aside. What is left is looked through
-    as far about each report as there is one other on average. Where hardly any other lies within
-    reach of the many, the fastest among them count too.
-
-    Parameters
-    ----------
-    blocks
-        A sensor's scans.
-    speed
-        Greatest speed of the many [m/s].
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³].
-
-    Returns
-    -------
-    The greatest speed that is seen twice [m/s]; None for none.
-    """
+    """Return how fast the few are that are faster than the many [m/s]; None for none."""
+    # Reports that line up at the speed of the many are laid aside. What is left is looked through
+    # as far about each report as there is one other on average. Where hardly any other lies within
+    # reach of the many, the fastest among them count too. It is the greatest speed that is seen
+    # twice.
     speeds = []
     for frames in blocks:
         many, left = _left_over(frames, speed, density)

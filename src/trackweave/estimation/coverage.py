@@ -25,21 +25,9 @@ DIGITS = 5
 
 
 def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
-    """Tell which places a field of view holds that goes with its sensor.
-
-    Parameters
-    ----------
-    place
-        Points of the plane [m], shape (places, 2).
-    platform
-        Where the sensor was then [m], shape (places, 2).
-    view
-        Its field of view about where it stands usually.
-
-    Returns
-    -------
-    Whether it holds each.
-    """
+    """Tell which places, shape (places, 2) [m], a view holds that goes with its sensor."""
+    # ``platform`` is where the sensor was then, of the same shape; the view is that about where it
+    # stands usually.
     about = place - platform + view.position
     return np.array([is_covered(east, north, view) for east, north in about], dtype=bool)
 
@@ -47,25 +35,7 @@ def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[
 def in_view(
     view: FieldOfView, reports: ReportTable, sensor: int, track: IntArray, looks: FloatArray
 ) -> NDArray[np.bool_]:
-    """Tell at which looks of a sensor a track was where it sees.
-
-    Parameters
-    ----------
-    view
-        Where it sees.
-    reports
-        The reports, all positions.
-    sensor
-        Index of the sensor.
-    track
-        Rows of the track's reports, by time.
-    looks
-        Times [s].
-
-    Returns
-    -------
-    One truth value per look.
-    """
+    """Tell at which looks [s] of a sensor a track, rows by time, was where it sees."""
 
     def at_looks(rows: IntArray, where: FloatArray) -> FloatArray:
         axes = [np.interp(looks, reports.time[rows], axis) for axis in where[rows, :2].T]
@@ -81,25 +51,12 @@ def in_view(
 def fields_of_view(
     reports: ReportTable, platform: FloatArray, standing: Collection[str]
 ) -> dict[str, FieldOfView]:
-    """Return where sensors see whose reports end although those of others go on.
-
-    Silence tells of an edge only where others see something beyond it. All of a sensor's own
-    reports lie inside, but for a few that stand alone far off.
-
-    Parameters
-    ----------
-    reports
-        The reports, all positions.
-    platform
-        Where each one's sensor was, x, y first [m], shape (reports, ≥ 2).
-    standing
-        Names of sensors of which that is known. They see so far, and in a sector where others
-        see more in the rest; what others see lies in the hull of their reports.
-
-    Returns
-    -------
-    Fields of view by name of the sensor; a sensor without an edge is left out.
-    """
+    """Return where sensors see whose reports end although those of others go on."""
+    # Silence tells of an edge only where others see something beyond it. All of a sensor's own
+    # reports lie inside, but for a few that stand alone far off. ``platform`` is where each
+    # report's sensor was, x, y first [m]. Sensors that are known to be standing see so far, and in
+    # a sector where others see more in the rest; what others see lies in the hull of their
+    # reports. A sensor without an edge is left out.
     found = {}
     for index, name in enumerate(reports.sensors):
         own = np.flatnonzero(reports.sensor == index)

@@ -11,17 +11,7 @@ FEWEST_IN_HULL = 10
 
 
 def spacing_of(position: FloatArray) -> float:
-    """Return the usual distance from a report to its nearest neighbour elsewhere [m].
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim).
-
-    Returns
-    -------
-    The distance [m].
-    """
+    """Return the usual distance from a report to its nearest neighbour elsewhere [m]."""
     places = np.unique(position[:: max(position.shape[0] // 5000, 1)], axis=0)
     if places.shape[0] < 2:
         return 100.0
@@ -30,19 +20,7 @@ def spacing_of(position: FloatArray) -> float:
 
 
 def covered_by(position: FloatArray, sigma: float) -> float:
-    """Return the area or volume of the reports' hull, never zero.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim), at least one.
-    sigma
-        Their usual noise [m].
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
+    """Return the area [m²] or volume [m³] of the hull of reports [m] with noise sigma, never 0."""
     dim = position.shape[1]
     # Reports in one place or on a line still come from a surrounding as wide as their noise.
     sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
@@ -54,17 +32,7 @@ def covered_by(position: FloatArray, sigma: float) -> float:
 
 
 def _hull(position: FloatArray) -> float | None:
-    """Return the area or volume of the reports' hull, None where they span none.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim).
-
-    Returns
-    -------
-    The area or volume [m², m³].
-    """
+    """Return the area or volume of the reports' hull [m², m³], None where they span none."""
     from scipy.spatial import ConvexHull, QhullError
 
     places = np.unique(position, axis=0)
@@ -77,19 +45,7 @@ def _hull(position: FloatArray) -> float | None:
 
 
 def note_on_area(position: FloatArray, covered: float) -> str | None:
-    """Return what is taken for the area of many reports that span none.
-
-    Parameters
-    ----------
-    position
-        Where the reports are [m], shape (reports, dim).
-    covered
-        The area or volume about them [m², m³].
-
-    Returns
-    -------
-    The sentence; None where they span one.
-    """
+    """Return what is taken for the area of many reports that span none, None if they span one."""
     if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
         return None
     unit = "m²" if position.shape[1] == 2 else "m³"

@@ -28,25 +28,10 @@ def with_components(
     followed: Followed,
     ranging: Mapping[str, Sequence[float]],
 ) -> Estimates:
-    """Return estimates in which ranging sensors have the noise of range and angles apart.
-
-    Parameters
-    ----------
-    estimates
-        What is known so far.
-    reports
-        Positions that were tracked.
-    followed
-        Their tracks.
-    ranging
-        Where each sensor stands that measures ranges, by name [m]; rows that say where it was
-        come first.
-
-    Returns
-    -------
-    Estimates; sigma is one number for each of range [m], azimuth and elevation [rad] where
-    tracks tell it, and as it was elsewhere.
-    """
+    """Return estimates in which ranging sensors have the noise of range and angles apart."""
+    # ``ranging`` are the places of those sensors [m]; rows that say where one was come first.
+    # Sigma is one number for each of range [m], azimuth and elevation [rad] where tracks tell it,
+    # and as it was elsewhere.
     sensors = dict(estimates.sensors)
     tracks = sure_tracks(estimates, reports, followed)
     for name, place in ranging.items():
@@ -132,28 +117,11 @@ def bearing_sensor(
     tracks: list[tuple[FloatArray, FloatArray]],
     width: float,
 ) -> SensorEstimate | None:
-    """Return what the bearings of one sensor tell beside tracks of other sensors.
-
-    Bearings near the direction of a track are a bell about it over an even ground of others.
-
-    Parameters
-    ----------
-    time
-        Time of each bearing [s], ascending.
-    bearing
-        Clockwise from north [rad].
-    seen_from
-        Where the sensor was, x and y first [m], shape (bearings, ≥ 2).
-    tracks
-        Times, ascending, and places of each track.
-    width
-        Width of the sector from which bearings come [rad].
-
-    Returns
-    -------
-    Noise as one number in a tuple [rad], false alarms per radian and scan; None where too few
-    bearings are near a track.
-    """
+    """Return what the bearings of one sensor tell beside tracks of other sensors."""
+    # Bearings near the direction of a track are a bell about it over an even ground of others.
+    # They are clockwise from north [rad], by ascending time, ``width`` that of the sector from
+    # which they come. Tracks are times and places. The noise is one number in a tuple [rad], false
+    # alarms are per radian and scan; None where too few bearings are near a track.
     moments = np.unique(time)
     off, chances = _beside(time, bearing, seen_from, tracks)
     if off.size < FEWEST_RESIDUALS:

@@ -19,23 +19,10 @@ SAME_TIME = 0.5
 
 
 def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], float]:
-    """Return the mean squared distance along an axis between two sensors' reports of one object.
-
-    Scans that two sensors took at almost one time are laid over one another; distances at which
-    reports are paired more often than chance pairs them are those of one object.
-
-    Parameters
-    ----------
-    reports
-        Positions.
-    speed
-        Greatest speed of an object [m/s].
-
-    Returns
-    -------
-    Mean squares [m²] by the indices of two sensors; pairs of which nothing stands out are left
-    out.
-    """
+    """Return the mean squared distance [m²] per axis of two sensors' reports of one object."""
+    # Scans that two sensors took at almost one time are laid over one another; distances at which
+    # reports are paired more often than chance pairs them are those of one object. Pairs of
+    # sensors, by their indices, of which nothing stands out are left out.
     scans = {
         index: _scans(reports, index)
         for index in range(len(reports.sensors))

@@ -14,17 +14,8 @@ MOST_LEFT_OUT = 0.9
 
 
 def without_echoes(reports: ReportTable) -> tuple[ReportTable, list[str]]:
-    """Return reports without those that repeat one place exactly.
-
-    Parameters
-    ----------
-    reports
-        At least one report, all positions.
-
-    Returns
-    -------
-    The reports that tell of noise and motion, and a sentence on each sensor that gave others.
-    """
+    """Return reports without those that repeat one place exactly, and sentences on these."""
+    # What is left tells of noise and motion. A sentence is on each sensor that gave others.
     keep, notes = np.ones(len(reports), dtype=bool), []
     for index, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)

@@ -58,25 +58,12 @@ def estimate(
     sigma: Mapping[str, float] | None = None,
     scanning: Mapping[str, bool] | None = None,
 ) -> Estimates:
-    """Return estimates of everything that a tracker needs to know and can learn from reports.
-
-    Sensors are looked at one by one: how far apart successors lie, which reports line up over
-    six scans beyond chance, and on these how noisy, how often seen and how fast. It is a start
-    for data of which nothing else is known, and no replacement for a data sheet.
-
-    Parameters
-    ----------
-    reports
-        At least one report.
-    sigma
-        Standard deviations that are known, by name of the sensor [m].
-    scanning
-        Whether sensors look, by name, where it is known.
-
-    Returns
-    -------
-    Finite, positive values, however odd the reports are.
-    """
+    """Return estimates of everything that a tracker needs to know and can learn from reports."""
+    # Sensors are looked at one by one: how far apart successors lie, which reports line up over
+    # six scans beyond chance, and on these how noisy, how often seen and how fast. It is a start
+    # for data of which nothing else is known, and no replacement for a data sheet. Values are
+    # finite and positive, however odd the reports are. ``sigma`` is what is known by name of the
+    # sensor [m], ``scanning`` whether sensors look, where it is known.
     known, scans = dict(sigma or {}), dict(scanning or {})
     findings = {
         name: _found(

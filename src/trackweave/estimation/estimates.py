@@ -13,44 +13,23 @@ __all__ = ["Estimates", "SensorEstimate", "bounded", "digits"]
 
 @dataclass(frozen=True, slots=True)
 class SensorEstimate:
-    """What one sensor's reports tell of it.
+    """What one sensor's reports tell of it."""
 
-    Parameters
-    ----------
-    scan_period
-        Time from scan to scan [s]; None where it does not scan.
-    sigma
-        Standard deviation of a report along an axis [m]; or of each number of a report, as a
-        tuple [m, rad, m/s].
-    detection_probability
-        Chance that a scan reports an object.
-    clutter_density
-        False alarms per m² (m³) and scan.
-    covered
-        Area [m²] or volume [m³] from which its reports come.
-    n_objects
-        Objects present at a time, on average.
-    density
-        Reports per m² (m³) and scan; 0 for unknown.
-    scans
-        Whether it looks; None for unknown. Of one that does not, chances are per second.
-    disagreement
-        By how much else it puts objects elsewhere than other sensors do, as a standard
-        deviation along an axis that is part of ``sigma`` [m].
-    strength
-        What the strength of its reports tells of their origin; None for nothing.
-    """
-
-    scan_period: float | None
+    scan_period: float | None  # Time from scan to scan [s]; None where it does not scan
+    # Standard deviation of a report along an axis [m]; or of each number of a report, as a tuple
+    # [m, rad, m/s].
     sigma: float | tuple[float, ...]
-    detection_probability: float
-    clutter_density: float
-    covered: float
-    n_objects: float
-    density: float = 0.0
+    detection_probability: float  # Chance that a scan reports an object
+    clutter_density: float  # False alarms per m² (m³) and scan
+    covered: float  # Area [m²] or volume [m³] from which its reports come
+    n_objects: float  # Objects present at a time, on average
+    density: float = 0.0  # Reports per m² (m³) and scan; 0 for unknown
+    # Whether it looks; None for unknown. Of one that does not, chances are per second.
     scans: bool | None = None
+    # By how much else it puts objects elsewhere than other sensors do, as a standard deviation
+    # along an axis that is part of ``sigma`` [m].
     disagreement: float = 0.0
-    strength: StrengthModel | None = None
+    strength: StrengthModel | None = None  # What the strength of its reports tells of their origin
 
     @property
     def plane_sigma(self) -> float:
@@ -60,91 +39,39 @@ class SensorEstimate:
 
 @dataclass(frozen=True, slots=True)
 class Estimates:
-    """What the reports tell.
-
-    Parameters
-    ----------
-    sensors
-        Estimates by name of the sensor.
-    process_noise
-        Power spectral density of the acceleration along an axis [m²/s³].
-    max_speed
-        Greatest speed of an object [m/s].
-    new_target_density
-        Objects newly present per m² (m³) and scan.
-    initial_target_density
-        Objects present per m² (m³) at a time.
-    hidden_share, mean_silence
-        Share of their time for which objects are where no sensor can see them, and how long on
-        average [s]; None for unknown.
-    delete_after_misses
-        Misses in succession after which a track ends; None for no such number.
-    max_scans, depth
-        Scans, and instants, that a window should hold; None for the usual number.
-    period
-        Time between rows of a track [s]; None for every scan.
-    together
-        Within how long hardly any object reports twice where no sensor looks [s].
-    ways
-        Ways between which objects change, as in ``[motion.imm]``.
-    doubts
-        Why a sensor's estimates are doubtful, by its name; sensors without doubt are left out.
-    remarks
-        On what a value rests and how sure it is, by its key in a configuration file.
-    notes
-        Sentences on what was left out or not believed.
-    speed_of_few
-        Greatest speed of the few that are faster than the others [m/s]; 0 for unknown.
-    """
+    """What the reports tell."""
 
     sensors: Mapping[str, SensorEstimate]
-    process_noise: float
-    max_speed: float
-    new_target_density: float
-    initial_target_density: float
+    process_noise: float  # Power spectral density of the acceleration along an axis [m²/s³]
+    max_speed: float  # [m/s]
+    new_target_density: float  # Objects newly present per m² (m³) and scan
+    initial_target_density: float  # Objects present per m² (m³) at a time
+    # Share of their time for which objects are where no sensor can see them; None for unknown.
     hidden_share: float | None = None
-    mean_silence: float | None = None
+    mean_silence: float | None = None  # How long they are there on average [s]; None for unknown
+    # Misses in succession after which a track ends; None for no such number.
     delete_after_misses: int | None = None
-    max_scans: int | None = None
-    depth: int | None = None
-    period: float | None = None
+    max_scans: int | None = None  # Scans that a window should hold; None for the usual number
+    depth: int | None = None  # Instants in it, likewise
+    period: float | None = None  # Time between rows of a track [s]; None for every scan
+    # Within how long hardly any object reports twice where no sensor looks [s].
     together: float | None = None
+    # Ways between which objects change, as in ``[motion.imm]``.
     ways: Mapping[str, Any] | None = None
+    # Why a sensor's estimates are doubtful, by its name.
     doubts: Mapping[str, str] = field(default_factory=dict)
+    # On what a value rests and how sure it is, by its key in a configuration file.
     remarks: Mapping[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # Sentences on what was left out or not believed
+    # Greatest speed of the few that are faster than the others [m/s]; 0 for unknown.
     speed_of_few: float = 0.0
 
 
 def bounded(value: float, least: float = 1e-9) -> float:
-    """Return a value that a configuration takes: the data's scale may be anything.
-
-    Parameters
-    ----------
-    value
-        Any number.
-    least
-        Least value that makes sense. Must be positive.
-
-    Returns
-    -------
-    A number between, rounded.
-    """
+    """Return a value, rounded, that a configuration takes: the data's scale may be anything."""
     return digits(float(np.clip(value, least, 1e8)))
 
 
 def digits(value: float, count: int = 4) -> float:
-    """Return a value without digits that no estimate can be sure of.
-
-    Parameters
-    ----------
-    value
-        Any finite number.
-    count
-        How many significant digits stay.
-
-    Returns
-    -------
-    The rounded number.
-    """
+    """Return a value with so many significant digits: no estimate can be sure of more."""
     return float(f"{value:.{count}g}")

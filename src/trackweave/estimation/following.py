@@ -46,38 +46,12 @@ class Beam(NamedTuple):
 
 
 def first_beam(time: float, turned: float, rate: float) -> Beam:
-    """Return a beam of which angle and rate are roughly known.
-
-    Parameters
-    ----------
-    time
-        When [s].
-    turned
-        How far it has turned by then [turns].
-    rate
-        How fast [turns/s]. Must be positive.
-
-    Returns
-    -------
-    The beam.
-    """
+    """Return a beam that has roughly turned so far [turns] at a time [s], at a rate [turns/s]."""
     return Beam(time, turned, rate, ANGLE_AT_FIRST**2, 0.0, (RATE_AT_FIRST * rate) ** 2)
 
 
 def beam_after(beam: Beam, time: float) -> Beam:
-    """Return where a beam is expected at a later time [s].
-
-    Parameters
-    ----------
-    beam
-        The beam.
-    time
-        When [s], not before.
-
-    Returns
-    -------
-    The beam then.
-    """
+    """Return where a beam is expected at a time [s] that is not before its own."""
     step = time - beam.time
     turns = step * beam.rate
     noise = RATE_NOISE**2 * turns
@@ -96,21 +70,9 @@ def beam_after(beam: Beam, time: float) -> Beam:
 
 
 def corrected(beam: Beam, off: float, variance: float) -> Beam:
-    """Return a beam after a measurement of its angle.
-
-    Parameters
-    ----------
-    beam
-        As expected at the measurement's time.
-    off
-        How far it is ahead of what was expected [turns].
-    variance
-        How sure that is [turns²].
-
-    Returns
-    -------
-    The beam.
-    """
+    """Return a beam after a measurement of its angle, ahead by so much, and its variance."""
+    # The beam is as expected at the measurement's time; it is ahead by ``off`` [turns], and the
+    # variance is that of this [turns²].
     gain = beam.angle_variance / (beam.angle_variance + variance)
     gain_rate = beam.shared / (beam.angle_variance + variance)
     return Beam(
@@ -124,22 +86,9 @@ def corrected(beam: Beam, off: float, variance: float) -> Beam:
 
 
 def off_beam(beam: Beam, time: FloatArray, angle: FloatArray) -> tuple[Beam, float, float] | None:
-    """Return what some reports say of where a beam is.
-
-    Parameters
-    ----------
-    beam
-        Before them.
-    time
-        Times of the reports [s].
-    angle
-        Where they came from [turns in the beam's sense], whole turns being nothing.
-
-    Returns
-    -------
-    The beam as expected in their midst, how far it is ahead of that [turns], the variance of
-    that; None where they do not agree on it.
-    """
+    """Return what some reports say of where a beam is; None where they do not agree."""
+    # They tell the beam as expected in their midst, how far it is ahead of that [turns], and the
+    # variance of that. Angles are in turns in the beam's sense, whole turns being nothing.
     off = _wrapped(angle - beam.turned - beam.rate * (time - beam.time))
     expected = beam_after(beam, max(beam.time, float(time.mean())))
     reach = max(NEAR, 3.0 * float(np.sqrt(expected.angle_variance)))
@@ -162,23 +111,10 @@ def off_beam(beam: Beam, time: FloatArray, angle: FloatArray) -> tuple[Beam, flo
 def followed_rotation(
     time: FloatArray, azimuth: FloatArray, rate: float, phase: float
 ) -> FollowedRotation | None:
-    """Return the turn of a beam that wanders, from roughly how it turns at first.
-
-    Parameters
-    ----------
-    time
-        Time of each report [s], ascending.
-    azimuth
-        Where each came from [rad, clockwise from north].
-    rate
-        How fast the beam turns at first [rad/s], negative counter-clockwise.
-    phase
-        Where it is at the first report [rad].
-
-    Returns
-    -------
-    The turn; None where there are too few reports for that.
-    """
+    """Return the turn of a beam that wanders, from roughly how it turns at first."""
+    # Azimuths are clockwise from north [rad], times ascending [s]. The rate is that at first
+    # [rad/s], negative counter-clockwise, the phase where the beam is at the first report [rad].
+    # It is None where there are too few reports for that.
     direction = 1 if rate > 0 else -1
     turn = direction * 2.0 * np.pi
     expected, known = [], []

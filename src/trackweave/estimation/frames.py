@@ -24,39 +24,21 @@ BRIEF, LEAST_FILLED = 1e-3, 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """Successive scans of one sensor without long gaps between them.
+    """Successive scans of one sensor without long gaps between them."""
 
-    Parameters
-    ----------
-    time
-        Time of each scan [s], ascending.
-    position
-        Reports of each scan [m], each of shape (reports, dim); none is empty.
-    share
-        Share of the sensor's covered space that was kept, up to 1.
-    """
-
-    time: FloatArray
+    time: FloatArray  # Of each scan [s], ascending
+    # Reports of each scan [m], each of shape (reports, dim); none is empty.
     position: list[FloatArray]
-    share: float = 1.0
+    share: float = 1.0  # Share of the sensor's covered space that was kept, up to 1
 
     def __len__(self) -> int:
         return len(self.position)
 
 
 def scan_period(time: FloatArray) -> float | None:
-    """Return the time from scan to scan, robust against missing scans.
-
-    Parameters
-    ----------
-    time
-        Times of the scans [s], ascending, no two equal.
-
-    Returns
-    -------
-    The median gap [s]; None for fewer than two scans and where gaps have no common size, as with
-    a sensor that reports whenever it likes.
-    """
+    """Return the time from scan to scan, the median gap [s] of ascending times, no two equal."""
+    # It is robust against missing scans; None for fewer than two scans and where gaps have no
+    # common size, as with a sensor that reports whenever it likes.
     gaps = np.diff(time)
     gaps = gaps[gaps > SHORTEST_GAP]
     if gaps.size == 0:
@@ -73,37 +55,15 @@ def scan_period(time: FloatArray) -> float | None:
 
 
 def is_absurd_period(time: FloatArray, period: float) -> bool:
-    """Tell whether a scan period is the grain of a clock and not a sensor's.
-
-    Parameters
-    ----------
-    time
-        Times of the scans [s], ascending, no two equal.
-    period
-        What seems to be their period [s].
-
-    Returns
-    -------
-    True for periods below a millisecond of whose scans hardly any holds a report.
-    """
+    """Tell whether a scan period [s] is the grain of a clock and not a sensor's."""
+    # That is one below a millisecond of whose scans hardly any holds a report.
     filled = time.size * period
     return SHORTEST_GAP < period < BRIEF and filled < LEAST_FILLED * float(time[-1] - time[0])
 
 
 def frames_of(reports: ReportTable, sensor: int) -> tuple[list[Frames], float | None]:
-    """Return a sensor's scans in up to three blocks, and its scan period.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    sensor
-        Index of the sensor.
-
-    Returns
-    -------
-    Blocks of scans without long gaps, the longest first, and the scan period [s] or None.
-    """
+    """Return a sensor's scans in up to three blocks, the longest first, and their period [s]."""
+    # A block has no long gaps. There may be no period.
     rows = np.flatnonzero(reports.sensor == sensor)
     number = reports.time[rows] if reports.scan is None else reports.scan[rows]
     order = np.argsort(number, kind="stable")

@@ -34,42 +34,21 @@ STANDING, SLOW, TOLD = 3.0, 0.01, 4
 
 @dataclass(frozen=True, slots=True)
 class LoneReports:
-    """What lone reports tell; rates are per second.
+    """What lone reports tell; rates are per second."""
 
-    Parameters
-    ----------
-    pause
-        Usual time between an object's reports [s].
-    rate
-        Reports of an object [1/s]: the inverse of the mean pause, so that the slow count.
-    false_rate
-        Reports that are of no object [1/s].
-    n_objects
-        Objects present at a time.
-    new_rate
-        Objects that come [1/s].
-    sigma, process_noise
-        Noise of a position along an axis [m], and of the acceleration [m²/s³]; None for unknown.
-    max_speed
-        Greatest speed [m/s]; None for unknown.
-    quick_pause, slow_pause
-        Time between reports of those that report most often, and most seldom: of a tenth it is
-        less, and more [s].
-    standing
-        Share of the objects' time for which they stand still.
-    """
-
-    pause: float
+    pause: float  # Usual time between an object's reports [s]
+    # Reports of an object [1/s]: the inverse of the mean pause, so that the slow count.
     rate: float
-    false_rate: float
-    n_objects: float
-    new_rate: float
-    sigma: float | None
-    process_noise: float | None
-    max_speed: float | None
+    false_rate: float  # Reports that are of no object [1/s]
+    n_objects: float  # Objects present at a time
+    new_rate: float  # Objects that come [1/s]
+    sigma: float | None  # Noise of a position along an axis [m]; None for unknown
+    process_noise: float | None  # Of the acceleration [m²/s³]; None for unknown
+    max_speed: float | None  # [m/s]; None for unknown
+    # Between reports of those that report most often: of a tenth it is less [s].
     quick_pause: float
-    slow_pause: float
-    standing: float
+    slow_pause: float  # Of those that report most seldom: of a tenth it is more [s]
+    standing: float  # Share of the objects' time for which they stand still
 
 
 def middle_of(reports: ReportTable, sensor: int) -> IntArray:
@@ -81,19 +60,8 @@ def middle_of(reports: ReportTable, sensor: int) -> IntArray:
 
 
 def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArray]:
-    """Return whether a sensor looks, the threads that tell, and the rows that they thread.
-
-    Parameters
-    ----------
-    reports
-        All reports, positions.
-    sensor
-        Index of the sensor.
-
-    Returns
-    -------
-    The judgement; threads, whose rows count in those looked at; the rows looked at.
-    """
+    """Return whether a sensor looks, the threads that tell, and the rows that they thread."""
+    # The rows in threads count in those.
     rows = middle_of(reports, sensor)
     threads = threads_of(reports.time[rows], reports.measurement[rows])
     return looking(reports.time[rows], threads.rows), threads, rows
@@ -102,23 +70,7 @@ def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArra
 def lone_reports(
     time: FloatArray, position: FloatArray, threads: Threads, sigma: float | None
 ) -> LoneReports:
-    """Return what threads tell of a sensor that does not look.
-
-    Parameters
-    ----------
-    time
-        Times [s].
-    position
-        Positions [m], shape (reports, dim).
-    threads
-        Threads of these reports.
-    sigma
-        Their noise where it is known [m].
-
-    Returns
-    -------
-    What they tell.
-    """
+    """Return what threads tell of a sensor that does not look; sigma [m] where it is known."""
     span = max(float(np.ptp(time)), 1e-9)
     objects = threads.lasting(OF_OBJECTS)
     lived = sum(float(time[rows[-1]] - time[rows[0]]) for rows in objects)
@@ -214,14 +166,9 @@ def _noise(
 
 
 def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:
-    """Return the noise with which reports lie off the line between their neighbours.
-
-    Movement adds to it, and takes nothing.
-
-    Returns
-    -------
-    The median of all threads along an axis [m]; None without any.
-    """
+    """Return the noise [m] with which reports lie off the line between their neighbours."""
+    # Movement adds to it, and takes nothing. It is the median of all threads along an axis; None
+    # without any.
     found = []
     for rows in threads:
         span = time[rows[2:]] - time[rows[:-2]]

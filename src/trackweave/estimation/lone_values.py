@@ -19,7 +19,7 @@ WORTH = 16.0
 # What the first of an object's reports costs more than one of nobody, at most [nats].
 DEAR = 4.0
 # Slow pauses between an object's own reports that a window holds, and instants in any case.
-PAUSES, DEPTHS = 3.0, (5, 80)
+PAUSES, DEPTHS = 2.0, (5, 80)
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
@@ -30,50 +30,22 @@ WANDERED, SOME, DRIFTED, STAY = 3.0, 0.05, 0.25, 1800.0
 
 @dataclass(frozen=True, slots=True)
 class LoneValues:
-    """What a tracker takes of a sensor that does not look; its second counts as a scan.
+    """What a tracker takes of a sensor that does not look; its second counts as a scan."""
 
-    Parameters
-    ----------
-    detection
-        Chance that an object reports within a second.
-    clutter
-        Reports of nobody per m² (m³) and second.
-    coming
-        Objects that come per m² (m³) and second.
-    process
-        Process noise [m²/s³]; None for unknown.
-    ways
-        How objects move beside wandering at that noise, with keys as in ``[motion.imm]``; None
-        for no other way.
-    """
-
-    detection: float
-    clutter: float
-    coming: float
-    process: float | None
+    detection: float  # Chance that an object reports within a second
+    clutter: float  # Reports of nobody per m² (m³) and second
+    coming: float  # Objects that come per m² (m³) and second
+    process: float | None  # Process noise [m²/s³]; None for unknown
+    # How objects move beside wandering at that noise, with keys as in ``[motion.imm]``; None for
+    # no other way.
     ways: Mapping[str, Any] | None
 
     @classmethod
     def of(cls, lone: LoneReports, sigma: float, covered: float, dim: int) -> Self:
-        """Return the values.
-
-        Parameters
-        ----------
-        lone
-            What the reports tell.
-        sigma
-            Noise of a position along an axis [m].
-        covered
-            Area [m²] or volume [m³] from which they come.
-        dim
-            Number of spatial dimensions.
-
-        Returns
-        -------
-        The values. Of false alarms there are enough that no single report settles anything; and
-        one that no track explains is about as likely a new object's as nobody's, because it may
-        be minutes until its next.
-        """
+        """Return the values of a sensor with noise sigma [m], given what is covered [m², m³]."""
+        # Of false alarms there are enough that no single report settles anything; and one that no
+        # track explains is about as likely a new object's as nobody's, because it may be minutes
+        # until its next.
         detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
         least = detection / float(ball_volume(2.0 * sigma, dim)) * np.exp(-WORTH)
         process = lone.process_noise
@@ -89,15 +61,10 @@ class LoneValues:
 
 
 def _ways(lone: LoneReports, sigma: float, process: float | None) -> Mapping[str, Any] | None:
-    """Return two ways to move where those that stand would be lost between two reports.
-
-    With the noise of those that move, one that is silent for minutes could be anywhere in the
-    harbour, and its neighbours at the quay in its place.
-
-    Returns
-    -------
-    Keys as in ``[motion.imm]``; None where one way does.
-    """
+    """Return two ways to move where those that stand would be lost between two reports."""
+    # With the noise of those that move, one that is silent for minutes could be anywhere in the
+    # harbour, and its neighbours at the quay in its place. Keys are as in ``[motion.imm]``; None
+    # where one way does.
     wandered = np.sqrt((process or 0.0) * lone.slow_pause**3 / 3)
     if wandered < WANDERED * sigma or not SOME <= lone.standing <= 1.0 - SOME:
         return None
@@ -113,20 +80,9 @@ def _ways(lone: LoneReports, sigma: float, process: float | None) -> Mapping[str
 def rhythm_of(
     lone: list[tuple[LoneReports, Mapping[str, Any] | None]], time: FloatArray
 ) -> dict[str, Any]:
-    """Return what follows from how often objects report where no sensor looks.
-
-    Parameters
-    ----------
-    lone
-        What each sensor's reports tell, and between which ways its objects change.
-    time
-        Times of all reports [s].
-
-    Returns
-    -------
-    Estimates by name: instants in a window, time between rows, ways to move, and for how long
-    reports are gathered.
-    """
+    """Return what follows from how often objects report where no sensor looks."""
+    # Estimates by name: instants in a window, time between rows, ways to move, and for how long
+    # reports are gathered.
     instants = np.unique(time)
     usual = float(np.ptp(instants)) / max(instants.size - 1, 1)
     slow = max(each.slow_pause for each, _ in lone)
@@ -141,21 +97,7 @@ def rhythm_of(
 
 
 def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:
-    """Return why a sensor is taken for one that does not look, and how surely.
-
-    Parameters
-    ----------
-    lone
-        What its reports tell.
-    seen
-        How they follow one another.
-    is_told
-        Whether a user has said so.
-
-    Returns
-    -------
-    The sentence.
-    """
+    """Return why a sensor is taken for one that does not look, and how surely."""
     doubt, otherwise = "", "" if is_told else "; if it looks, give scans = true"
     if is_told:
         doubt = ", as is told"

@@ -23,24 +23,13 @@ ENOUGH, DECIDES = 8.0, 0.1
 
 @dataclass(frozen=True, slots=True)
 class Looking:
-    """How a sensor's reports of one object follow one another.
+    """How a sensor's reports of one object follow one another."""
 
-    Parameters
-    ----------
-    by_themselves
-        How many early returns chance would give the objects that hardly make any.
-    by_chance
-        How many it would give to the others that are seldom reported.
-    share
-        At which share of the instants of its life an object is reported, as a median.
-    n_objects
-        How many objects' rhythm was seen.
-    """
-
+    # How many early returns chance would give the objects that hardly make any.
     by_themselves: float
-    by_chance: float
-    share: float
-    n_objects: int
+    by_chance: float  # How many it would give to the others that are seldom reported
+    share: float  # At which share of the instants of its life an object is reported, as a median
+    n_objects: int  # How many objects' rhythm was seen
 
     @property
     def doubt(self) -> float:
@@ -61,27 +50,14 @@ class Looking:
 
 
 def looking(time: FloatArray, threads: list[IntArray]) -> Looking:
-    """Return what threads tell of whether their sensor looks.
-
-    A sensor that looks reports an object at each instant with some probability, however small,
-    whenever it last did: returns are memoryless, and where objects hide for a while they come in
-    bursts. An object that reports by itself keeps a pause of its own between two reports: the
-    instants that others fill meanwhile never hold one of it. So early returns are counted, within
-    a third of an object's mean pause, and compared to those of a memoryless object, of which
-    q = 1 − (1 − 1/m)^k return within k instants if m is the mean. Whether others share an
-    instant does not matter: clocks that count whole seconds make them share it.
-
-    Parameters
-    ----------
-    time
-        Times of all reports [s].
-    threads
-        Reports of one object each, in order of time.
-
-    Returns
-    -------
-    What they tell.
-    """
+    """Return what threads tell of whether their sensor looks."""
+    # A sensor that looks reports an object at each instant with some probability, however small,
+    # whenever it last did: returns are memoryless, and where objects hide for a while they come in
+    # bursts. An object that reports by itself keeps a pause of its own between two reports: the
+    # instants that others fill meanwhile never hold one of it. So early returns are counted,
+    # within a third of an object's mean pause, and compared to those of a memoryless object, of
+    # which q = 1 − (1 − 1/m)^k return within k instants if m is the mean. Whether others share an
+    # instant does not matter: clocks that count whole seconds make them share it.
     instants = np.unique(time)
     by_themselves = by_chance = 0.0
     shares = []

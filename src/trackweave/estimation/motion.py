@@ -16,21 +16,11 @@ NEAREST = 5
 
 
 def reach(blocks: list[Frames]) -> tuple[float, float] | None:
-    """Return the speed within which successors stand out from unrelated reports.
-
-    Pairs of successive scans' reports are counted by distance; the radius is where a dense disc
-    of pairs against a thin rest explains the counts best (Poisson likelihood of one step).
-
-    Parameters
-    ----------
-    blocks
-        A sensor's scans.
-
-    Returns
-    -------
-    A speed [m/s], and how many successors a scan's reports have on average above what chance
-    brings; None where no two scans follow one another or nothing stands out.
-    """
+    """Return the speed [m/s] within which successors stand out from unrelated reports."""
+    # Pairs of successive scans' reports are counted by distance; the radius is where a dense disc
+    # of pairs against a thin rest explains the counts best (Poisson likelihood of one step). With
+    # it comes how many successors a scan's reports have on average above what chance brings. It is
+    # None where no two scans follow one another or nothing stands out.
     times = [t for frames in blocks for t in np.diff(frames.time)]
     if not times:
         return None
@@ -52,15 +42,10 @@ def reach(blocks: list[Frames]) -> tuple[float, float] | None:
 
 
 def _outermost(counts: FloatArray, chance: FloatArray, few: float) -> tuple[int, float] | None:
-    """Return how far out pairs are denser than chance, and how many more they are.
-
-    A few reports that stay in one place make a disc of their own within that of the others: where
-    a wider one holds more, that one counts.
-
-    Returns
-    -------
-    Index of the radius, and the pairs above what chance brings; None where nothing stands out.
-    """
+    """Return how far out pairs are denser than chance, and how many more they are."""
+    # A few reports that stay in one place make a disc of their own within that of the others:
+    # where a wider one holds more, that one counts. It is the radius' index and the pairs above
+    # what chance brings; None where nothing stands out.
     first, total = -1, 0.0
     while True:
         inner = (counts[first], chance[first]) if first >= 0 else (0.0, 0.0)
@@ -83,15 +68,9 @@ def _outermost(counts: FloatArray, chance: FloatArray, few: float) -> tuple[int,
 
 
 def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
-    """Return how many unrelated pairs would lie within each radius, up to a factor.
-
-    Reports whose coordinates are exchanged among them fill the same space, edges included, but
-    know nothing of one another.
-
-    Returns
-    -------
-    Counts in arbitrary units, one per radius, positive.
-    """
+    """Return how many unrelated pairs would lie within each radius, up to a factor, positive."""
+    # Reports whose coordinates are exchanged among them fill the same space, edges included, but
+    # know nothing of one another.
     some = position[:: max(position.shape[0] // 3000, 1)]
     mixed = np.stack(
         [np.sort(axis)[_scatter(axis.size, k)] for k, axis in enumerate(some.T)], axis=1
@@ -124,27 +103,11 @@ def _likeliest_step(counts: FloatArray, chance: FloatArray) -> int | None:
 
 
 def segments(frames: Frames, start: int, length: int, speed: float) -> tuple[IntArray, FloatArray]:
-    """Return straight pieces of tracks through successive scans, best first.
-
-    Each pair of reports that an object could have made is followed by nearest neighbours of its
-    straight continuation; of pieces that share a report, the straightest stays.
-
-    Parameters
-    ----------
-    frames
-        Scans without long gaps.
-    start
-        First scan of the pieces.
-    length
-        How many scans a piece goes through, at least 3.
-    speed
-        Greatest speed of an object [m/s].
-
-    Returns
-    -------
-    Index of each piece's report in each scan, shape (pieces, length), and the sum of squared
-    residuals of each from a straight line [m²].
-    """
+    """Return straight pieces of tracks through successive scans, best first."""
+    # Each pair of reports that an object could have made is followed by nearest neighbours of its
+    # straight continuation; of pieces that share a report, the straightest stays. They are at
+    # least 3 scans long. Residuals are the sums of squares from a straight line [m²]; indices are
+    # of each piece's report in each scan, shape (pieces, length).
     trees = [tree_of(position) for position in frames.position[start : start + length]]
     time = frames.time[start : start + length] - frames.time[start]
     first, second = frames.position[start], frames.position[start + 1]

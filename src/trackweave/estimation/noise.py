@@ -35,29 +35,12 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     fixed: bool = False,
     follows_turns: bool = True,
 ) -> tuple[float, float]:
-    """Return the noise under which a Kalman filter finds chains of reports least surprising.
-
-    Parameters
-    ----------
-    time
-        Times [s], shape (chains, scans); NaN where a chain has none.
-    position
-        Reports [m], shape (chains, scans, dim); NaN where there was none.
-    sigma
-        Standard deviation of a report along an axis [m], to start from. Must be positive.
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
-    fixed
-        Whether sigma is known and only the process noise is sought.
-    follows_turns
-        Whether the process noise grows until sharp turns are followed; not where some of what
-        is far off is of other objects.
-
-    Returns
-    -------
-    Standard deviation of a report along an axis [m] and power spectral density of the
-    acceleration along an axis [m²/s³].
-    """
+    """Return the noise under which a Kalman filter finds chains of reports least surprising."""
+    # It is sigma along an axis [m] and the process noise [m²/s³]; it starts from ``sigma``, above
+    # 0, which stays if it is fixed. Times have the shape (chains, scans), positions (chains,
+    # scans, dim), NaN where there was none. The density is that of reports that came from
+    # elsewhere, per unit of volume and scan. The process noise grows until sharp turns are
+    # followed; not where some of what is far off is of other objects.
     step, places = _gathered(time, position)
     if step.size == 0:
         return sigma, 0.0
@@ -75,24 +58,9 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
 def noise_in_turns(
     time: FloatArray, position: FloatArray, noise: tuple[float, float], density: float
 ) -> float:
-    """Return the process noise with which a Kalman filter loses hardly any chain in a turn.
-
-    Parameters
-    ----------
-    time
-        Times [s], shape (chains, scans); NaN where a chain has none.
-    position
-        Reports of tracks beyond doubt [m], shape (chains, scans, dim); NaN where there was none.
-    noise
-        Standard deviation of a report along an axis [m], and the process noise to start from
-        [m²/s³]. Must be positive.
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
-
-    Returns
-    -------
-    Power spectral density of the acceleration along an axis [m²/s³].
-    """
+    """Return the process noise with which a filter loses hardly any chain in a turn [m²/s³]."""
+    # The chains are of tracks beyond doubt, as in ``noise_of_chains``; it starts from a noise
+    # above 0.
     sigma, process = noise
     step, places = _gathered(time, position)
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
@@ -105,28 +73,12 @@ def noise_in_turns(
 def calm_noise(
     time: FloatArray, position: FloatArray, sigma: float, density: float
 ) -> tuple[float, float] | None:
-    """Return the noise of chains whose errors wander, as seen over several scans.
-
-    Errors that are alike from scan to scan, as of boxes around people whose legs swing, look like
-    accelerations from one scan to the next. Over longer steps they are noise, and the process
-    noise is less; that of real accelerations is not. Manoeuvres to and fro average out as well,
-    but then the noise grows with each longer step, whereas that of wandering errors soon stays.
-
-    Parameters
-    ----------
-    time
-        Times [s], shape (chains, scans); NaN where a chain has none.
-    position
-        Reports [m], shape (chains, scans, dim); NaN where there was none.
-    sigma
-        Standard deviation of a report along an axis [m], to start from. Must be positive.
-    density
-        Reports per unit of volume and scan [1/m² or 1/m³], for reports that came from elsewhere.
-
-    Returns
-    -------
-    Standard deviation [m] and process noise [m²/s³]; None where longer steps tell nothing else.
-    """
+    """Return the noise of chains whose errors wander, as seen over several scans."""
+    # Errors that are alike from scan to scan, as of boxes around people whose legs swing, look
+    # like accelerations from one scan to the next. Over longer steps they are noise, and the
+    # process noise is less; that of real accelerations is not. Manoeuvres to and fro average out
+    # as well, but then the noise grows with each longer step, whereas that of wandering errors
+    # soon stays. It is None where longer steps tell nothing else.
     step, places = _gathered(time, position)
     if step.size == 0:
         return None
@@ -219,14 +171,8 @@ def _far_off(
 
 
 def _all_followed(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> bool:
-    """Tell whether a filter follows all chains to their ends, but for few.
-
-    Behind a turn that is too sharp for it, what an object reports seems to come from elsewhere.
-
-    Returns
-    -------
-    Whether it does.
-    """
+    """Tell whether a filter follows all chains to their ends, but for few."""
+    # Behind a turn that is too sharp for it, what an object reports seems to come from elsewhere.
     variance, process, density = noise
     n_lost = 0
     for row in range(step.shape[0]):

@@ -26,21 +26,8 @@ WITHIN, USUAL_NOISE = 30.0, 10.0
 
 
 def believable(estimates: Estimates, reports: ReportTable, *, in_metres: bool) -> Estimates:
-    """Return estimates in which what cannot be is replaced, and a sentence says so.
-
-    Parameters
-    ----------
-    estimates
-        What the reports seem to tell.
-    reports
-        The reports, all positions.
-    in_metres
-        Whether positions are in metres for sure, as of latitudes or ranges they are.
-
-    Returns
-    -------
-    The same estimates where all can be.
-    """
+    """Return estimates in which what cannot be is replaced, and a sentence says so."""
+    # Positions are in metres for sure if they are of latitudes or ranges.
     notes = list(estimates.notes)
     sensors = dict(estimates.sensors)
     for index, name in enumerate(reports.sensors):

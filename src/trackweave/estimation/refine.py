@@ -47,52 +47,27 @@ FEWEST_LOOKS, EARLY_LOOKS = 10, 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """What tracking a stretch gave.
+    """What tracking a stretch gave."""
 
-    Parameters
-    ----------
-    track
-        Track of each report, -1 for none, shape (reports,).
-    looks
-        When each sensor scanned [s], ascending, by its name; with or without reports.
-    views
-        Where sensors see that do not see everywhere, by name.
-    """
-
-    track: IntArray
+    track: IntArray  # Of each report, -1 for none, shape (reports,)
+    # When each sensor scanned [s], ascending, by its name; with or without reports.
     looks: Mapping[str, FloatArray]
+    # Where sensors see that do not see everywhere, by name.
     views: Mapping[str, FieldOfView] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """A track that is beyond doubt.
+    """A track that is beyond doubt."""
 
-    Parameters
-    ----------
-    rows
-        Rows of its reports, by time.
-    begin, end
-        Times of the first and the last [s].
-    """
-
-    rows: IntArray
-    begin: float
-    end: float
+    rows: IntArray  # Rows of its reports, by time
+    begin: float  # Time of the first [s]
+    end: float  # Time of the last [s]
 
 
 def stretch_of(reports: ReportTable) -> ReportTable:
-    """Return a part of the reports that is quick to track and tells as much as the whole.
-
-    Parameters
-    ----------
-    reports
-        At least one report.
-
-    Returns
-    -------
-    Reports of a middle part of the plane where it is crowded, and of a middle part of the time.
-    """
+    """Return a part of the reports that is quick to track and tells as much as the whole."""
+    # It is a middle part of the plane where it is crowded, and of the time.
     keep = np.ones(len(reports), dtype=bool)
     n_moments = np.unique(np.stack([reports.time, reports.sensor]), axis=1).shape[1]
     if len(reports) <= MOST_REPORTS:
@@ -111,21 +86,7 @@ def stretch_of(reports: ReportTable) -> ReportTable:
 
 
 def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> Estimates:
-    """Return estimates with what tracks tell in the place of what was guessed.
-
-    Parameters
-    ----------
-    estimates
-        What is known so far.
-    reports
-        The stretch that was tracked.
-    followed
-        Its tracks.
-
-    Returns
-    -------
-    Estimates; where there is no sure track, as they were.
-    """
+    """Return estimates with what sure tracks, if any, tell in the place of what was guessed."""
     tracks = sure_tracks(estimates, reports, followed)
     if not tracks:
         return estimates
@@ -179,21 +140,7 @@ def _of_scans(followed: Followed, estimates: Estimates) -> Followed:
 
 
 def sure_tracks(estimates: Estimates, reports: ReportTable, followed: Followed) -> list[Track]:
-    """Return the tracks that are long and were seen about as often as objects are.
-
-    Parameters
-    ----------
-    estimates
-        What is known so far.
-    reports
-        The stretch that was tracked.
-    followed
-        Its tracks.
-
-    Returns
-    -------
-    The tracks.
-    """
+    """Return the tracks that are long and were seen about as often as objects are."""
     rows = np.flatnonzero(followed.track >= 0)
     number = followed.track[rows]
     rows = rows[np.lexsort((reports.time[rows], number))]

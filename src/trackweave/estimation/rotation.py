@@ -37,26 +37,12 @@ def rotation_of(
     period: float | None = None,
     direction: int | None = None,
 ) -> Rotation | None:
-    """Return the turn that says at each report's time where the report came from.
-
-    A steady one where that fits; else one that is followed from turn to turn.
-
-    Parameters
-    ----------
-    time
-        Time of each report [s], ascending.
-    azimuth
-        Where each came from, seen from the sensor [rad, clockwise from north].
-    period
-        About how long a turn takes [s], where that is known; None where it is not.
-    direction
-        1 for clockwise, -1 for counter-clockwise, None for either.
-
-    Returns
-    -------
-    The turn; None where fewer than seven reports in ten follow one, where all come from one
-    direction or at one moment of the turn so that none could be told, and for too few reports.
-    """
+    """Return the turn that says at each report's time where the report came from."""
+    # A steady one where that fits; else one that is followed from turn to turn. Times are
+    # ascending [s], azimuths clockwise from north, seen from the sensor [rad]. ``period`` is about
+    # how long a turn takes [s], if known; ``direction`` 1 for clockwise, -1 for counter-clockwise.
+    # It is None where fewer than seven reports in ten follow a turn, where all come from one
+    # direction or at one moment of the turn so that none could be told, and for too few reports.
     if time.size < FEWEST_REPORTS:
         return None
     steady = _steady(time, azimuth, period, direction)
@@ -107,21 +93,9 @@ def _wandering(
 
 
 def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
-    """Tell whether reports lie off a turn by more than chance, now ahead of it, now behind.
-
-    Parameters
-    ----------
-    time
-        Time of each report [s], ascending.
-    azimuth
-        Where each came from [rad, clockwise from north].
-    rotation
-        The turn.
-
-    Returns
-    -------
-    Whether successive reports' common deviation is more than the edge of a sector may be off.
-    """
+    """Tell whether reports lie off a turn by more than chance, now ahead of it, now behind."""
+    # That is so if successive reports' common deviation is more than the edge of a sector may be
+    # off.
     off = _off(time, azimuth, rotation)
     near = off[np.abs(off) < 2 * NEAR]
     n_groups = near.size // REPORTS_PER_GROUP

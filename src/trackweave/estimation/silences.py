@@ -16,19 +16,9 @@ SHARES, LEAST_SILENCE, LONGEST_SILENCE = (0.003, 0.3), 5.0, 600.0
 
 
 def long_pauses(pauses: IntArray, chances: int) -> np.ndarray:
-    """Tell which pauses are longer than misses one by one would make them.
-
-    Parameters
-    ----------
-    pauses
-        How many chances in a row were missed before each report, 0 for none, shape (reports,).
-    chances
-        How many there were in all.
-
-    Returns
-    -------
-    Whether each pause is so long, shape (reports,).
-    """
+    """Tell which pauses are longer than misses one by one would make them."""
+    # Pauses are the chances missed in a row before each report, 0 for none, ``chances`` those in
+    # all.
     long = np.zeros(pauses.shape[0], dtype=np.bool_)
     if pauses.size == 0:
         return long
@@ -43,17 +33,9 @@ def long_pauses(pauses: IntArray, chances: int) -> np.ndarray:
 
 
 def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]:
-    """Return the share of their time for which objects are hidden, and how long on average [s].
-
-    Parameters
-    ----------
-    gaps
-        For each object the time from report to report [s], and the chances missed between.
-
-    Returns
-    -------
-    Both; near the usual ones where there are few tracks.
-    """
+    """Return the share of their time for which objects are hidden, and how long on average [s]."""
+    # Gaps are, for each object, the time from report to report [s] and the chances missed between.
+    # Both are near the usual ones where there are few tracks.
     times = np.concatenate([np.empty(0), *(time for time, _ in gaps)])
     pauses = np.concatenate([np.empty(0, dtype=np.int64), *(pause for _, pause in gaps)])
     if times.size == 0:

@@ -25,21 +25,8 @@ TAIL, TAIL_SIGMAS = 0.05, 1.645
 
 
 def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followed) -> Estimates:
-    """Return estimates in which sensors whose reports carry strengths say what these tell.
-
-    Parameters
-    ----------
-    estimates
-        What is known so far.
-    reports
-        The stretch that was tracked.
-    followed
-        Its tracks.
-
-    Returns
-    -------
-    Estimates; where strengths tell nothing, as they were.
-    """
+    """Return estimates in which sensors whose reports carry strengths say what these tell."""
+    # Where strengths tell nothing, they are as they were.
     if reports.strength is None:
         return estimates
     blind = {name: replace(sensor, strength=None) for name, sensor in estimates.sensors.items()}
@@ -58,22 +45,10 @@ def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followe
 
 
 def strength_model(tracks: Sequence[FloatArray], lone: FloatArray) -> StrengthModel | None:
-    """Return how strong reports of objects and false alarms are.
-
-    Tracks whose reports are more like false alarms than like those of other tracks are taken to
-    be false alarms that stay in one place.
-
-    Parameters
-    ----------
-    tracks
-        Strengths of the reports of each sure track.
-    lone
-        Strengths of the reports in no track.
-
-    Returns
-    -------
-    The two distributions; None where reports are too few or the two do not differ clearly.
-    """
+    """Return how strong reports of objects and false alarms are."""
+    # Tracks whose reports are more like false alarms than like those of other tracks are taken to
+    # be false alarms that stay in one place. ``lone`` are those of the reports in no track. It is
+    # None where reports are too few or the two distributions do not differ clearly.
     tracks = [own[np.isfinite(own)] for own in tracks]
     tracks = [own for own in tracks if own.size]
     lone = lone[np.isfinite(lone)]

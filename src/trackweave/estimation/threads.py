@@ -28,18 +28,10 @@ TWICE = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Threads:
-    """Threads of a sensor's reports, each of one object as far as can be seen.
+    """Threads of a sensor's reports, each of one object as far as can be seen."""
 
-    Parameters
-    ----------
-    rows
-        Reports of each thread in order of time; the longest thread first.
-    n_reports
-        How many reports were looked at, those heard twice counted once.
-    """
-
-    rows: list[IntArray]
-    n_reports: int
+    rows: list[IntArray]  # Of each in order of time; the longest thread first
+    n_reports: int  # How many were looked at, those heard twice counted once
 
     def lasting(self, hits: int) -> list[IntArray]:
         """Return the threads of at least so many reports."""
@@ -47,28 +39,12 @@ class Threads:
 
 
 def threads_of(time: FloatArray, position: FloatArray) -> Threads:
-    """Return reports threaded by their nearest in space and time.
-
-    Two reports are as near as few unrelated ones would lie between them, in the ball whose radius
-    is their distance and over the time between them [1]_. That knows neither noise nor speeds.
-    Those that are nearest to each other are linked, then those of the rest.
-
-    Parameters
-    ----------
-    time
-        Times [s].
-    position
-        Positions [m], shape (reports, dim).
-
-    Returns
-    -------
-    The threads.
-
-    References
-    ----------
-    .. [1] I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
-       and aftershock identification", Physical Review Letters 101, 2008.
-    """
+    """Return reports threaded by their nearest in space and time."""
+    # Two reports are as near as few unrelated ones would lie between them, in the ball whose
+    # radius is their distance and over the time between them. That knows neither noise nor speeds.
+    # Those that are nearest to each other are linked, then those of the rest.
+    # After I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
+    # and aftershock identification", Physical Review Letters 101, 2008.
     rows = _once(time, position)
     time, position = time[rows], position[rows]
     extent = float(np.linalg.norm(np.ptp(position, axis=0))) if rows.size else 0.0

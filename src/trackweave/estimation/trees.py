@@ -11,17 +11,7 @@ __all__ = ["tree_of"]
 
 
 def tree_of(position: FloatArray) -> "cKDTree":
-    """Return a tree of points.
-
-    Parameters
-    ----------
-    position
-        Points [m], shape (points, dim).
-
-    Returns
-    -------
-    SciPy's tree.
-    """
+    """Return SciPy's tree of points, shape (points, dim)."""
     # A run that has nothing to estimate need not wait for this import.
     from scipy.spatial import cKDTree
 

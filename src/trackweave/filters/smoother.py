@@ -14,22 +14,9 @@ __all__ = ["Course", "Readings", "filtered", "merged", "smoothed"]
 def filtered(
     readings: Readings, start: tuple[FloatArray, FloatArray], motion: MotionRule
 ) -> Course:
-    """Return an object's states, each conditioned on its reports so far.
-
-    Parameters
-    ----------
-    readings
-        Its moments and reports.
-    start
-        Mean and covariance at the first moment, before its report, shapes (n,) and (n, n), as the
-        motion lays out a state. Each mode of motion starts from them, with its long-run share.
-    motion
-        How it moves.
-
-    Returns
-    -------
-    States by moment and mode.
-    """
+    """Return an object's states by moment and mode, each conditioned on its reports so far."""
+    # ``start`` is mean and covariance at the first moment, before its report, as the motion lays
+    # out a state. Each mode of motion starts from them, with its long-run share.
     modes, size, length = motion.kind.shape[0], motion.prior.shape[0], readings.time.shape[0]
     first = Course(
         np.repeat(start[0][None, None], modes, axis=1),
@@ -48,34 +35,17 @@ def filtered(
 def smoothed(
     readings: Readings, start: tuple[FloatArray, FloatArray], motion: MotionRule
 ) -> Course:
-    """Return an object's states, each conditioned on all of its reports.
-
-    One mode of motion: the fixed-interval smoother [1]_, about the filter's states where motion
-    or reports are not linear. Several modes: each pair of a mode and the one after it is smoothed
-    and the pairs are merged [2]_, weighted by their evidence [3]_.
-
-    Parameters
-    ----------
-    readings
-        Its moments and reports.
-    start
-        As in `filtered`.
-    motion
-        How it moves.
-
-    Returns
-    -------
-    States by moment and mode.
-
-    References
-    ----------
-    .. [1] H. E. Rauch, F. Tung, C. T. Striebel, *Maximum likelihood estimates of linear dynamic
-       systems*, 1965, eqs. 3.28 and 3.30. doi:10.2514/3.3166
-    .. [2] C.-J. Kim, *Dynamic linear models with Markov-switching*, 1994.
-       doi:10.1016/0304-4076(94)90036-1
-    .. [3] D. Barber, *Expectation correction for smoothed inference in switching linear dynamical
-       systems*, 2006, sec. 3.1.
-    """
+    """Return an object's states by moment and mode, each conditioned on all of its reports."""
+    # One mode of motion: the fixed-interval smoother [1], about the filter's states where motion
+    # or reports are not linear. Several modes: each pair of a mode and the one after it is
+    # smoothed and the pairs are merged [2], weighted by their evidence [3]. ``start`` is as in
+    # ``filtered``.
+    # [1] H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic
+    #     systems, 1965, eqs. 3.28 and 3.30. doi:10.2514/3.3166
+    # [2] C.-J. Kim, Dynamic linear models with Markov-switching, 1994.
+    #     doi:10.1016/0304-4076(94)90036-1
+    # [3] D. Barber, Expectation correction for smoothed inference in switching linear dynamical
+    #     systems, 2006, sec. 3.1.
     if _is_straight(readings, motion):
         return _straight(readings, start, motion)
     course = filtered(readings, start, motion)
@@ -114,17 +84,7 @@ def _straight(
 
 
 def merged(course: Course) -> tuple[FloatArray, FloatArray]:
-    """Return the mean and covariance of each moment over all modes of motion.
-
-    Parameters
-    ----------
-    course
-        States by moment and mode.
-
-    Returns
-    -------
-    Shapes (moments, n) and (moments, n, n).
-    """
+    """Return mean (moments, n) and covariance of each moment over all modes of motion."""
     length, modes, size = course.mean.shape
     if modes == 1:
         return course.mean[:, 0].copy(), course.covariance[:, 0].copy()

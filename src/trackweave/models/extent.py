@@ -15,22 +15,9 @@ N_NODES = 64
 
 
 def extent(coverage: Coverage, kind: MeasurementKind) -> float | None:
-    """Return the size of a field of view in the units of what is measured in the plane.
-
-    Range rates and elevations are left out.
-
-    Parameters
-    ----------
-    coverage
-        The field of view.
-    kind
-        What is measured: the answer is in m² for positions, in m·rad for range and azimuth, and
-        in rad for bearings.
-
-    Returns
-    -------
-    The size; None where the field of view has no bound.
-    """
+    """Return the size of a field of view in the units of what is measured in the plane."""
+    # Range rates and elevations are left out. The size is in m² for positions, in m·rad for range
+    # and azimuth, and in rad for bearings; None where the field of view has no bound.
     if coverage.everywhere:
         return 2.0 * np.pi if kind is MeasurementKind.BEARING else None
     low, high, start, width = coverage.bounds

@@ -18,34 +18,13 @@ def to_position(
     platform: FloatArray,
     dim: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return where reports put their objects, and how uncertain that is.
-
-    Ranges and angles are unbiased to second order in the angles' noise: the mean of a position
-    on an arc lies inside it [1]_.
-
-    Parameters
-    ----------
-    kind
-        What the reports hold.
-    measurement
-        One row per report, shape (reports, components).
-    sigma
-        Standard deviation of each number, of the same shape.
-    platform
-        Where the sensor was at each report, x, y, z [m] first, shape (reports, ≥ 3).
-    dim
-        Number of dimensions of the tracking space.
-
-    Returns
-    -------
-    Positions [m], shape (reports, dim), and covariances, shape (reports, dim, dim); NaN where a
-    report of this kind does not tell.
-
-    References
-    ----------
-    .. [1] D. Lerro, Y. Bar-Shalom, *Tracking with debiased consistent converted measurements
-       versus EKF*, 1993, eqs. 13-16. doi:10.1109/7.220948
-    """
+    """Return positions [m], shape (reports, dim), and covariances of where reports put objects."""
+    # Ranges and angles are unbiased to second order in the angles' noise: the mean of a position
+    # on an arc lies inside it [1]. Measurements and sigma have the shape (reports, components),
+    # ``platform`` is where the sensor was, x, y, z [m] first. What comes is NaN where a report of
+    # this kind does not tell.
+    # [1] D. Lerro, Y. Bar-Shalom, Tracking with debiased consistent converted measurements versus
+    #     EKF, 1993, eqs. 13-16. doi:10.1109/7.220948
     count = measurement.shape[0]
     if not kind.gives_position(dim):
         return np.full((count, dim), np.nan), np.full((count, dim, dim), np.nan)
@@ -75,20 +54,9 @@ def to_position(
 
 
 def with_rounding(covariance: FloatArray) -> FloatArray:
-    """Return covariances of positions that were turned, wider by what rounding may have lost.
-
-    A range a million times as precise as what an angle tells across it is else less than the last
-    digits, and the turned covariance not positive definite.
-
-    Parameters
-    ----------
-    covariance
-        Matrices, shape (rows, dim, dim).
-
-    Returns
-    -------
-    Matrices of the same shape.
-    """
+    """Return covariances, shape (rows, dim, dim), of turned positions, wider by lost rounding."""
+    # A range a million times as precise as what an angle tells across it is else less than the
+    # last digits, and the turned covariance not positive definite.
     trace = np.trace(covariance, axis1=1, axis2=2)
     lost = ROUNDING * trace[:, None, None] * np.eye(covariance.shape[1])
     return np.ascontiguousarray(covariance + lost)

@@ -16,24 +16,10 @@ SIZES = (1.0, 1.8, 2.8)
 def label_offsets(
     anchors: FloatArray, directions: FloatArray, texts: list[str], obstacles: FloatArray
 ) -> FloatArray:
-    """Return where the middle of each text goes, relative to its anchor.
-
-    Parameters
-    ----------
-    anchors
-        What each text belongs to, on paper [points], shape (texts, 2).
-    directions
-        Where each text would like to lie from its anchor; any length.
-    texts
-        What is written.
-    obstacles
-        Places on paper that texts should rather not cover [points], shape (places, 2).
-
-    Returns
-    -------
-    Offsets [points], shape (texts, 2): for each text in turn the candidate that covers the
-    fewest others, the first of equals.
-    """
+    """Return where the middle of each text goes, relative to its anchor [points]."""
+    # It is for each text in turn the candidate that covers the fewest others, the first of equals.
+    # Obstacles are places on paper that texts should rather not cover; directions are where texts
+    # would like to lie from their anchors, of any length.
     offsets = np.zeros((len(texts), 2))
     boxes = np.empty((0, 4))
     for number, words in enumerate(texts):

@@ -24,18 +24,10 @@ class Look(NamedTuple):
 
 
 def looks_of(paths: list[FloatArray]) -> list[Look]:
-    """Return a look for each track, such that no neighbours look alike.
-
-    Parameters
-    ----------
-    paths
-        Where each track runs, in one unit along both axes, each of shape (places, 2).
-
-    Returns
-    -------
-    For each track the colour whose last use lies farthest from it, the first of equals; of very
-    many tracks, which are hairlines, the colours in turn.
-    """
+    """Return a look for each track, such that no neighbours look alike."""
+    # Paths run in one unit along both axes, each of shape (places, 2). The colour is that whose
+    # last use lies farthest from the track, the first of equals; of very many tracks, which are
+    # hairlines, the colours go in turn.
     if len(paths) > MOST_COMPARED:
         return [Look(COLOURS[number % len(COLOURS)], ()) for number in range(len(paths))]
     drawn: list[list[FloatArray]] = [[] for _ in COLOURS]

@@ -134,10 +134,8 @@ def draw_tracks(lines: list[TrackLine], looks: list[Look], canvas: Canvas) -> No
 
 
 def _draw_ellipses(line: TrackLine, colour: str, canvas: Canvas) -> None:
-    """Draw the 95 % ellipse at the track's end and a few times before.
-
-    Where the track coasts there is an outline alone, the fainter the longer nobody saw it.
-    """
+    """Draw the 95 % ellipse at the track's end and a few times before."""
+    # Where the track coasts there is an outline alone, the fainter the longer nobody saw it.
     step = max(len(line.mean) // MOST_ELLIPSES_EACH, 1)
     rows = np.arange(len(line.mean) - 1, -1, -step)
     variances, axes = np.linalg.eigh(line.covariance[rows, :2, :2])

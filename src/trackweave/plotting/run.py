@@ -59,23 +59,11 @@ def small_png(figure: Figure) -> bytes:
 
 
 def figure_of_run(scene: Scene, scans: ScanSeries | None = None) -> Figure:
-    """Return the picture of a run: a plan seen from above, with curves over time.
-
-    The curves are the number of tracks by status, reports and those assigned in each scan, the
-    gap to the bound with the scans told apart that were proven optimal, CPU per scan, the speed
-    of tracks and, in three dimensions, their height.
-
-    Parameters
-    ----------
-    scene
-        What is to be seen on the plan.
-    scans
-        What each scan left behind, None for the plan alone.
-
-    Returns
-    -------
-    A figure that belongs to no window.
-    """
+    """Return the picture of a run: a plan seen from above, with curves over time."""
+    # The curves are the number of tracks by status, reports and those assigned in each scan, the
+    # gap to the bound with the scans told apart that were proven optimal, CPU per scan, the speed
+    # of tracks and, in three dimensions, their height. Without scans there is the plan alone. The
+    # figure belongs to no window.
     with own_style():
         lines = list(track_lines(scene.tracks))
         places, sensor_paths = np.empty((0, 2)), {}

@@ -66,20 +66,10 @@ class ScanSeries:
 def places_of_reports(
     reports: ReportTable, sensor_positions: Mapping[str, tuple[float, ...]]
 ) -> FloatArray:
-    """Return where reports put their objects on the plan.
-
-    Parameters
-    ----------
-    reports
-        The reports, of any kind.
-    sensor_positions
-        Where sensors stand [m], by name, for reports that do not say it themselves.
-
-    Returns
-    -------
-    Positions [m], shape (reports, 2); NaN for a bearing, and for a range and azimuth from an
-    unknown place. Without an elevation a range counts as one over the ground.
-    """
+    """Return where reports put their objects on the plan [m], shape (reports, 2)."""
+    # It is NaN for a bearing, and for a range and azimuth from an unknown place. Without an
+    # elevation a range counts as one over the ground. ``sensor_positions`` [m] are for reports
+    # that do not say it themselves.
     places = np.full((len(reports), 2), np.nan)
     for code, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == code)

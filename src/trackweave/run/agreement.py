@@ -22,21 +22,9 @@ SAME_SCALE = 0.02
 
 
 def require_agreement(tables: Tables) -> None:
-    """Refuse tracks that cannot be of one world.
-
-    Parameters
-    ----------
-    tables
-        The tracks of each sensor.
-
-    Raises
-    ------
-    InvalidInputError
-        If there is only one sensor.
-    DataFormatError
-        If dimensions differ, some times are dates and others seconds, a sensor's times overlap
-        with no other's, or units disagree by a thousand.
-    """
+    """Refuse tracks of one sensor alone, and tracks that cannot be of one world."""
+    # Dimensions differ, some times are dates and others seconds, a sensor's times overlap with no
+    # other's, or units disagree by a thousand.
     if len(tables) < 2:
         raise InvalidInputError(
             f"tracks: {'those of one sensor' if tables else 'none'}; expected the tracks of two "
@@ -146,22 +134,8 @@ def _sizes(tracks: TrackTable) -> FloatArray:
 
 
 def on_one_plane(tables: Tables) -> tuple[dict[str, LocalTracks], LocalFrame | None, list[str]]:
-    """Return tracks on one plane, where all tables tell latitudes and longitudes.
-
-    Parameters
-    ----------
-    tables
-        The tracks of each sensor.
-
-    Returns
-    -------
-    The tracks, the plane (None where positions are taken as they are), and what to know of it.
-
-    Raises
-    ------
-    DataFormatError
-        If a table's ``x,y`` are of another scale than its ``lat,lon``.
-    """
+    """Return tracks on one plane where all tell lat and lon, the plane, and what to know of it."""
+    # The plane is None where positions are taken as they are.
     told = {name: table for name, table in tables.items() if table.latitude is not None}
     filled = [name for name, table in tables.items() if len(table)]
     if not told or not set(filled) <= set(told):

@@ -25,22 +25,10 @@ __all__ = ["Attempt", "attempt_of", "rotations_in"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """All that a run sets out with.
+    """All that a run sets out with."""
 
-    Parameters
-    ----------
-    doubles
-        The reports, those heard twice once, and where each came from.
-    table
-        The reports as tracked.
-    settings
-        The configuration as used.
-    course
-        The tracker and its steps.
-    """
-
-    doubles: Doubles
-    table: ReportTable
+    doubles: Doubles  # Those heard twice once, and where each came from
+    table: ReportTable  # The reports as tracked
     settings: Settings
     course: Course
 
@@ -48,23 +36,7 @@ class Attempt:
 def attempt_of(
     every: ReportTable, configuration: Configuration, preset: str | None, begun: TrackTable | None
 ) -> Attempt:
-    """Return reports, settings and steps as a configuration says.
-
-    Parameters
-    ----------
-    every
-        At least one report.
-    configuration
-        As read.
-    preset
-        Name of a preset, None for none.
-    begun
-        Tracks from which to set out, None for none.
-
-    Returns
-    -------
-    A run before its first step.
-    """
+    """Return a run before its first step: reports, settings and steps as a configuration says."""
     max_ahead = configuration.live.max_ahead or MAX_AHEAD
     doubles, (settings, _) = doubles_of(
         every,
@@ -89,17 +61,7 @@ def attempt_of(
 
 
 def rotations_in(settings: Settings) -> dict[str, Rotation]:
-    """Return how beams turn, by name of the sensor; sensors that do not turn are left out.
-
-    Parameters
-    ----------
-    settings
-        The configuration as used.
-
-    Returns
-    -------
-    What ``complete_scans`` takes.
-    """
+    """Return how beams turn, by name of the sensor; sensors that do not turn are left out."""
     return {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
 
 

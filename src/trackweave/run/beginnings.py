@@ -23,48 +23,21 @@ FARTHEST = 1e5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Reports as the smoother takes them, one row each.
+    """Reports as the smoother takes them, one row each."""
 
-    Parameters
-    ----------
-    time
-        When [s].
-    kind, width
-        What they hold, and how many numbers that are.
-    measurement, sigma
-        These numbers and their standard deviations, NaN to the right of what a kind has.
-    platform
-        Where the sensor was: x, y, z [m] and their rates [m/s], shape (reports, 6).
-    turning
-        Whether the report counts at its own time, not at its scan's end.
-    dim
-        Number of spatial dimensions.
-    """
-
-    time: FloatArray
+    time: FloatArray  # [s]
     kind: IntArray
-    width: IntArray
-    measurement: FloatArray
+    width: IntArray  # How many numbers a report of that kind holds
+    measurement: FloatArray  # NaN to the right of what a kind has
     sigma: FloatArray
+    # Where the sensor was: x, y, z [m] and their rates [m/s], shape (reports, 6).
     platform: FloatArray
-    turning: IntArray
+    turning: IntArray  # Whether the report counts at its own time, not at its scan's end
     dim: int
 
     @classmethod
     def of(cls, reports: ReportTable, sensors: Sequence[Sensor]) -> "Evidence":
-        """Return the reports of a table, with their sensors' noise and place where they say none.
-
-        Parameters
-        ----------
-        reports
-            The table.
-        sensors
-            Its sensors, in any order.
-
-        Returns
-        -------
-        One row per report.
-        """
+        """Return a table's reports, with their sensors' noise and place where they say none."""
         dim, columns = reports.dim, reports.measurement.shape[1]
         by_name = {sensor.name: sensor for sensor in sensors}
         kinds, widths, turning = [], [], []
@@ -113,21 +86,7 @@ class Evidence:
 
 
 def readings_of(evidence: Evidence, time: FloatArray, report: IntArray) -> Readings:
-    """Return a track's moments as the smoother takes them.
-
-    Parameters
-    ----------
-    evidence
-        All reports.
-    time
-        The moments [s], ascending.
-    report
-        The row of each one's report, -1 for none.
-
-    Returns
-    -------
-    The moments with their reports.
-    """
+    """Return a track's moments, ascending times [s], with the row of each report, -1 for none."""
     taken = report >= 0
     return Readings(
         time=time,
@@ -146,30 +105,11 @@ def first_state(
     motion: MotionRule,
     known: tuple[float, FloatArray, FloatArray] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the state from which a track sets out, its velocity unknown.
-
-    A first report that says where the object is makes the state, and is taken out of the readings
-    but for its range rate. Otherwise the track sets out from a wide spread about where its object
-    was found later.
-
-    Parameters
-    ----------
-    evidence
-        All reports.
-    readings
-        The track's moments; changed in place.
-    report
-        The row of each one's report, -1 for none.
-    motion
-        How objects move.
-    known
-        When the tracker first placed the track [s], its mean and covariance then; None if it
-        never did.
-
-    Returns
-    -------
-    Mean and covariance at the first moment.
-    """
+    """Return mean and covariance from which a track sets out, its velocity unknown."""
+    # A first report that says where the object is makes the state, and is taken out of the
+    # readings but for its range rate. Otherwise the track sets out from a wide spread about where
+    # its object was found later. The readings are changed in place; ``known`` is when the tracker
+    # first placed the track [s], with its mean and covariance then.
     dim = motion.dim
     mean, covariance = np.zeros(motion.prior.size), np.diag(motion.prior)
     moment = int(np.flatnonzero(report >= 0)[0])

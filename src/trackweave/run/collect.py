@@ -22,15 +22,10 @@ IN_A_BLOCK = 1000
 
 @dataclass
 class Rows:
-    """Rows of tracks as they become known; of scans that end together, the last word.
+    """Rows of tracks as they become known; of scans that end together, the last word."""
 
-    Parameters
-    ----------
-    period
-        Least time between scans after which rows are written [s]; None for every scan. After the
-        last they always are.
-    """
-
+    # Least time between scans after which rows are written [s], None for every scan. After the
+    # last they always are.
     period: float | None = None
     _blocks: list[TrackTable] = field(default_factory=list)
     _parts: list[TrackTable] = field(default_factory=list)
@@ -75,18 +70,10 @@ class Rows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assigned:
-    """The track of each row of the reports, and how probable that is.
+    """The track of each row of the reports, and how probable that is."""
 
-    Parameters
-    ----------
-    track
-        Identifier of each row's track, -1 for a false alarm, shape (reports,).
-    probability
-        Probability of each row's assignment, NaN where the method tells none, shape (reports,).
-    """
-
-    track: IntArray
-    probability: FloatArray
+    track: IntArray  # -1 for a false alarm, shape (reports,)
+    probability: FloatArray  # NaN where the method tells none, shape (reports,)
 
     @classmethod
     def nothing(cls, n_reports: int) -> "Assigned":

@@ -34,38 +34,17 @@ depth, and before so much of the pause has passed after which an object may repo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """A tracker, and what it is given step by step.
-
-    Parameters
-    ----------
-    tracker
-        The tracker.
-    steps
-        What each step takes: one scan, with fused plots the scans of an instant, of sensors that
-        do not look the reports of some seconds.
-    notes
-        Sentences on what a user should know of them.
-    is_fused
-        Whether the tracker takes the scans of an instant.
-    """
+    """A tracker, and what it is given step by step."""
 
     tracker: "ScanTracker | FusedPlotsTracker"
+    # Each one scan; with fused plots the scans of an instant, of sensors that do not look the
+    # reports of some seconds.
     steps: Sequence[tuple[Scan, ...]]
     notes: tuple[str, ...] = ()
-    is_fused: bool = False
+    is_fused: bool = False  # Whether the tracker takes the scans of an instant
 
     def of_rows(self, rows: IntArray) -> "Course":
-        """Return the course with reports numbered otherwise.
-
-        Parameters
-        ----------
-        rows
-            The number of each report, ascending, by the one that it has here.
-
-        Returns
-        -------
-        The same where the numbers are.
-        """
+        """Return the course with reports numbered otherwise, each by its number in ``rows``."""
         if rows.size == 0 or rows[-1] == rows.size - 1:
             return self
         steps = [
@@ -90,23 +69,8 @@ class Course:
         *,
         tracks: bool,
     ) -> Hypothesis:
-        """Take a step and return the hypothesis after it.
-
-        Parameters
-        ----------
-        scans
-            One of the steps.
-        rng
-            The only source of randomness.
-        deadline
-            Seconds of wall clock, above 0; None for none.
-        tracks
-            Whether the tracks are to be told; where plots are fused, they always are.
-
-        Returns
-        -------
-        The hypothesis.
-        """
+        """Take a step and return the hypothesis after it; the deadline is of wall clock [s]."""
+        # Where plots are fused, tracks are told in any case.
         if self.is_fused:
             return cast("FusedPlotsTracker", self.tracker).step(scans, rng=rng, deadline=deadline)
         tracker = cast("ScanTracker", self.tracker)
@@ -122,24 +86,9 @@ def course_of(
     rotations: dict[str, Rotation],
     priors: TrackTable | None,
 ) -> Course:
-    """Return the tracker that a configuration asks for, and the steps that it takes.
-
-    Parameters
-    ----------
-    reports
-        At least one report.
-    settings
-        The configuration as used.
-    rotations
-        How beams turn, by name of the sensor.
-    priors
-        Tracks from which to set out.
-
-    Returns
-    -------
-    The tracker, at its beginning. Plots are fused only if there are instants of several sensors;
-    else reports are tracked scan by scan, and a note says so.
-    """
+    """Return the tracker that a configuration asks for, and the steps that it takes."""
+    # Plots are fused only if there are instants of several sensors; else reports are tracked scan
+    # by scan, and a note says so.
     periods = {sensor.name: sensor.scan_period for sensor in settings.sensors}
     notes: list[str] = []
     if settings.plots is not None:
@@ -192,26 +141,9 @@ def tracker_of(
     priors: TrackTable | None = None,
     max_ahead: float | None = None,
 ) -> "MultiHypothesisTracker | NearestNeighbourTracker":
-    """Return the tracker of scans that a configuration asks for.
-
-    Parameters
-    ----------
-    settings
-        The configuration as used.
-    sensors
-        The sensors of the scans.
-    dim
-        Number of dimensions of the tracking space; None for what the first report tells.
-    priors
-        Tracks from which to set out.
-    max_ahead
-        How far a scan may be ahead of all others [s]; None for a recording, which was judged as
-        a whole.
-
-    Returns
-    -------
-    The tracker.
-    """
+    """Return the tracker of scans that a configuration asks for."""
+    # No ``dim`` is what the first report tells. No ``max_ahead`` [s] is for a recording, which was
+    # judged as a whole.
     if settings.tracker.kind == "nearest-neighbour":
         from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 

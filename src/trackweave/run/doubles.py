@@ -26,17 +26,10 @@ Settling: TypeAlias = Callable[[ReportTable], Settled]
 
 @dataclass(frozen=True, eq=False)
 class Doubles:
-    """Which reports are copies of others.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    first
-        Row of the report of which each is a copy, its own where it is none, shape (reports,).
-    """
+    """Which reports are copies of others."""
 
     reports: ReportTable
+    # Row of the report of which each is a copy, its own where it is none, shape (reports,).
     first: IntArray
 
     @cached_property
@@ -80,23 +73,11 @@ class Doubles:
 
 
 def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:
-    """Return which reports are copies: the same numbers of one sensor, at one time or soon after.
-
-    Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
-    stands still repeats itself from scan to scan. Of one that does not scan, a report is a copy
-    of the first of the same numbers within two seconds.
-
-    Parameters
-    ----------
-    reports
-        Any reports.
-    settle
-        Fills a configuration's gaps from reports without copies.
-
-    Returns
-    -------
-    The copies, of which the first is the earliest or the earlier row, and the configuration.
-    """
+    """Return which reports are copies: equal numbers of one sensor, at one time or soon after."""
+    # Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
+    # stands still repeats itself from scan to scan. Of one that does not scan, a report is a copy
+    # of the first of the same numbers within two seconds. The first is the earliest, or the
+    # earlier row. ``settle`` fills a configuration's gaps from reports without copies.
     nobody = np.zeros(len(reports.sensors), dtype=np.bool_)
     same = Doubles(reports, _first_heard(reports, ~nobody))
     settled = settle(same.once)
@@ -145,21 +126,8 @@ def _same_numbers(reports: ReportTable) -> IntArray:
 
 
 def with_doubles(record: dict[str, Any], doubles: Doubles, assigned: int) -> dict[str, Any]:
-    """Return a run's record of which the totals count every report that came.
-
-    Parameters
-    ----------
-    record
-        The record of a run on the reports without copies.
-    doubles
-        The copies.
-    assigned
-        How many reports have a track, copies too.
-
-    Returns
-    -------
-    Another record.
-    """
+    """Return a run's record, a new one, of which the totals count every report that came."""
+    # ``assigned`` counts the reports that have a track, copies too.
     every = doubles.reports
     unavailable = 0 if every.unavailable is None else len(every.unavailable)
     totals = {

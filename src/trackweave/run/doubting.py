@@ -52,11 +52,6 @@ class Doubts:
     as told, it simply goes on. Where they scatter more, it begins again with a noise whose gates
     leave nothing out, and once that has told how much, with what was seen. A noise that was told
     too large is left: it costs hardly anything, and may stand for an extent.
-
-    Parameters
-    ----------
-    configuration
-        As read.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -83,23 +78,9 @@ class Doubts:
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
     ) -> bool:
-        """Look at the tracks so far, and tell whether the run has to begin again.
-
-        Parameters
-        ----------
-        reports
-            The reports as tracked.
-        settings
-            The configuration as used.
-        track
-            Track of each report as far as it is known, -1 for none.
-        at_end
-            Whether no more tracks will come.
-
-        Returns
-        -------
-        Whether ``configuration`` has changed.
-        """
+        """Look at the tracks so far; tell whether ``configuration`` changed, to begin again."""
+        # ``track`` is that of each report as far as it is known, -1 for none; ``at_end`` no more
+        # come.
         n_assigned = int(np.count_nonzero(track >= 0))
         if not at_end and n_assigned < self._due:
             return False
@@ -168,17 +149,7 @@ class Doubts:
                 yield index
 
     def entered(self, settings: Settings) -> Settings:
-        """Return the configuration as used, in which what was learned counts as estimated.
-
-        Parameters
-        ----------
-        settings
-            Those of the last attempt.
-
-        Returns
-        -------
-        The same but for where values came from.
-        """
+        """Return the configuration as used, in which what was learned counts as estimated."""
         learned = {f"sensors.{name}.sigma": "estimated" for name in self._factors}
         return replace(settings, sources={**settings.sources, **learned})
 

@@ -81,24 +81,9 @@ def series_of(run: RunFiles) -> ScanSeries:
 def assigned_per_scan(
     record: dict[str, Any], time: FloatArray, table: AssignedReports
 ) -> FloatArray:
-    """Return how many reports of each scan have a track, copies left out.
-
-    A report belongs to its sensor's first scan that does not end before it. Scans of several
-    sensors that were taken together are named for all of them.
-
-    Parameters
-    ----------
-    record
-        Content of run.json.
-    time
-        The ends of its scans [s].
-    table
-        All reports.
-
-    Returns
-    -------
-    Counts, shape (scans,).
-    """
+    """Return how many reports of each scan, told by its end [s], have a track, but for copies."""
+    # A report belongs to its sensor's first scan that does not end before it. Scans of several
+    # sensors that were taken together are named for all of them.
     counts = np.zeros(time.size)
     named = [str(scan.get("sensor")) for scan in record["scans"]]
     copies = {str(each["report"]) for each in record.get("doubles", ())}

@@ -23,23 +23,8 @@ def fusion_record(
     log: FusionLog,
     notes: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the record of a fusion.
-
-    Parameters
-    ----------
-    tables
-        The tracks of each sensor.
-    values
-        What was found.
-    log
-        What each update left behind.
-    notes
-        What to know of the run.
-
-    Returns
-    -------
-    An object for JSON, but for the seed; only ``timing`` differs from run to run with the same.
-    """
+    """Return the record of a fusion, for JSON, but for the seed."""
+    # Only ``timing`` differs from run to run with the same seed.
     frame = values.frame
     return {
         "trackweave": version("trackweave"),

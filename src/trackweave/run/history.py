@@ -35,29 +35,10 @@ def smoothed_history(
     settings: Settings,
     priors: TrackTable | None = None,
 ) -> TrackTable:
-    """Return every track at every scan between its first and last report.
-
-    Where rows are wanted once in a period only, at those between the two, or at the last report.
-
-    Each state is conditioned on all of the track's reports, later ones included.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    assignment
-        From row number to track, after all amendments.
-    tracks
-        The tracks as they were known scan by scan; their status and score are taken from it.
-    settings
-        Motion and sensors.
-    priors
-        States from which tracks set out, if any.
-
-    Returns
-    -------
-    Rows by time, then track.
-    """
+    """Return every track at every scan between its first and last report, by time, then track."""
+    # Where rows are wanted once in a period only, at those between the two, or at the last report.
+    # Each state is conditioned on all of the track's reports, later ones included. Status and
+    # score are taken from the tracks as they were known scan by scan.
     motion = settings.motion.rule(reports.dim, unscented=settings.unscented)
     evidence = Evidence.of(reports, settings.sensors)
     ends = scan_ends(
@@ -87,10 +68,8 @@ def _paths(
     assignment: Mapping[int, int],
     priors: TrackTable | None,
 ) -> Iterator[_Path]:
-    """Yield the moments of each track, by the tracks' numbers.
-
-    ``times`` are the ends of the reports' scans, and the moments at which tracks are shown.
-    """
+    """Yield the moments of each track, by the tracks' numbers."""
+    # ``times`` are the ends of the reports' scans, and the moments at which tracks are shown.
     ends, moments = times
     # Reports of a turning sensor have their own times; all others count at their scan's end.
     own = np.where(evidence.turning, evidence.time, ends)
@@ -145,14 +124,9 @@ def _table(
     states: tuple[FloatArray, FloatArray],
     motion: MotionRule,
 ) -> TrackTable:
-    """Return one row per moment at which a track is shown.
-
-    ``times`` are the ends of the reports' scans, and the period between rows, if any.
-
-    Returns
-    -------
-    The rows; a track is confirmed where it has a report since the row before, or at it.
-    """
+    """Return one row per moment at which a track is shown."""
+    # ``times`` are the ends of the reports' scans, and the period between rows, if any. A track is
+    # confirmed where it has a report since the row before, or at it.
     (ends, period), (mean, covariance) = times, states
     kept = np.flatnonzero(path.shown)
     taken = path.report >= 0

@@ -8,21 +8,10 @@ __all__ = ["instants_of"]
 
 
 def instants_of(scans: Iterable[Scan], within: float) -> list[tuple[Scan, ...]]:
-    """Return scans by the instants at which they were taken.
-
-    Parameters
-    ----------
-    scans
-        Scans in order of time.
-    within
-        How far apart the scans of one instant may be [s], at least 0.
-
-    Returns
-    -------
-    Instants in order of time, each one's scans in order of their sensors' names. An instant begins
-    with the first scan that is of none yet, and takes in those that follow within the time, up to
-    the first of a sensor that it has already.
-    """
+    """Return scans, in order of time, by the instants at which they were taken, within [s] ≥ 0."""
+    # An instant begins with the first scan that is of none yet, and takes in those that follow
+    # within the time, up to the first of a sensor that it has already. Its scans are in order of
+    # their sensors' names.
     instants: list[list[Scan]] = []
     for scan in scans:
         last: Sequence[Scan] = instants[-1] if instants else ()

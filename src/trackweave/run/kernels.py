@@ -12,20 +12,9 @@ PATIENCE = 1.0
 
 @contextmanager
 def compiling_told(tell: Callable[[], None]) -> Iterator[None]:
-    """Have it told, once, when compiling takes more than a second while the block runs.
-
-    Kernels that an earlier run left on the disk are not compiled again; another command, or
-    another method, may need others.
-
-    Parameters
-    ----------
-    tell
-        Called after the kernel with which compiling has taken more than a second.
-
-    Yields
-    ------
-    Nothing.
-    """
+    """Have it told, once, when compiling takes more than a second while the block runs."""
+    # Kernels that an earlier run left on the disk are not compiled again; another command, or
+    # another method, may need others.
     from numba.core import event
 
     class Teller(event.Listener):

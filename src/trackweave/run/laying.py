@@ -24,24 +24,11 @@ _HIGHEST_M = 20_000.0
 
 
 def laid(reports: ReportTable, sensors: Sequence[Sensor]) -> tuple[ReportTable, list[str]]:
-    """Return reports whose ranges and directions are those on the plane.
-
-    In two dimensions a slant range becomes the distance on the ground where the row tells the
-    object's height, and is taken for that distance where it does not. Where the plane is one of
-    the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
-    instead of the sensor's.
-
-    Parameters
-    ----------
-    reports
-        Reports of any kind.
-    sensors
-        The sensors, in the table's order.
-
-    Returns
-    -------
-    The reports, and sentences on what was assumed.
-    """
+    """Return reports whose ranges and directions are those on the plane, and what was assumed."""
+    # In two dimensions a slant range becomes the distance on the ground where the row tells the
+    # object's height, and is taken for that distance where it does not. Where the plane is one of
+    # the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
+    # instead of the sensor's.
     notes = _notes_on_heights(reports)
     if not reports.kinds:
         return reports, notes

@@ -14,24 +14,10 @@ PATIENCE = 3.0
 
 
 def local_pictures(name: str, tracks: TrackTable, process_noise: float) -> list[LocalPicture]:
-    """Return what a sensor said at each of its times.
-
-    A track that has no row at a time, but one before and one after not long apart, was there all
-    the same: it is predicted from the row before.
-
-    Parameters
-    ----------
-    name
-        Name of the sensor.
-    tracks
-        Its rows, sorted by time.
-    process_noise
-        Power spectral density of the acceleration along each axis [m²/s³].
-
-    Returns
-    -------
-    A picture for each time, in their order.
-    """
+    """Return what a sensor said at each of its times, from its rows sorted by time."""
+    # A track that has no row at a time, but one before and one after not long apart, was there all
+    # the same: it is predicted from the row before. The process noise is the power spectral
+    # density of the acceleration along each axis [m²/s³].
     times, moment = np.unique(tracks.time, return_inverse=True)
     source, place = _gaps(tracks, moment.reshape(-1))
     mean, covariance = predicted(

@@ -14,22 +14,10 @@ MOST_LONE = 0.1
 
 
 def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
-    """Tell which reports are of a scan that stands alone, far from both its neighbours.
-
-    Gaps of hours are no fault of a recording; a single scan between two of them, or before or
-    behind all others, is. It is judged by the order in time, because rows may come in any.
-
-    Parameters
-    ----------
-    reports
-        At least one report.
-    max_ahead
-        How far apart scans may be in any case [s].
-
-    Returns
-    -------
-    Whether each report is, shape (reports,).
-    """
+    """Tell which reports are of a scan that stands alone, far from both its neighbours."""
+    # Gaps of hours are no fault of a recording; a single scan between two of them, or before or
+    # behind all others, is. It is judged by the order in time, because rows may come in any.
+    # ``max_ahead`` is how far apart scans may be in any case [s].
     time = reports.time
     gaps = np.diff(np.unique(time))
     nobody = np.zeros(len(reports), dtype=np.bool_)
@@ -51,19 +39,7 @@ def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
 
 
 def note_on_lone(reports: ReportTable, lone: NDArray[np.bool_]) -> list[str]:
-    """Return a sentence on the reports that are set aside, none where none is.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    lone
-        What ``is_lone`` tells.
-
-    Returns
-    -------
-    The sentence.
-    """
+    """Return a sentence on the reports that are set aside, none where none is."""
     times = np.unique(reports.time[lone])
     if times.size == 0:
         return []

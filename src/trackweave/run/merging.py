@@ -38,27 +38,12 @@ def merged_reports(
     history: TrackTable,
     sensors: Sequence[Sensor],
 ) -> IntArray:
-    """Return the rows of reports that may be of two tracks' objects at once.
-
-    Such a report is one of a sensor that scans and tells positions; it belongs to a confirmed
-    track, and at its scan another confirmed track is as near to that one as the sensor's noise
-    lets two objects be confused, within the field of view, and has no report of that scan.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    assignment
-        From row number to track, after all amendments.
-    history
-        The tracks, amended and smoothed: where they were at the end of each scan.
-    sensors
-        What the sensors are like, in any order.
-
-    Returns
-    -------
-    Row numbers, ascending.
-    """
+    """Return the rows, ascending, of reports that may be of two tracks' objects at once."""
+    # Such a report is one of a sensor that scans and tells positions; it belongs to a confirmed
+    # track, and at its scan another confirmed track is as near to that one as the sensor's noise
+    # lets two objects be confused, within the field of view, and has no report of that scan.
+    # Assignment and history are those after all amendments; the history is smoothed, and tells
+    # where tracks were at the end of each scan.
     nothing = np.empty(0, dtype=np.int64)
     evidence = Evidence.of(reports, sensors)
     by_name = {sensor.name: sensor for sensor in sensors}

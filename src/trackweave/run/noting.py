@@ -26,25 +26,8 @@ def notes_on_sensors(
     filled: Settings,
     places: Mapping[str, tuple[float, ...]],
 ) -> list[str]:
-    """Return sentences on what sensors' reports show, and do not.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    configuration
-        As read.
-    observed
-        What is to be seen of each sensor, by name.
-    filled
-        The settings that came of both.
-    places
-        Where sensors are said to stand, by name [m].
-
-    Returns
-    -------
-    The sentences.
-    """
+    """Return sentences on what sensors' reports show, and do not."""
+    # ``places`` are where sensors are said to stand [m].
     return [
         *_notes_on_turns(configuration, observed),
         *_notes_on_bearings(observed, filled),

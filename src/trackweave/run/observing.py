@@ -39,29 +39,9 @@ def settle(
     preset: str | None = None,
     to_be_edited: bool = False,
 ) -> tuple[Settings, Estimates | None]:
-    """Return a configuration whose gaps are filled from the reports, and what was estimated.
-
-    Parameters
-    ----------
-    reports
-        At least one report.
-    configuration
-        As read.
-    preset
-        Name of a preset, None for none.
-    to_be_edited
-        Whether a note is enough where only a person can know, such as where a sensor stands.
-
-    Returns
-    -------
-    Everything that a tracker needs, and the estimates that went in; None where none were needed
-    or no report tells a position.
-
-    Raises
-    ------
-    InvalidInputError
-        If there are too many sensors to estimate anything of each.
-    """
+    """Return a configuration whose gaps are filled from the reports, and what was estimated."""
+    # There are no estimates where none were needed or no report tells a position. To be edited, a
+    # note is enough where only a person can know, such as where a sensor stands.
     _require_few_sensors(reports, configuration)
     observed = observe(reports, configuration)
     places = positions_in(reports, configuration)
@@ -144,37 +124,13 @@ def _with_views(
 def positions_in(
     reports: ReportTable, configuration: Configuration
 ) -> dict[str, tuple[float, ...]]:
-    """Return where the configuration says that sensors stand, x, y[, z] [m].
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    configuration
-        As read.
-
-    Returns
-    -------
-    Positions by name of the sensor; sensors without one are left out.
-    """
+    """Return where sensors are said to stand, x, y[, z] [m]; those without are left out."""
     given = {name: section_of(configuration, name).position for name in reports.sensors}
     return {name: tuple(place) for name, place in given.items() if place is not None}
 
 
 def observe(reports: ReportTable, configuration: Configuration) -> dict[str, ObservedSensor]:
-    """Return what each sensor's reports show.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    configuration
-        As read: what it says of a sensor's place and turning is taken as given.
-
-    Returns
-    -------
-    What is to be seen, by name of the sensor.
-    """
+    """Return what each sensor's reports show, given what is said of its place and turning."""
     platform = platforms_of(reports, positions_in(reports, configuration))
     observed = {}
     for index, name in enumerate(reports.sensors):
@@ -266,19 +222,8 @@ def _rotation(
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:
-    """Return how much of what it measures a sensor's reports fill, in its own units.
-
-    Parameters
-    ----------
-    kind
-        What the reports hold.
-    measured
-        One row per report, shape (reports, components), at least one.
-
-    Returns
-    -------
-    The extent; 1 for positions, whose extent is estimated with their noise.
-    """
+    """Return the extent, in their units, that measurements (reports ≥ 1, components) fill."""
+    # It is 1 for positions, whose extent is estimated with their noise.
     if kind is MeasurementKind.POSITION:
         return 1.0
     if kind is MeasurementKind.BEARING:

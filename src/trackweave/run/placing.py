@@ -18,19 +18,8 @@ __all__ = ["in_turns", "placed", "platforms_of"]
 def platforms_of(
     reports: ReportTable, positions: Mapping[str, Sequence[float]] | None = None
 ) -> FloatArray:
-    """Return where each report's sensor was.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    positions
-        Where sensors stand whose rows do not say, by name, x, y[, z] [m]; the origin for others.
-
-    Returns
-    -------
-    x, y, z [m] and their rates [m/s], shape (reports, 6).
-    """
+    """Return where each report's sensor was: x, y, z [m], rates [m/s], shape (reports, 6)."""
+    # ``positions`` are of sensors whose rows do not say: x, y[, z] [m], the origin for others.
     stands = np.zeros((len(reports.sensors), 6))
     for index, name in enumerate(reports.sensors):
         place = (positions or {}).get(name)
@@ -45,20 +34,9 @@ def platforms_of(
 def placed(
     reports: ReportTable, positions: Mapping[str, Sequence[float]] | None = None
 ) -> ReportTable:
-    """Return the reports that tell a position, as positions.
-
-    Parameters
-    ----------
-    reports
-        Reports of any kind.
-    positions
-        Where sensors stand whose rows do not say, by name, x, y[, z] [m].
-
-    Returns
-    -------
-    A table of positions of the sensors that tell some, in the same order; noise is kept where it
-    is that of a position. The same table where all report positions.
-    """
+    """Return the reports that tell a position, as positions; the same table where all do."""
+    # The sensors are those that tell some, in the same order; noise is kept where it is that of a
+    # position. ``positions`` are of sensors whose rows do not say: x, y[, z] [m].
     if not reports.kinds:
         return reports
     dim = reports.dim
@@ -78,19 +56,8 @@ def placed(
 
 
 def in_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> ReportTable:
-    """Return reports as if each had been made at the end of its turn, which is a scan.
-
-    Parameters
-    ----------
-    reports
-        Reports of any kind.
-    rotations
-        How beams turn, by sensor.
-
-    Returns
-    -------
-    A table with scan numbers, in order of the new times; the same one where nothing turns.
-    """
+    """Return reports as if each had been made at the end of its turn, which is a scan."""
+    # They are in order of the new times; the same table where nothing turns.
     if not rotations:
         return reports
     ends = reports.time.copy()

@@ -22,19 +22,8 @@ STEPS, REPORTS = 20, 20
 
 
 def prepare(course: Course, search: Solver, rng: np.random.Generator) -> None:
-    """Compile, or load from the disk, the kernels that a run needs.
-
-    Solves a small problem, and lets a copy of the tracker take the first steps with few reports.
-
-    Parameters
-    ----------
-    course
-        The run, which is left as it is.
-    search
-        Its solver.
-    rng
-        Source of randomness, which is left as it is.
-    """
+    """Compile, or load from the disk, the kernels that a run needs; the run is left as it is."""
+    # Solves a small problem, and lets a copy of the tracker take the first steps with few reports.
     own = copy.deepcopy(rng)
     warm_up(search, own)
     nobody = np.empty(0, dtype=np.int64)
@@ -46,17 +35,7 @@ def prepare(course: Course, search: Solver, rng: np.random.Generator) -> None:
 
 
 def few_of(scan: Scan) -> Scan:
-    """Return a scan with its first reports alone.
-
-    Parameters
-    ----------
-    scan
-        Any scan.
-
-    Returns
-    -------
-    A scan of at most 20 reports.
-    """
+    """Return a scan with its first 20 reports at most."""
     count = len(scan)
     if count <= REPORTS:
         return scan
@@ -71,15 +50,9 @@ def few_of(scan: Scan) -> Scan:
 
 @contextmanager
 def without_pauses() -> Iterator[None]:
-    """Keep the garbage collector from going through all that is there before.
-
-    A full collection takes as long as a whole scan may. What lives already is set aside; what
-    comes later is collected as ever.
-
-    Yields
-    ------
-    Nothing.
-    """
+    """Keep the garbage collector from going through all that is there before."""
+    # A full collection takes as long as a whole scan may. What lives already is set aside; what
+    # comes later is collected as ever.
     if gc.get_freeze_count():
         # Somebody else has set things aside, whose they stay.
         yield

@@ -23,25 +23,9 @@ def record_of(
     assignment: Mapping[int, int],
     merged: IntArray,
 ) -> dict[str, Any]:
-    """Return the record of a run.
-
-    Parameters
-    ----------
-    reports
-        What was tracked.
-    settings
-        The configuration as used.
-    log
-        What each scan left behind.
-    assignment
-        From a report's row to its track.
-    merged
-        Rows of reports that may be of two objects at once.
-
-    Returns
-    -------
-    An object for JSON, but for the seed; only ``timing`` differs from run to run with the same.
-    """
+    """Return the record of a run, for JSON, but for the seed."""
+    # Only ``timing`` differs from run to run with the same seed. ``merged`` are the rows of
+    # reports that may be of two objects at once.
     return {
         "trackweave": version("trackweave"),
         "seed": None,
@@ -90,21 +74,10 @@ def timing_of(entries: Sequence[Mapping[str, float]]) -> dict[str, Any]:
 
 
 def certainty_of(entries: Sequence[Mapping[str, Any]], what: str) -> dict[str, Any]:
-    """Return how sure the answers of scans or updates are.
-
-    Parameters
-    ----------
-    entries
-        Cost, bound, gap and status of each.
-    what
-        What they are called, in the plural.
-
-    Returns
-    -------
-    How many are proven, the mean and the worst gap, and the greatest distance from a bound
-    [nats]; None where nothing is known. A cost near zero makes a large gap of a small distance:
-    so costs are the weights of the mean.
-    """
+    """Return how sure the answers of scans or updates are."""
+    # ``what`` names scans or updates in the plural; distances are in nats, and None where nothing
+    # is known. A cost near zero makes a large gap of a small distance: so costs are the weights of
+    # the mean.
     cost, bound, gap = (
         np.array([entry[key] for entry in entries], dtype=float)
         for key in ("cost", "lower_bound", "gap")

@@ -53,23 +53,11 @@ WORTH_OF_SILENCE = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Directions:
-    """What is measured otherwise than as positions.
+    """What is measured otherwise than as positions."""
 
-    Parameters
-    ----------
-    reports
-        All reports, as they came.
-    platform
-        Where each one's sensor was, x, y first [m], shape (reports, ≥ 2).
-    places
-        Where sensors stand whose rows do not say, by name [m].
-    observed
-        What the sensors' reports show, by name.
-    """
-
-    reports: ReportTable
-    platform: FloatArray
-    places: Mapping[str, Sequence[float]]
+    reports: ReportTable  # All reports, as they came
+    platform: FloatArray  # Each one's sensor, x, y first [m], shape (reports, ≥ 2)
+    places: Mapping[str, Sequence[float]]  # Where sensors stand whose rows do not say, by name [m]
     observed: Mapping[str, ObservedSensor]
 
 
@@ -79,26 +67,10 @@ def estimates_for(
     directions: Directions | None = None,
     scanning: Mapping[str, bool] | None = None,
 ) -> Estimates | None:
-    """Return estimates of what a configuration leaves out.
-
-    First estimates come from reports that line up beyond chance. With them a stretch of the
-    recording is tracked, patiently; the tracks tell more, and better in a crowd.
-
-    Parameters
-    ----------
-    reports
-        At least one report, all positions.
-    configuration
-        As read, as far as it applies to positions.
-    directions
-        What ranges and bearings the positions came from or stand beside; None for none.
-    scanning
-        Whether sensors look of which it is known, by name.
-
-    Returns
-    -------
-    The estimates; None where nothing that can be estimated is left out.
-    """
+    """Return estimates of what a configuration leaves out, None where there is nothing."""
+    # First estimates come from reports that line up beyond chance. With them a stretch of the
+    # recording is tracked, patiently; the tracks tell more, and better in a crowd. ``directions``
+    # are the ranges and bearings that the positions came from or stand beside.
     names = reports.sensors
     if directions is None and not needs_estimates(configuration, names):
         return None
@@ -182,14 +154,9 @@ def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions)
 
 
 def _harmless(sensor: SensorEstimate, sensors: Mapping[str, SensorEstimate]) -> SensorEstimate:
-    """Return a bearing sensor whose misses end no track that others see.
-
-    A camera that sees an object tens of times a second, or never, says little by each miss.
-
-    Returns
-    -------
-    The sensor, with a chance of detection that the silence of a whole scan of the slowest bears.
-    """
+    """Return a bearing sensor whose misses end no track that others see."""
+    # A camera that sees an object tens of times a second, or never, says little by each miss. It
+    # gets a chance of detection that the silence of a whole scan of the slowest bears.
     periods = [other.scan_period for other in sensors.values() if other.scan_period is not None]
     if sensor.scan_period is None:
         return sensor

@@ -258,17 +258,7 @@ class TrackingResult(Result, Generic[Table]):
 
 
 def named(names: list[str]) -> str:
-    """Return how many there are and what the first are called.
-
-    Parameters
-    ----------
-    names
-        All names.
-
-    Returns
-    -------
-    Such as 2 (north, south).
-    """
+    """Return how many there are and what the first are called, such as 2 (north, south)."""
     more = ", …" if len(names) > MOST_NAMES else ""
     listed = ", ".join(f"{name:.20}" for name in names[:MOST_NAMES])
     return f"{len(names):,} ({listed}{more})"

@@ -23,25 +23,11 @@ def complete_scans(
     periods: Mapping[str, float | None],
     rotations: Mapping[str, Rotation] | None = None,
 ) -> list[Scan]:
-    """Return the scans of a table in order of time, with the empty ones between them.
-
-    A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
-    covered was missed.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    periods
-        Scan period of each sensor [s], None for one that does not scan.
-    rotations
-        How beams turn, by sensor: such a sensor's scans are sectors of its turns, in which each
-        report keeps its own time. A sensor left out does not turn.
-
-    Returns
-    -------
-    Scans by time, then in the order of the table's sensors.
-    """
+    """Return the scans of a table in order of time, with the empty ones between them."""
+    # A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
+    # covered was missed. Scans of one time are in the order of the table's sensors. A sensor with
+    # a rotation makes sectors, in which each report keeps its own time; one with the period None
+    # does not scan.
     turning = rotations or {}
     scans = list(_scans_at_a_time(reports, turning))
     times: dict[str, list[float]] = {}
@@ -57,19 +43,7 @@ def complete_scans(
 
 
 def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = None) -> FloatArray:
-    """Return when each report's scan ends, which is the time that a tracker takes it for.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-    rotations
-        How beams turn, by sensor, as for ``complete_scans``.
-
-    Returns
-    -------
-    Times [s], shape (reports,).
-    """
+    """Return when each report's scan ends, the time that a tracker takes it for [s]."""
     if len(reports) == 0:
         return reports.time
     ends = reports.time.copy()
@@ -88,11 +62,9 @@ def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = N
 
 
 def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
-    """Yield the scans of sensors of whose turns nothing is known.
-
-    Reports that the table puts into one scan keep their own times where these differ: in a turn
-    of a radar an aircraft flies a kilometre.
-    """
+    """Yield the scans of sensors of whose turns nothing is known."""
+    # Reports that the table puts into one scan keep their own times where these differ: in a turn
+    # of a radar an aircraft flies a kilometre.
     for scan in reports.scans():
         if scan.sensor not in turning:
             moments = reports.time[scan.report]
@@ -100,10 +72,8 @@ def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> I
 
 
 def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
-    """Yield the sectors of turns, as a radar sends them: what is seen in one is known at its end.
-
-    Whole turns of several radars overlap, so that they could not be taken in order of time.
-    """
+    """Yield the sectors of turns, as a radar sends them: what one holds is known at its end."""
+    # Whole turns of several radars overlap, so that they could not be taken in order of time.
     for index, sensor in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)
         if sensor not in turning or rows.size == 0:
@@ -153,19 +123,8 @@ def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[
 
 
 def missing_times(times: Iterable[float], period: float) -> Iterator[float]:
-    """Yield when a sensor scanned without a report.
-
-    Parameters
-    ----------
-    times
-        When it scanned with one [s], ascending.
-    period
-        Its scan period [s]. Must be positive.
-
-    Yields
-    ------
-    Times [s] between the first and the last; of a long gap only those near its two ends.
-    """
+    """Yield when a sensor scanned without a report [s], from ascending times with one."""
+    # Of a long gap only the times near its two ends are told.
     found: FloatArray = np.fromiter(times, dtype=np.float64)
     for before, after in pairwise(found):
         n_missing = round(min((after - before) / period, 1e15)) - 1

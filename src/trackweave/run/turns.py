@@ -24,13 +24,6 @@ class Sectors:
     Where a beam that wanders is known to some thousandths of a turn only, an object at the border
     of two sectors would be looked for in one and reported in the other. Each turn is cut anew
     there, in the widest gap between reports.
-
-    Parameters
-    ----------
-    rotation
-        How the beam turns.
-    time
-        Time of each report [s].
     """
 
     def __init__(self, rotation: Rotation, time: FloatArray) -> None:
@@ -76,23 +69,9 @@ def _cuts(swept: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def turn_ends(time: FloatArray, rotation: Rotation) -> tuple[IntArray, FloatArray]:
-    """Return each report's turn, and when turns end.
-
-    A turn begins where the sensor sees least: an object there may be seen twice in a turn or not
-    at all, because it moves and because no clock is exact.
-
-    Parameters
-    ----------
-    time
-        Time of each report [s].
-    rotation
-        How the beam turns.
-
-    Returns
-    -------
-    The number of each report's turn, and the end of that turn [s], none before the report; each
-    of shape (reports,).
-    """
+    """Return the number of each report's turn, and when it ends [s], none before the report."""
+    # A turn begins where the sensor sees least: an object there may be seen twice in a turn or not
+    # at all, because it moves and because no clock is exact.
     turned = rotation.turned(time)
     place = np.minimum((N_DIRECTIONS * (turned % 1.0)).astype(np.int64), N_DIRECTIONS - 1)
     crowd = np.bincount(place, minlength=N_DIRECTIONS).astype(float)
@@ -112,19 +91,9 @@ def turn_ends(time: FloatArray, rotation: Rotation) -> tuple[IntArray, FloatArra
 
 
 def with_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> IntArray | None:
-    """Return scan numbers for a table in which turns are scans.
-
-    Parameters
-    ----------
-    reports
-        Reports without scan numbers.
-    rotations
-        How beams turn, by sensor; a sensor left out has a scan at each time.
-
-    Returns
-    -------
-    A number per report, unique within its sensor; those of the table where it has any.
-    """
+    """Return scan numbers, unique within a sensor, for a table in which turns are scans."""
+    # Those of the table are kept where it has any; a sensor that does not turn has a scan at each
+    # time.
     if reports.scan is not None or not rotations:
         return reports.scan
     _, scan = np.unique(reports.time, return_inverse=True)

@@ -85,43 +85,19 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What is done about what comes in.
+    """What is done about what comes in."""
 
-    Parameters
-    ----------
-    guard
-        What is known afterwards.
-    now
-        What is taken in, in order of time; nothing where it is held back.
-    aside
-        What is set aside for good.
-    begins_anew
-        Whether the tracker has to forget what it knows before, because it was of another time.
-    keeps_priors
-        Whether the tracks known beforehand count again then.
-    """
-
-    guard: "ClockGuard"
-    now: tuple[Arrival, ...] = ()
-    aside: tuple[Arrival, ...] = ()
+    guard: "ClockGuard"  # What is known afterwards
+    now: tuple[Arrival, ...] = ()  # In order of time; nothing where it is held back
+    aside: tuple[Arrival, ...] = ()  # What is set aside for good
+    # Whether the tracker has to forget what it knows before, because it was of another time.
     begins_anew: bool = False
-    keeps_priors: bool = False
+    keeps_priors: bool = False  # Whether the tracks known beforehand count again then
 
 
 def farthest(max_ahead: float, periods: Iterable[float | None]) -> float:
-    """Return how far apart successive scans may be before that is a jump [s].
-
-    Parameters
-    ----------
-    max_ahead
-        What is allowed in any case [s].
-    periods
-        The sensors' scan periods [s], None for one that has none.
-
-    Returns
-    -------
-    That, or more where sensors scan more rarely.
-    """
+    """Return how far apart successive scans may be before that is a jump [s]."""
+    # Where sensors scan more rarely than ``max_ahead`` allows in any case, it is more than that.
     return max([max_ahead, *(PERIODS * period for period in periods if period is not None)])
 
 
@@ -134,20 +110,14 @@ class ClockGuard:
     was believed at first was not. What is believed gives way to earlier times only if hardly
     anything speaks for it, or all sensors that spoke for it do so no more: a sensor that delivers
     what it had stored sets no clock back.
-
-    Parameters
-    ----------
-    max_ahead
-        How far a scan may be ahead of the latest time accepted [s]; None to believe any.
-    periods
-        Scan period of each sensor [s], None for one without.
-    turning
-        Sensors whose scans are sectors of turns.
     """
 
     max_ahead: float | None
+    """How far a scan may be ahead of the latest time accepted [s]; None to believe any."""
     periods: Mapping[str, float | None]
+    """Scan period of each sensor [s], None for one without."""
     turning: frozenset[str] = frozenset()
+    """Sensors whose scans are sectors of turns."""
     latest: float = -np.inf
     """The latest time accepted [s]."""
     held: tuple[Arrival, ...] = ()
@@ -163,24 +133,7 @@ class ClockGuard:
 
     @classmethod
     def of(cls, max_ahead: float | None, sensors: Iterable[Sensor]) -> "ClockGuard":
-        """Return a guard before the first scan.
-
-        Parameters
-        ----------
-        max_ahead
-            As for the class.
-        sensors
-            The sensors.
-
-        Returns
-        -------
-        The guard.
-
-        Raises
-        ------
-        InvalidInputError
-            If ``max_ahead`` is no number above 0.
-        """
+        """Return a guard before the first scan; refuse ``max_ahead`` of 0 or less."""
         if max_ahead is not None and not (is_number(max_ahead) and max_ahead > 0):
             raise InvalidInputError(
                 f"max_ahead: {max_ahead!r:.80}; expected a number > 0 [s], or None"
@@ -197,34 +150,16 @@ class ClockGuard:
         return tuple(scan for arrival in self.held for scan in arrival.told())
 
     def farthest_back(self, usual: float) -> float:
-        """Return how old a scan of a tracker may be that usually takes such old ones [s].
-
-        Parameters
-        ----------
-        usual
-            How old they may be usually [s].
-
-        Returns
-        -------
-        That or what is no jump, whichever is more; any age where nothing tells it.
-        """
+        """Return how old a scan of a tracker may be that usually takes such old ones [s]."""
+        # It is that or what is no jump, whichever is more; any age where nothing tells it.
         periods = self.periods.values()
         if self.max_ahead is None or None in periods:
             return np.inf
         return max(usual, farthest(self.max_ahead, periods))
 
     def parted(self, arrival: Arrival) -> tuple[Arrival, ...]:
-        """Return what comes in at once in parts between which time jumps, to be judged singly.
-
-        Parameters
-        ----------
-        arrival
-            What comes in.
-
-        Returns
-        -------
-        The parts, in order; one where nothing jumps.
-        """
+        """Return what comes in at once in parts, in order, between which time jumps."""
+        # They are judged singly.
         reach = np.inf if self.max_ahead is None else self._reach()
         parts = [[arrival.scans[0]]]
         for early, late in pairwise(arrival.scans):
@@ -234,19 +169,8 @@ class ClockGuard:
         return tuple(Arrival(tuple(part)) for part in parts)
 
     def judge(self, arrival: Arrival, *, is_late: bool = False) -> Verdict:
-        """Return what is done about what comes in.
-
-        Parameters
-        ----------
-        arrival
-            What comes in.
-        is_late
-            Whether the tracker has no use for it because of its age.
-
-        Returns
-        -------
-        The verdict.
-        """
+        """Return what is done about what comes in."""
+        # It is late if the tracker has no use for it because of its age.
         if self.max_ahead is None:
             return Verdict(self, now=(arrival,))
         ahead, reach = arrival.time - self.latest, self._reach()
@@ -274,17 +198,7 @@ class ClockGuard:
         return reach
 
     def accepted(self, *arrivals: Arrival) -> Verdict:
-        """Return that some are taken in, and with them what their time has reached.
-
-        Parameters
-        ----------
-        *arrivals
-            What is believed, the newest last.
-
-        Returns
-        -------
-        The verdict.
-        """
+        """Return that arrivals, the newest last, are taken in, and what their time has reached."""
         latest = max(self.latest, *(arrival.time for arrival in arrivals))
         # A sensor that went on at an earlier time has said that a stamp of before was wrong.
         wrong = [

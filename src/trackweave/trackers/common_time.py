@@ -15,31 +15,13 @@ __all__ = ["carried_along"]
 def carried_along(
     plots: SensorPlots, lag: FloatArray, time: float, tracks: TrackTable, gate: float
 ) -> SensorPlots:
-    """Return plots in which those near a track have moved with it to the common time.
-
-    A plot is near the track whose predicted place is nearest to it at the plot's own time, if
-    that lies in the gate. A position moves by the track's velocity v times the lag Δt, and is
-    less sure by P_v Δt²; a bearing turns by as much as the track's own bearing does, and is less
-    sure by the same seen from its sensor. Of other plots nothing is known but their ``drift``.
-
-    Parameters
-    ----------
-    plots
-        One sensor's plots, with the drift of objects of which nothing is known.
-    lag
-        How long before the common time each was made [s], shape (plots,). Those of none stay as
-        they are, bit by bit.
-    time
-        The common time [s].
-    tracks
-        The live tracks, one row each, of any time.
-    gate
-        Greatest squared distance of a plot from a track.
-
-    Returns
-    -------
-    The plots, those that moved without drift.
-    """
+    """Return plots in which those near a track have moved with it to the common time."""
+    # A plot is near the track whose predicted place is nearest to it at the plot's own time, if
+    # that lies in the gate. A position moves by the track's velocity v times the lag Δt, and is
+    # less sure by P_v Δt²; a bearing turns by as much as the track's own bearing does, and is less
+    # sure by the same seen from its sensor. Of other plots nothing is known but their ``drift``. A
+    # ``lag`` is how long before the common time a plot was made [s]; plots of none stay as they
+    # are, bit by bit. The gate is the greatest squared distance of a plot from a track.
     late = np.flatnonzero(lag != 0.0)
     if late.size == 0 or len(tracks) == 0 or tracks.dim != _dim(plots):
         return plots

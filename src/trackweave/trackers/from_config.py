@@ -17,24 +17,7 @@ Kind = TypeVar("Kind")
 
 
 def from_config(kind: type[Kind], config: Any, reports: Any) -> Kind:
-    """Return the tracker that a configuration asks for, which must be of one class.
-
-    Parameters
-    ----------
-    kind
-        The class.
-    config, reports
-        As for ``trackweave.run.configured``.
-
-    Returns
-    -------
-    The tracker.
-
-    Raises
-    ------
-    InvalidInputError
-        If the configuration asks for another class.
-    """
+    """Return the tracker that a configuration asks for; refuse one that is not of the class."""
     tracker = import_module(BUILDER).configured(config, reports)
     if not isinstance(tracker, kind):
         asked = type(tracker).__name__

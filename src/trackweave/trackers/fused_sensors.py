@@ -60,32 +60,11 @@ def chances_of(
     *,
     keep_lone: bool = False,
 ) -> tuple[float, float]:
-    """Return how an object fares that several sensors watch at one instant, and what chance makes.
-
-    Parameters
-    ----------
-    sensors
-        Those that look at the instant, at least one.
-    rule
-        How their plots are joined.
-    places
-        Where objects may be [m], shape (places, dimensions).
-    volumes
-        Each one's field of view in units of its measurement, which equation 1 takes; None where
-        not known.
-    keep_lone
-        Whether positions where only one sensor looks are reports as they are.
-
-    Returns
-    -------
-    The probability that an object becomes a fused report, averaged over the places where it can,
-    and the density of chance tuples [per m² or m³], the median over these places. Both above 0.
-
-    Raises
-    ------
-    InvalidInputError
-        If equation 1 lacks a field of view.
-    """
+    """Return an object's chance to become a fused report, and the density of chance tuples."""
+    # The chance is averaged over the places [m] where it can, the density [per m² or m³] is the
+    # median over these; both are above 0. ``volumes`` are the fields of view in units of each
+    # one's measurement, which equation 1 takes; None where not known. ``keep_lone`` says whether
+    # positions where only one sensor looks are reports as they are.
     dim = places.shape[1]
     watching = [
         _reports(sensor, places, rule, volume)
@@ -115,19 +94,7 @@ def chances_of(
 
 
 def likely_places(sensors: Sequence[Sensor], dim: int) -> FloatArray:
-    """Return places where objects may be, as far as the sensors tell: a grid over what they see.
-
-    Parameters
-    ----------
-    sensors
-        The sensors.
-    dim
-        Number of dimensions of the tracking space.
-
-    Returns
-    -------
-    Places [m], shape (places, dim), at no height.
-    """
+    """Return places where objects may be: a grid over what sensors see, at no height [m]."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     stands = np.array([sensor.platform[:2] for sensor in sensors])
     for sensor in sensors:

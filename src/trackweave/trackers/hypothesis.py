@@ -42,21 +42,11 @@ class Amendment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignments:
-    """Reports and the tracks that they are given to.
+    """Reports and the tracks that they are given to."""
 
-    Parameters
-    ----------
-    report
-        Numbers of the reports, as in ``Hypothesis``, shape (reports,).
-    track
-        Identifier of each one's track, -1 for a false alarm.
-    probability
-        How probable that assignment is; NaN where the method tells none.
-    """
-
-    report: IntArray
-    track: IntArray
-    probability: FloatArray
+    report: IntArray  # As numbered in ``Hypothesis``, shape (reports,)
+    track: IntArray  # Identifier of each one's track, -1 for a false alarm
+    probability: FloatArray  # NaN where the method tells none
 
     __repr__ = summary
 
@@ -160,23 +150,8 @@ class Hypothesis:
 
 
 def unchanged(last: Hypothesis | None, time: float, dim: int, reason: str) -> Hypothesis:
-    """Return the last hypothesis after a step that took nothing in.
-
-    Parameters
-    ----------
-    last
-        The hypothesis after the scan before; None where there was none.
-    time
-        The time to tell where there was none [s].
-    dim
-        Number of dimensions of the tracking space.
-    reason
-        Why the step ended.
-
-    Returns
-    -------
-    The last hypothesis, with nothing new.
-    """
+    """Return the last hypothesis, with nothing new, after a step that took nothing in."""
+    # Where there was no last one, it is of the given time [s]. The reason is why the step ended.
     final = nothing_final()
     if last is None:
         nothing, tracks = Certificate(0.0, 0.0, Status.OPTIMAL), TrackTable.empty(dim)
@@ -197,22 +172,10 @@ def nothing_final() -> Assignments:
 def gathered(
     steps: Sequence[Hypothesis], known_before: Assignments | None, fresh: frozenset[int]
 ) -> Hypothesis:
-    """Return what several scans changed that were taken in at one step.
-
-    Parameters
-    ----------
-    steps
-        The hypotheses after each, at least one.
-    known_before
-        The assignments that were forgotten before, because they were of another time; they are
-        final now. None where nothing was.
-    fresh
-        Numbers of the scans' own reports: what was said of them between is no amendment.
-
-    Returns
-    -------
-    The last one, with what changed since before the first.
-    """
+    """Return the last of some hypotheses, with what changed since before the first."""
+    # They are of several scans that were taken in at one step. The assignments in ``known_before``
+    # were forgotten before, because they were of another time; they are final now. What was said
+    # of fresh reports, the scans' own, between is no amendment.
     final = [step.final for step in steps]
     if known_before is not None:
         final.insert(0, known_before)

@@ -38,27 +38,12 @@ class LostTrack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chosen:
-    """The sequences of a hypothesis, one column each.
+    """The sequences of a hypothesis, one column each."""
 
-    Parameters
-    ----------
-    leaf
-        Last node, shape (sequences,).
-    family
-        Its family.
-    path
-        The nodes of each sequence, the last one first, shape (longest, sequences); -1 below.
-    slot
-        The slot of each node's report in the window, of the same shape; -1 for none.
-    track
-        Identifier of each sequence's track; -1 where it has none yet.
-    """
-
-    leaf: IntArray
-    family: IntArray
-    path: IntArray
-    slot: IntArray
-    track: IntArray
+    family: IntArray  # Shape (sequences,)
+    path: IntArray  # The nodes of each, the last one first, shape (longest, sequences); -1 below
+    slot: IntArray  # The slot of each node's report in the window, of the same shape; -1 for none
+    track: IntArray  # -1 where it has none yet
 
     @classmethod
     def of(cls, tree: AssociationTree, leaf: IntArray) -> Self:
@@ -66,7 +51,7 @@ class Chosen:
         path = paths_up(tree.nodes.parent, leaf)
         family = tree.nodes.family[leaf]
         slot = np.where(path >= 0, tree.nodes.report[path], -1)
-        return cls(leaf, family, path, slot, tree.track[family])
+        return cls(family, path, slot, tree.track[family])
 
     def chances(self, tree: AssociationTree, index: int) -> list[float]:
         """Return the number of the chance that each report of a sequence took, ascending."""
@@ -105,25 +90,9 @@ class Ledger:
         concerned: IntArray,
         beliefs: Beliefs | None,
     ) -> tuple[Amendment, ...]:
-        """Enter a new hypothesis into the tree's families and the slots.
-
-        Parameters
-        ----------
-        tree
-            The sequences.
-        leaf
-            The last node of each chosen one.
-        slots
-            The window's reports.
-        concerned
-            The slots of which the hypothesis speaks, ascending; the others stay as they are.
-        beliefs
-            Probabilities; None where only the chosen sequences count.
-
-        Returns
-        -------
-        What changed of the last hypothesis.
-        """
+        """Enter a new hypothesis, its chosen leaves, into the tree's families and the slots."""
+        # It speaks of the slots ``concerned``, ascending; the others stay as they are. Without
+        # beliefs only the chosen sequences count. What changed of the last hypothesis is returned.
         chosen = Chosen.of(tree, leaf)
         chosen = replace(chosen, track=self._name(tree, chosen, slots))
         rows = concerned - slots.origin
@@ -146,21 +115,9 @@ class Ledger:
         )
 
     def fix(self, tree: AssociationTree, leaf: IntArray, first_open: int) -> tuple[LostTrack, ...]:
-        """Make the chosen sequences' slots before the first open one final; return what was lost.
-
-        Parameters
-        ----------
-        tree
-            The sequences.
-        leaf
-            The last node of each one chosen at the last ``update``.
-        first_open
-            The first slot that stays open.
-
-        Returns
-        -------
-        The confirmed tracks that have ended.
-        """
+        """Make the chosen slots before the first open one final; return the lost tracks."""
+        # Lost are confirmed tracks that have ended. The leaves are those chosen at the last
+        # ``update``.
         nodes = tree.nodes
         chosen = Chosen.of(tree, leaf)
         name = tree.families.name[chosen.family]

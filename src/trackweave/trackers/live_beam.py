@@ -35,21 +35,8 @@ class LiveBeam(NamedTuple):
 
 
 def beam_with(known: LiveBeam | None, sensor: Sensor, scan: Scan) -> LiveBeam | None:
-    """Return a beam after a scan's reports.
-
-    Parameters
-    ----------
-    known
-        The beam before; None where nothing was seen yet.
-    sensor
-        The sensor.
-    scan
-        Its scan, not before others.
-
-    Returns
-    -------
-    The beam; None for a sensor that does not turn or whose turn is known for all times.
-    """
+    """Return a beam after a scan's reports, of a scan not before others."""
+    # It is None for a sensor that does not turn or whose turn is known for all times.
     told = sensor.rotation
     if told is None or isinstance(told, FollowedRotation) or scan.moments is None:
         return None
@@ -77,19 +64,8 @@ def _checked(known: LiveBeam) -> LiveBeam:
 
 
 def rotation_by(known: LiveBeam | None, told: Rotation) -> Rotation:
-    """Return how a beam turns at present.
-
-    Parameters
-    ----------
-    known
-        What was seen of it; None for nothing.
-    told
-        How it is said to turn.
-
-    Returns
-    -------
-    What is told, unless reports have surely shown the beam elsewhere.
-    """
+    """Return how a beam turns at present."""
+    # It is what is told, unless reports have surely shown the beam elsewhere.
     if known is None or known.agreed < OFTEN:
         return told
     beam = known.beam

@@ -33,21 +33,9 @@ def with_lone(
     plots: Sequence[SensorPlots],
     measured: Sequence[SensorPlots],
 ) -> Standing:
-    """Return reports with the positions that none takes and where no other sensor looks.
-
-    Parameters
-    ----------
-    made
-        The reports so far.
-    scans
-        An instant's scans.
-    plots, measured
-        The plots of each, at the common time and as they were measured.
-
-    Returns
-    -------
-    The reports, then the lone positions scan by scan, each at its own moment. Bearings are none.
-    """
+    """Return reports, then the lone positions scan by scan, each at its own moment."""
+    # Lone are positions that no report takes and where no other sensor looks; bearings are none.
+    # ``plots`` are at the common time, ``measured`` as they were measured.
     found = [made]
     for column, (scan, own, seen) in enumerate(zip(scans, plots, measured, strict=True)):
         if own.is_bearing:

@@ -60,7 +60,8 @@ class MultiHypothesisTracker(ScanByScan):
     """Tracks objects by choosing the best explanation of the last few scans, again at each scan.
 
     A track-oriented multi-hypothesis tracker (MHT) with N-scan pruning: what lies before the
-    window is fixed; what lies in it may be amended by later scans [1]_.
+    window is fixed; what lies in it may be amended by later scans (D. B. Hillis, US patent
+    6,055,523, 2000, "The Tracker Program").
 
     Parameters
     ----------
@@ -96,10 +97,6 @@ class MultiHypothesisTracker(ScanByScan):
     ------
     InvalidInputError
         If an argument is of another kind than it has to be, or two sensors or priors have a name.
-
-    References
-    ----------
-    .. [1] D. B. Hillis, US patent 6,055,523, 2000, "The Tracker Program".
 
     Examples
     --------

@@ -40,17 +40,7 @@ MOST_TURNED = 1.1
 
 
 class Opener:
-    """Opens scans, and remembers what a scan is seen against.
-
-    Parameters
-    ----------
-    motion
-        How objects move.
-    sensors
-        The sensors by name.
-    period
-        The scan period in which misses are counted [s].
-    """
+    """Opens scans, and remembers what a scan is seen against; misses count per period [s]."""
 
     def __init__(self, motion: Motion, sensors: Mapping[str, Sensor], period: float) -> None:
         self._motion = motion
@@ -65,19 +55,8 @@ class Opener:
         return {**self.__dict__, "_ends": self._ends.copy(), "_beams": self._beams.copy()}
 
     def open(self, scan: Scan, dim: int) -> OpenScan:
-        """Return a scan of the window before it is known what came before it.
-
-        Parameters
-        ----------
-        scan
-            The scan.
-        dim
-            Number of dimensions of the tracking space.
-
-        Returns
-        -------
-        The open scan, its reports in the order in which the tree takes them.
-        """
+        """Return a scan of the window before it is known what came before it."""
+        # Its reports are in the order in which the tree takes them.
         if scan.identity is not None:
             named = set(scan.identity[scan.identity >= 0].tolist())
             if not named <= self._identities:
@@ -134,25 +113,7 @@ def rule_of(
     *,
     unscented: bool,
 ) -> WindowRule:
-    """Return the rule by which a tracker's tree grows.
-
-    Parameters
-    ----------
-    motion
-        How objects move.
-    lifecycle
-        When tracks end.
-    sensors
-        The sensors by name.
-    dim
-        Number of dimensions of the tracking space.
-    unscented
-        Whether the filter is the unscented one.
-
-    Returns
-    -------
-    The rule.
-    """
+    """Return the rule by which a tracker's tree grows."""
     period = period_of(sensors.values())
     misses = lifecycle.delete_after_misses or USUAL_MISSES
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
@@ -168,19 +129,8 @@ def rule_of(
 
 
 def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
-    """Return tracks known beforehand as they enter a tree.
-
-    Parameters
-    ----------
-    priors
-        Their positions and velocities.
-    rule
-        The tree's.
-
-    Returns
-    -------
-    States in which nothing is known of what the priors do not tell.
-    """
+    """Return tracks known beforehand as they enter a tree."""
+    # In their states nothing is known of what the priors do not tell.
     count, known = len(priors), priors.mean.shape[1]
     motion = rule.motion
     modes, size = motion.kind.shape[0], motion.prior.shape[0]
@@ -212,23 +162,10 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
 def rooted(
     tree: AssociationTree, closed: Sequence[ScanInput], window: Sequence[ScanInput], since: float
 ) -> tuple[Beginning, Families]:
-    """Return the tracks as they enter the window behind scans that are closed.
-
-    Parameters
-    ----------
-    tree
-        The sequences, fixed up to those scans.
-    closed
-        The last scans that were closed.
-    window
-        Those that the tree has grown by since.
-    since
-        When the last scan was that is closed and not among them [s].
-
-    Returns
-    -------
-    The tracks, with what they missed since their last report; and their families.
-    """
+    """Return the tracks, and their families, as they enter the window behind closed scans."""
+    # ``closed`` are the last scans that were closed, ``window`` those that the tree has grown by
+    # since it was fixed up to them; the last that is closed and not among them was at ``since``
+    # [s]. The tracks tell what they missed since their last report.
     nodes, n = tree.nodes, tree.n_nodes
     rows = np.flatnonzero((nodes.parent[:n] < 0) & (nodes.report[:n] < 0))
     families = part_of(tree.families, nodes.family[rows])

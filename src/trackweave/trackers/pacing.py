@@ -63,19 +63,7 @@ class Pacer:
     overrun: _Rate = field(default_factory=lambda: _Rate.guessed(SLOW / 10.0))
 
     def start(self, deadline: float | None, stop: Stop | None) -> "Pace":
-        """Return a step that begins now.
-
-        Parameters
-        ----------
-        deadline
-            Seconds that it may take; None for any.
-        stop
-            What else may end its search; None for nothing.
-
-        Returns
-        -------
-        The step.
-        """
+        """Return a step that begins now; the deadline is the seconds that it may take."""
         now = perf_counter()
         end = np.inf if deadline is None else now + AIM * float(deadline)
         return Pace(self, end, stop, last=now)
@@ -83,24 +71,15 @@ class Pacer:
 
 @dataclass(slots=True)
 class Pace:
-    """One step against the clock.
-
-    Parameters
-    ----------
-    pacer
-        What is known of such steps, which learns from this one.
-    end
-        When the step is to be over, by the clock of ``perf_counter`` [s].
-    stop
-        What else may end the search.
-    last
-        When the last part of it was over [s].
-    """
+    """One step against the clock."""
 
     pacer: Pacer
+    """Learns from this step."""
     end: float
+    """When the step is to be over, by the clock of ``perf_counter`` [s]."""
     stop: Stop | None
     last: float
+    """When the last part of it was over [s]."""
     stopped: float | None = None
     """When the search was first told to stop [s]; None while it was not."""
 
@@ -111,21 +90,7 @@ class Pace:
 
     @contextmanager
     def growth(self, tree: AssociationTree, n_reports: int, n_scans: int = 1) -> Iterator[None]:
-        """Let a tree grow no larger than the clock allows, and take in how long it took.
-
-        Parameters
-        ----------
-        tree
-            The sequences, before they grow.
-        n_reports
-            How many reports there are to begin with.
-        n_scans
-            By how many scans they grow.
-
-        Yields
-        ------
-        Nothing.
-        """
+        """Let a tree grow no larger than the clock allows, and take in how long it took."""
         self._lap()
         n_before, n_scans = tree.n_nodes, max(1, n_scans)
         tree.limit(self._room(tree, n_reports, n_scans))

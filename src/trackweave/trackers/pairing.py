@@ -14,59 +14,30 @@ __all__ = ["Offers", "Pairing", "nearest", "one_to_one"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Offers:
-    """The reports that tracks may take, one row per pair, grouped by track in ascending order.
+    """The reports that tracks may take, one row per pair, grouped by track in ascending order."""
 
-    Parameters
-    ----------
-    track, report
-        Numbers of both from 0, shape (pairs,).
-    cost
-        What it costs that the track takes the report [nats].
-    alone
-        What it costs each track to take none [nats], shape (tracks,).
-    n_reports
-        Number of reports; one that no track takes costs nothing.
-    """
-
-    track: IntArray
+    track: IntArray  # From 0, as reports are, shape (pairs,)
     report: IntArray
-    cost: FloatArray
-    alone: FloatArray
-    n_reports: int
+    cost: FloatArray  # What it costs that the track takes the report [nats]
+    alone: FloatArray  # What it costs each track to take none [nats], shape (tracks,)
+    n_reports: int  # One that no track takes costs nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairing:
-    """What the tracks take.
+    """What the tracks take."""
 
-    Parameters
-    ----------
-    taken
-        For each track the row of its pair, -1 for none, shape (tracks,).
-    holder
-        For each report the track that it is said to be of, -1 for none, shape (reports,).
-    certificate
-        What the holders' pairs cost, against the best in which no two tracks share a report.
-    """
-
-    taken: IntArray
-    holder: IntArray
+    taken: IntArray  # For each track the row of its pair, -1 for none, shape (tracks,)
+    holder: IntArray  # For each report the track that it is said to be of, -1 for none
+    # What the holders' pairs cost, against the best without a shared report.
     certificate: Certificate
 
 
 def nearest(offers: Offers) -> Pairing:
-    """Let every track take its cheapest report, whoever else takes it too.
-
-    Parameters
-    ----------
-    offers
-        The pairs. None costs a track more than to take none.
-
-    Returns
-    -------
-    The pairing. A report that several tracks take is said to be of the one to which it is
-    cheapest, and only that pair counts in the cost; the bound is what all the tracks take.
-    """
+    """Let every track take its cheapest report, whoever else takes it too."""
+    # No offer costs a track more than to take none. A report that several tracks take is said to
+    # be of the one to which it is cheapest, and only that pair counts in the cost; the bound is
+    # what all the tracks take.
     n_tracks = offers.alone.shape[0]
     order = np.lexsort((offers.report, offers.cost, offers.track))
     track, first = np.unique(offers.track[order], return_index=True)
@@ -87,17 +58,7 @@ def nearest(offers: Offers) -> Pairing:
 
 
 def one_to_one(offers: Offers) -> Pairing:
-    """Give each track at most one report and each report to at most one track, at least cost.
-
-    Parameters
-    ----------
-    offers
-        The pairs.
-
-    Returns
-    -------
-    The pairing, the best there is.
-    """
+    """Give each track at most one report and each report to at most one track, at least cost."""
     n_tracks, n_reports = offers.alone.shape[0], offers.n_reports
     taken = np.full(n_tracks, -1, dtype=np.int64)
     holder = np.full(n_reports, -1, dtype=np.int64)

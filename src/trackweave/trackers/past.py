@@ -24,13 +24,8 @@ REMEMBERED_SCANS = 512
 class Past:
     """Where undetected objects were before the window, and which scans were closed last.
 
-    Parameters
-    ----------
-    undetected
-        Where they may be before the first scan.
-    patience
-        For how long a track that is looked at waits for a report [s]; what others missed before
-        is known from the tree.
+    ``patience`` is for how long a track that is looked at waits for a report [s]; what others
+    missed before is known from the tree.
     """
 
     def __init__(self, undetected: Undetected, patience: float) -> None:
@@ -58,17 +53,6 @@ class Past:
     def beginning(
         self, tree: AssociationTree, window: Sequence[ScanInput]
     ) -> tuple[Beginning, Families]:
-        """Return the tracks of a tree as they enter the window.
-
-        Parameters
-        ----------
-        tree
-            The sequences, fixed up to the window.
-        window
-            The scans that they have grown by since.
-
-        Returns
-        -------
-        The tracks, and their families.
-        """
+        """Return the tracks of a tree, and their families, as they enter the window."""
+        # The tree is fixed up to the window, and has grown by the window's scans since.
         return rooted(tree, list(self._closed), window, self._forgotten)

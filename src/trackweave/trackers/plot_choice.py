@@ -22,24 +22,10 @@ MOST_COMBINED = 6
 def worth_choosing(
     tuples: ScoredTuples, plots: Sequence[SensorPlots], rule: PlotsRule
 ) -> ScoredTuples:
-    """Return the tuples of which a solver chooses, with the prices of plots left alone.
-
-    By evidence a plot left alone is free, so that one that costs more as an object is none. By
-    equation 1 lone bearings have their price as lone positions have.
-
-    Parameters
-    ----------
-    tuples
-        The rule's.
-    plots
-        Each sensor's plots.
-    rule
-        The rule.
-
-    Returns
-    -------
-    Rows of single plots are prices of plots left alone.
-    """
+    """Return the tuples of which a solver chooses, with the prices of plots left alone."""
+    # By evidence a plot left alone is free, so that one that costs more as an object is none. By
+    # equation 1 lone bearings have their price as lone positions have. Rows of single plots in
+    # what is returned are prices of plots left alone.
     if rule.cost == "evidence":
         stands = (np.count_nonzero(tuples.tuples, axis=1) > 1) | (tuples.costs < 0.0)
         return _rows_of(tuples, np.flatnonzero(stands))
@@ -82,21 +68,7 @@ def _rows_of(tuples: ScoredTuples, rows: IntArray) -> ScoredTuples:
 def objects_in(
     tuples: ScoredTuples, problem: AssignmentProblem, answer: Answer, rule: PlotsRule
 ) -> IntArray:
-    """Return the rows of the tuples that are objects: those chosen, and lone plots that stand.
-
-    Parameters
-    ----------
-    tuples
-        As ``worth_choosing`` left them.
-    problem, answer
-        What was solved, and the solver's answer.
-    rule
-        The rule.
-
-    Returns
-    -------
-    Row numbers, ascending.
-    """
+    """Return the ascending rows of tuples that are objects: chosen, or lone plots that stand."""
     assert problem.row is not None
     chosen = problem.row[answer.nodes]
     if rule.cost == "evidence":
@@ -109,19 +81,9 @@ def objects_in(
 
 
 def identities_of(scans: Sequence[Scan], tuples: IntArray) -> IntArray | None:
-    """Return whom each tuple says that it is of: the one whom all its plots name that name any.
-
-    Parameters
-    ----------
-    scans
-        The scans, in the order of the tuples' columns.
-    tuples
-        1-based numbers of the plots, 0 for none, shape (tuples, scans).
-
-    Returns
-    -------
-    Numbers, -1 for nobody; None where no scan says any.
-    """
+    """Return whom each tuple is of by its plots, -1 for nobody; None where no scan says any."""
+    # Where plots name several, it is nobody. Tuples hold 1-based numbers of plots, 0 for none,
+    # shape (tuples, scans).
     if all(scan.identity is None for scan in scans):
         return None
     least = np.full(tuples.shape[0], np.iinfo(np.int64).max)

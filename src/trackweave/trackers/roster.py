@@ -20,14 +20,8 @@ NOBODY = -1
 class Roster:
     """Identifiers, confirmation and scores, one of each for each family of a tree.
 
-    Parameters
-    ----------
-    lifecycle
-        When tracks are confirmed and end.
-    priors
-        Tracks known beforehand, confirmed; the first families.
-    next_track
-        The least name of a new track.
+    The priors, tracks known beforehand and confirmed, are the first families; ``next_track`` is
+    the least name of a new track.
     """
 
     def __init__(self, lifecycle: Lifecycle, priors: TrackTable, next_track: int = 1) -> None:
@@ -73,19 +67,8 @@ class Roster:
             self._chances[row] = own
 
     def is_hopeless(self, family: IntArray, chances: FloatArray) -> NDArray[np.bool_]:
-        """Tell which families cannot be confirmed within the chances from their first report.
-
-        Parameters
-        ----------
-        family
-            The families.
-        chances
-            How many chances each has had.
-
-        Returns
-        -------
-        Whether each is tentative, and too few chances are left to it.
-        """
+        """Tell which families are tentative and cannot be confirmed within the chances left."""
+        # ``chances`` is how many each has had from its first report.
         lifecycle = self._lifecycle
         hits = np.array([len(self._chances[row]) for row in family.tolist()], dtype=np.int64)
         left = lifecycle.confirm_opportunities - chances
@@ -101,19 +84,7 @@ class Roster:
         self._chances = [self._chances[row] for row in np.flatnonzero(kept).tolist()]
 
     def rows(self, tree: AssociationTree, time: float) -> TrackTable:
-        """Return a row for each track, of which the tree holds a node each.
-
-        Parameters
-        ----------
-        tree
-            The tracks.
-        time
-            Time of the rows [s].
-
-        Returns
-        -------
-        The rows in order of identifier.
-        """
+        """Return a row for each track, of which the tree holds a node each, by identifier."""
         nodes, family = tree.nodes, tree.nodes.family[: tree.n_nodes]
         node = np.argsort(self.track[family], kind="stable")
         family = family[node]

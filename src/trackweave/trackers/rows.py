@@ -18,24 +18,8 @@ FOLLOWED = 0.5
 def live_leaves(
     tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
 ) -> tuple[IntArray, IntArray]:
-    """Return the chosen sequences of live tracks.
-
-    Parameters
-    ----------
-    tree
-        The sequences that were looked at.
-    dormant
-        Those that were not.
-    time
-        When [s].
-    by_belief
-        Whether how probable it is that objects live is told by all sequences, or by the chosen
-        ones alone.
-
-    Returns
-    -------
-    The last node of each: those of the tree, and those put aside.
-    """
+    """Return the last nodes of live tracks' chosen sequences: in the tree, and put aside."""
+    # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
     rooms = (tree.nodes, tree.families, tree.n_nodes), (
         dormant.nodes, dormant.families, dormant.n_rows
     )  # fmt: skip
@@ -49,23 +33,8 @@ def live_leaves(
 def live_rows(
     tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
 ) -> TrackTable:
-    """Return a row for each live track.
-
-    Parameters
-    ----------
-    tree
-        The sequences that were looked at.
-    dormant
-        Those that were not.
-    time
-        Time of the rows [s].
-    by_belief
-        Whether states are averages over all sequences, or those of the chosen ones alone.
-
-    Returns
-    -------
-    The rows in order of identifier.
-    """
+    """Return a row for each live track, in order of identifier."""
+    # By belief, states are averages over all sequences; else those of the chosen ones alone.
     dim, chosen = tree.dim, live_leaves(tree, dormant, time, by_belief=by_belief)
     rooms = (tree.nodes, tree.families, tree.n_nodes), (
         dormant.nodes, dormant.families, dormant.n_rows

@@ -68,15 +68,8 @@ class Slots:
         return rank
 
     def relay(self, first: int, report: IntArray, time: FloatArray) -> None:
-        """Put the window's reports in another order; what is known goes with each report.
-
-        Parameters
-        ----------
-        first
-            The oldest slot.
-        report, time
-            Number and time of each slot from there on, some of which may be new.
-        """
+        """Put the window's reports in another order; what is known goes with each report."""
+        # ``report`` and ``time`` are those of each slot from the first on; some may be new.
         known = self.report[: self.end - self.origin].tolist()
         place = {number: row for row, number in enumerate(known)}
         was = np.array([place.get(number, -1) for number in report.tolist()], dtype=np.int64)

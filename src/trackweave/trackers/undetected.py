@@ -74,19 +74,9 @@ class Undetected:
         return {**self.__dict__, "_looks": self._looks.copy(), "_lost": self._lost.copy()}
 
     def look(self, scan: ScanInput, interval: float) -> FloatArray:
-        """Return the log density at a scan's reports, and take out what the scan detects.
-
-        Parameters
-        ----------
-        scan
-            The scan.
-        interval
-            Seconds since the scan before, 0 for one of the same instant.
-
-        Returns
-        -------
-        Log density at each report's place, shape (reports,) [m⁻² or m⁻³].
-        """
+        """Return the log density at a scan's reports; take out what the scan detects."""
+        # The density is per m² or m³. ``interval`` is in seconds since the scan before, 0 for one
+        # of the same instant.
         if interval > 0:
             self.wait(scan.time, interval)
         density = self.log_density(scan.position, scan.time)
@@ -147,10 +137,8 @@ class Undetected:
         self._lost = [lost for lost in self._lost if time - lost.time <= horizon]
 
     def lose(self, position: FloatArray, radius: float, time: float, since: float) -> None:
-        """Begin to look for an object last seen at a place and time, within a radius [m].
-
-        Scans up to ``since`` [s] are not affected.
-        """
+        """Begin to look for an object last seen at a place and time, within a radius [m]."""
+        # Scans up to ``since`` [s] are not affected.
         self._lost.append(_Lost(position.copy(), radius, time, since))
 
 

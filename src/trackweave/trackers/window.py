@@ -144,20 +144,9 @@ class OpenScans:
         return scan
 
     def n_closing(self, sensor: str, time: float) -> int:
-        """Return how many of the oldest scans must be fixed before a scan comes in.
-
-        A whole instant at a time where that is possible, so that the sensors of an instant stay
-        together.
-
-        Parameters
-        ----------
-        sensor, time
-            The sensor of the scan that comes in, and its time [s]; later than all others.
-
-        Returns
-        -------
-        How many of the oldest scans have to go.
-        """
+        """Return how many of the oldest scans must be fixed before a scan comes in."""
+        # A whole instant at a time where that is possible, so that the sensors of an instant stay
+        # together. The time is that of the scan that comes in [s], later than all others.
         ordered = self._scan_ends([*self._marks, time] if self._counts(sensor) else self._marks)
         depth = self._window.depth
         boundary = ordered[-depth - 1] if len(ordered) > depth else -np.inf

@@ -23,26 +23,12 @@ SURE_HITS, MOST_PATHS, MOST_SENSORS = 6, 300, 16
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A sentence on something that contradicts something else.
+    """A sentence on something that contradicts something else."""
 
-    Parameters
-    ----------
-    cause
-        One word for it, such as "clock" or "sigma".
-    sensor
-        Name of the sensor, None where it concerns none or all.
-    sentence
-        What is wrong, with the numbers told and seen, and what to change.
-    weight
-        How telling it is: the greater, the earlier it is said.
-    told, seen
-        The two numbers, None where there are none.
-    """
-
-    cause: str
-    sensor: str | None
-    sentence: str
-    weight: float
+    cause: str  # Such as "clock" or "sigma"
+    sensor: str | None  # None where it concerns none or all
+    sentence: str  # What is wrong, with the numbers told and seen, and what to change
+    weight: float  # The greater, the earlier it is said
     told: float | None = None
     seen: float | None = None
 
@@ -54,24 +40,12 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """A confirmed track after the fact.
+    """A confirmed track after the fact."""
 
-    Parameters
-    ----------
-    time
-        Times of its states [s], ascending.
-    place
-        Where it was on the plane [m], shape (times, 2).
-    speed
-        How fast [m/s], shape (times,).
-    rows
-        Rows of its reports, by time.
-    """
-
-    time: FloatArray
-    place: FloatArray
-    speed: FloatArray
-    rows: IntArray
+    time: FloatArray  # [s], ascending
+    place: FloatArray  # On the plane [m], shape (times, 2)
+    speed: FloatArray  # [m/s], shape (times,)
+    rows: IntArray  # Rows of its reports, by time
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return where it was at some times [m], NaN before its first and after its last."""
@@ -81,26 +55,13 @@ class Path:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A run's reports, its configuration as used, and what came of it.
+    """A run's reports, its configuration as used, and what came of it."""
 
-    Parameters
-    ----------
-    reports
-        The reports as tracked, of any kind.
-    settings
-        The configuration as used.
-    track
-        Track of each report, -1 for none, shape (reports,).
-    history
-        The tracks, amended and smoothed, rows by time; None while they are not known.
-    looks
-        When each sensor scanned [s], ascending, by its name; sectors of turning ones too.
-    """
-
-    reports: ReportTable
+    reports: ReportTable  # The reports as tracked, of any kind
     settings: Settings
-    track: IntArray
-    history: TrackTable | None
+    track: IntArray  # -1 for none, shape (reports,)
+    history: TrackTable | None  # Amended and smoothed, rows by time; None while not known
+    # When each sensor scanned [s], ascending, by its name; sectors of turning ones too.
     looks: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @cached_property

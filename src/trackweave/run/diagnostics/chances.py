@@ -16,34 +16,14 @@ MOST_PATHS, MOST_LOOKS = 120, 200
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chances:
-    """A sensor's looks while tracks were there, between their first and last reports.
+    """A sensor's looks while tracks were there, between their first and last reports."""
 
-    Parameters
-    ----------
-    place
-        Where the track was [m], shape (chances, 2).
-    is_hit
-        Whether the sensor reported it, shape (chances,).
-    """
-
-    place: FloatArray
-    is_hit: NDArray[np.bool_]
+    place: FloatArray  # Where the track was [m], shape (chances, 2)
+    is_hit: NDArray[np.bool_]  # Whether the sensor reported it, shape (chances,)
 
 
 def chances_of(case: Case, index: int) -> Chances:
-    """Return the chances that a sensor had to see the tracks.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor.
-
-    Returns
-    -------
-    The chances; none for a sensor of which nobody knows when it looks.
-    """
+    """Return the chances that a sensor had to see the tracks; none if nobody knows its looks."""
     places, hits, times = [np.empty((0, 2))], [np.empty(0, dtype=bool)], [np.empty(0)]
     for path in case.paths[:MOST_PATHS]:
         looks, near = _looks(case, index, path)

@@ -36,19 +36,7 @@ WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigm
 
 
 def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
-    """Return what contradicts something, most telling first.
-
-    Parameters
-    ----------
-    case
-        A run.
-    overruled
-        What was told and not used; said whatever else there is.
-
-    Returns
-    -------
-    Nothing where all agrees. Nothing is changed.
-    """
+    """Return what contradicts something, most telling first; what was overruled always counts."""
     found = [finding for check in CHECKS for finding in check(case)]
     is_explained = any(finding.weight >= A_CAUSE for finding in found)
     causes = {finding.cause for finding in found}

@@ -25,33 +25,15 @@ MOST_STATES = 4000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:
-    """Some reports of a sensor, and the tracks that others made.
-
-    Parameters
-    ----------
-    index
-        The sensor.
-    time
-        When the reports were made [s], shape (reports,).
-    place
-        Where they put their objects [m], shape (reports, 2).
-    platform
-        Where their sensor was [m], shape (reports, 2).
-    paths
-        Tracks of the others.
-    near
-        How far from a track a report of its object may be [m].
-    extent
-        Diagonal of the space in which the tracks are [m].
-    """
+    """Some reports of a sensor, and the tracks that others made."""
 
     index: int
-    time: FloatArray
-    place: FloatArray
-    platform: FloatArray
+    time: FloatArray  # [s], shape (reports,)
+    place: FloatArray  # Where the reports put their objects [m], shape (reports, 2)
+    platform: FloatArray  # Where their sensor was [m], shape (reports, 2)
     paths: Sequence[Path]
-    near: float
-    extent: float
+    near: float  # How far from a track a report of its object may be [m]
+    extent: float  # Diagonal of the space in which the tracks are [m]
 
     def there(self, later: float = 0.0) -> tuple[IntArray, IntArray, FloatArray]:
         """Return pairs of a report and a track alive then: both numbers, and the track's place."""
@@ -84,19 +66,7 @@ class Sample:
 
 
 def sample_of(case: Case, index: int) -> Sample | None:
-    """Return some of a sensor's reports beside the others' tracks, None where there are none.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor.
-
-    Returns
-    -------
-    The sample.
-    """
+    """Return some of a sensor's reports beside the others' tracks, None where there are none."""
     of, rows = case.reports.sensor, case.rows[index]
     paths = []
     for path in case.paths:
@@ -124,21 +94,9 @@ def sample_of(case: Case, index: int) -> Sample | None:
 def best_shift(
     sample: Sample, pairs: tuple[IntArray, IntArray, FloatArray], place: FloatArray
 ) -> FloatArray:
-    """Return by how much reports are to be moved so that most are near a track [m].
-
-    Parameters
-    ----------
-    sample
-        The reports and the tracks.
-    pairs
-        Reports and tracks alive at their times.
-    place
-        Where the reports are taken to be [m].
-
-    Returns
-    -------
-    East and north, shape (2,).
-    """
+    """Return by how much, east and north [m], to move reports so that most are near a track."""
+    # ``pairs`` are reports and tracks alive at their times; ``place`` is where the reports are
+    # taken to be [m].
     off = pairs[2] - place[pairs[0]]
     if off.shape[0] == 0:
         return np.zeros(2)
@@ -158,19 +116,9 @@ def best_shift(
 
 
 def best_clock(sample: Sample) -> float:
-    """Return by how much a sensor's clock is ahead of the others' if it is [s].
-
-    Reports are compared with places where tracks were at any time: the times between vote.
-
-    Parameters
-    ----------
-    sample
-        The reports and the tracks.
-
-    Returns
-    -------
-    The offset that most agree with; 0 where nothing moves, so that nobody can tell.
-    """
+    """Return by how much a sensor's clock is ahead of the others' if it is [s]."""
+    # Reports are compared with places where tracks were at any time: the times between vote. It is
+    # 0 where nothing moves, so that nobody can tell.
     moved = [
         path
         for path in sample.paths

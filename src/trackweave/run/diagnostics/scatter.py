@@ -17,19 +17,11 @@ OF_MEDIAN, OF_TAIL = 0.45494, 3.8415
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatter:
-    """Squares of what is beside the way, as the noise of one report, by component.
+    """Squares of what is beside the way, as the noise of one report, by component."""
 
-    Parameters
-    ----------
-    square
-        Squares as if of single reports: metres for positions and ranges, radians for azimuths;
-        shape (triples, components).
-    drift
-        What a process noise of one adds to a square [s³], shape (triples,).
-    """
-
+    # Metres for positions and ranges, radians for azimuths; shape (triples, components).
     square: FloatArray
-    drift: FloatArray
+    drift: FloatArray  # What a process noise of one adds to a square [s³], shape (triples,)
 
     def __len__(self) -> int:
         return int(self.drift.size)
@@ -46,27 +38,11 @@ class Scatter:
 def scatter_of(
     case: Case, index: int, stride: int, tracks: Sequence[IntArray] | None = None
 ) -> Scatter:
-    """Return what a sensor's reports are beside the ways of their tracks.
-
-    Of three reports of one track and sensor, so many apart, the middle one is compared with the
-    straight way between the others. By white noise of acceleration alone its variance would be
-    q a² b² / 3 (a + b), with a and b the times between them.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor.
-    stride
-        How many reports lie between those that are compared.
-    tracks
-        Rows of each track's reports, by time; None for the paths of the case.
-
-    Returns
-    -------
-    The squares; those of positions on the plane are of both axes.
-    """
+    """Return what a sensor's reports, so many apart, are beside the ways of their tracks."""
+    # Of three reports of one track and sensor, so many apart, the middle one is compared with the
+    # straight way between the others. By white noise of acceleration alone its variance would be q
+    # a² b² / 3 (a + b), with a and b the times between them. Squares of positions on the plane are
+    # of both axes. ``tracks`` are rows by time, instead of the case's paths.
     squares, drifts = [np.empty((0, 2))], [np.empty(0)]
     is_polar = case.reports.kind_of(index).has_range
     if tracks is None:
@@ -91,21 +67,9 @@ def scatter_of(
 
 
 def without_motion(short: Scatter, long: Scatter, near: FloatArray, far: FloatArray) -> FloatArray:
-    """Return the part of the variance beside short steps that is not motion.
-
-    What grows with the length of the steps is motion.
-
-    Parameters
-    ----------
-    short, long
-        What is beside short and long steps.
-    near, far
-        The usual variance beside both, in any unit.
-
-    Returns
-    -------
-    The variance of reports alone, in that unit.
-    """
+    """Return the part of the variance beside short steps that is not motion, in its unit."""
+    # What grows with the length of the steps is motion. ``near`` and ``far`` are the usual
+    # variance beside short and long steps.
     grown = (np.median(short.drift), np.median(long.drift))
     process = np.maximum(far - near, 0.0) / max(grown[1] - grown[0], 1e-30)
     return np.asarray(near - process * grown[0])

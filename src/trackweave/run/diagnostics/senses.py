@@ -30,17 +30,7 @@ def _about_north(angle: FloatArray) -> FloatArray:
 
 
 def senses_of(angle: FloatArray) -> dict[str, FloatArray]:
-    """Return directions in each sense in which they may be meant.
-
-    Parameters
-    ----------
-    angle
-        As read [rad].
-
-    Returns
-    -------
-    Directions clockwise from north by the word for the sense [rad].
-    """
+    """Return directions [rad] clockwise from north, by the sense in which they may be meant."""
     is_narrow = float(np.abs(_about_north(angle)).max(initial=0.0)) < NARROW
     return {
         name: turned(angle)
@@ -50,20 +40,9 @@ def senses_of(angle: FloatArray) -> dict[str, FloatArray]:
 
 
 def sense_of(case: Case, index: int) -> tuple[str, float, float] | None:
-    """Return the sense in which a sensor's directions fit the others' positions.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor, which measures directions.
-
-    Returns
-    -------
-    The sense, the share of directions that fit with it and the share that fit as they are; None
-    where they fit as they are or nothing tells.
-    """
+    """Return the sense in which a sensor's directions fit the others' positions."""
+    # With it come the share of directions that fit so, and as they are. It is None where they fit
+    # as they are or nothing tells.
     beside = np.flatnonzero((case.reports.sensor != index) & ~np.isnan(case.position[:, 0]))
     rows = case.rows[index]
     rows = rows[:: max(1, rows.size // MOST_COMPARED)]

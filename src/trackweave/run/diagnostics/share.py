@@ -25,10 +25,8 @@ WEIGHT, LOUD = 70.0, 65.0
 
 
 def few_assigned(case: Case) -> Iterator[Finding]:
-    """Yield that few reports are in tracks, and what to look at.
-
-    False alarms explain it only where they are told: estimates of them are what is left over.
-    """
+    """Yield that few reports are in tracks, and what to look at."""
+    # False alarms explain it only where they are told: estimates of them are what is left over.
     total, assigned = len(case.reports), int(np.count_nonzero(case.track >= 0))
     false = sum(
         expected_false(case, i) * scans_of(case, i)
@@ -52,10 +50,8 @@ def few_assigned(case: Case) -> Iterator[Finding]:
 
 
 def what_reports_tell(case: Case) -> Iterator[Finding]:
-    """Yield what was told far from what would be estimated; where tracks are few, they show less.
-
-    It estimates anew, which takes a second: only where a run leaves many reports alone.
-    """
+    """Yield what was told far from what would be estimated; few tracks show less."""
+    # It estimates anew, which takes a second: only where a run leaves many reports alone.
     assigned = int(np.count_nonzero(case.track >= 0))
     if len(case.reports) < FEWEST or (
         assigned >= SOME * len(case.reports) and not lies_together(case)
@@ -72,17 +68,7 @@ def what_reports_tell(case: Case) -> Iterator[Finding]:
 
 
 def lies_together(case: Case) -> bool:
-    """Tell whether all reports lie together as closely as the noise that is told.
-
-    Parameters
-    ----------
-    case
-        The run.
-
-    Returns
-    -------
-    False where no sensor's noise was told.
-    """
+    """Tell whether all reports lie as close together as the noise told; False if none is told."""
     known = case.position[~np.isnan(case.position[:, 0])]
     if known.shape[0] < FEWEST:
         return False

@@ -228,19 +228,7 @@ def clutter(case: Case) -> Iterator[Finding]:
 
 
 def scans_of(case: Case, index: int) -> float:
-    """Return how many scans a sensor made.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor.
-
-    Returns
-    -------
-    Their number; 0 where nobody knows.
-    """
+    """Return how many scans a sensor made; 0 where nobody knows."""
     sensor, time = case.sensors[index], case.reports.time[case.rows[index]]
     if sensor.rotation is not None and sensor.scan_period and time.size:
         return float(np.ptp(time)) / sensor.scan_period
@@ -248,19 +236,7 @@ def scans_of(case: Case, index: int) -> float:
 
 
 def expected_false(case: Case, index: int) -> float:
-    """Return how many false alarms a scan of a sensor is taken to hold.
-
-    Parameters
-    ----------
-    case
-        The run.
-    index
-        The sensor.
-
-    Returns
-    -------
-    Their mean number, as told or estimated.
-    """
+    """Return the mean number of false alarms in a sensor's scan, as told or estimated."""
     sensor, rows = case.sensors[index], case.rows[index]
     own = case.settings.values["sensors"][sensor.name]
     if own.get("clutter_per_scan") is not None:
