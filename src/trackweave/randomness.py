@@ -13,9 +13,27 @@ RandomSource: TypeAlias = np.random.Generator | int
 
 
 def generator_of(rng: RandomSource) -> np.random.Generator:
-    """Return a source of randomness as a generator, which is handed back as it is."""
-    # A seed, a whole number of at least 0, gives a new one at each call, which draws the same
-    # numbers again.
+    """Return a source of randomness as a generator.
+
+    Parameters
+    ----------
+    rng
+        A generator, which is handed back as it is, or a seed: a whole number of at least 0.
+
+    Returns
+    -------
+    The generator. A seed gives a new one at each call, which draws the same numbers again.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is neither.
+
+    Examples
+    --------
+    >>> generator_of(7).random() == generator_of(7).random()
+    True
+    """
     if isinstance(rng, np.random.Generator):
         return rng
     seed: Any = rng  # a caller's types are not to be trusted
@@ -27,10 +45,32 @@ def generator_of(rng: RandomSource) -> np.random.Generator:
 
 
 def generator_for(seed: int, part: str) -> np.random.Generator:
-    """Return the randomness of one part of what a seed is for, whatever the others draw."""
+    """Return the source of randomness of one part of what a seed is for, apart from the others'.
+
+    Parameters
+    ----------
+    seed
+        A whole number of at least 0.
+    part
+        The part's name.
+
+    Returns
+    -------
+    A generator, the same whatever the other parts draw.
+    """
     return np.random.default_rng(np.random.SeedSequence([seed, *part.encode()]))
 
 
 def seed_of(rng: RandomSource) -> int | None:
-    """Return the seed that a source of randomness was given as, None for a generator."""
+    """Return the seed that a source of randomness was given as, None for a generator.
+
+    Parameters
+    ----------
+    rng
+        As ``generator_of`` takes it.
+
+    Returns
+    -------
+    The seed.
+    """
     return None if isinstance(rng, np.random.Generator) else int(rng)

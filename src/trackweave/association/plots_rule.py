@@ -29,12 +29,12 @@ from trackweave.association._plot_sets import PlotLimits
 from trackweave.association.plot_growth import grow_nearest, grow_tuples
 from trackweave.association.plot_tables import common_dimension, plot_table, views_of
 from trackweave.association.problem import AssignmentProblem
-from trackweave.association.sensor_plots import SensorPlots
+from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_members, settle
 from trackweave.summaries import summary
 
-__all__ = ["PlotsRule", "ScoredTuples", "SensorPlots"]
+__all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
 
 PlotCost = Literal["evidence", "equation-1"]
 Overflow = Literal["refuse", "thin"]

@@ -17,8 +17,9 @@ from trackweave.arrays import (
 from trackweave.errors import InvalidInputError
 from trackweave.fields import plain, settle
 from trackweave.models.coverage import FieldOfView
+from trackweave.simulation.scenes import Scene
 
-__all__ = ["SensorPlots"]
+__all__ = ["SensorPlots", "scene_plots"]
 
 LARGEST = 1e30
 """Greatest coordinate and standard deviation; with larger ones, kernels would lose their range."""
@@ -143,6 +144,31 @@ class SensorPlots:
     def is_bearing(self) -> bool:
         """Whether it reports bearings."""
         return self.value.ndim == 1
+
+
+def scene_plots(scene: Scene) -> tuple[SensorPlots, ...]:
+    """Return a simulated scene's plots, with all that a tracker may know of the sensors.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    One entry per sensor. Where no false alarm is expected, one in 10⁹ is.
+    """
+    return tuple(
+        SensorPlots(
+            value=plots,
+            sigma=scene.sigma[sensor],
+            volume=float(scene.volume[sensor]),
+            false_alarms=max(1e-9, float(scene.false_alarms[sensor])),
+            detection_probability=scene.detection_probability,
+            place=None if scene.places is None else scene.places[sensor],
+        )
+        for sensor, plots in enumerate(scene.plots)
+    )
 
 
 def _whole_table(values: ArrayLike) -> FloatArray:

@@ -4,15 +4,27 @@ import numpy as np
 
 from trackweave.arrays import ROUNDING, FloatArray
 
-__all__ = ["predicted", "transition"]
+__all__ = ["predicted", "transition", "updated"]
 
 
 def transition(
     interval: FloatArray, process_noise: float, dim: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the transition matrix and process noise covariance of each interval [s]."""
-    # Both have the shape (rows, 2 dim, 2 dim). The model is of constant velocity; the process
-    # noise is the power spectral density of the acceleration along each axis [m²/s³].
+    """Return the matrices of the constant-velocity model.
+
+    Parameters
+    ----------
+    interval
+        Seconds, shape (rows,).
+    process_noise
+        Power spectral density of the acceleration along each axis [m²/s³].
+    dim
+        Number of spatial dimensions.
+
+    Returns
+    -------
+    Transition matrix and process noise covariance, each of shape (rows, 2 dim, 2 dim).
+    """
     interval = np.asarray(interval, dtype=np.float64)
     eye = np.eye(dim)
     rows = interval.shape[0]
@@ -29,11 +41,53 @@ def transition(
 def predicted(
     mean: FloatArray, covariance: FloatArray, interval: FloatArray, process_noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean (rows, 2 dim) and covariance of states after an interval [s] each."""
-    # States are positions, then velocities; the process noise is as for ``transition``.
+    """Return states after an interval each.
+
+    Parameters
+    ----------
+    mean, covariance
+        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
+    interval
+        Seconds, shape (rows,).
+    process_noise
+        Power spectral density of the acceleration along each axis [m²/s³].
+
+    Returns
+    -------
+    Mean and covariance, of the same shapes.
+    """
     moving, noise = transition(interval, process_noise, mean.shape[1] // 2)
     ahead = np.einsum("kij,kj->ki", moving, mean)
     spread = moving @ covariance @ moving.transpose(0, 2, 1) + noise
     lost = np.where(np.asarray(interval) == 0.0, 0.0, ROUNDING)
     spread *= 1.0 + lost[:, None, None] * np.eye(spread.shape[1])
     return ahead, spread
+
+
+def updated(
+    mean: FloatArray, covariance: FloatArray, position: FloatArray, sigma: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return states after a position report each.
+
+    Parameters
+    ----------
+    mean, covariance
+        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
+    position
+        Reports [m], shape (rows, dim).
+    sigma
+        Their standard deviation along each axis [m], of the same shape.
+
+    Returns
+    -------
+    Mean and covariance, of the same shapes as those given.
+    """
+    dim, size = position.shape[1], mean.shape[1]
+    noise = sigma[:, :, None] ** 2 * np.eye(dim)
+    gain = np.linalg.solve(covariance[:, :dim, :dim] + noise, covariance[:, :dim, :])
+    gain = gain.swapaxes(1, 2)
+    # Joseph's form, as in the kernels.
+    left = np.eye(size) - gain @ np.eye(dim, size)
+    after = left @ covariance @ left.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
+    shift = np.einsum("kij,kj->ki", gain, position - mean[:, :dim])
+    return mean + shift, (after + after.swapaxes(1, 2)) / 2

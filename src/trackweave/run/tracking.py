@@ -13,6 +13,7 @@ import polars as pl
 
 from trackweave.arrays import is_number
 from trackweave.config import Configuration, load_configuration
+from trackweave.config.fill import Settings
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
@@ -30,11 +31,12 @@ from trackweave.run.doubles import with_doubles
 from trackweave.run.doubting import Doubts
 from trackweave.run.history import smoothed_history
 from trackweave.run.merging import merged_reports
+from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 
-__all__ = ["report_table", "track"]
+__all__ = ["report_table", "settings_for", "track"]
 
 Progress = Callable[[int, int], None]
 Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
@@ -240,11 +242,50 @@ def _stepped(
     return rows, log, assigned
 
 
+def settings_for(
+    reports: ReportTable, configuration: Configuration, *, preset: str | None = None
+) -> Settings:
+    """Return a configuration whose gaps are filled from the reports.
+
+    Parameters
+    ----------
+    reports
+        The reports.
+    configuration
+        As read.
+    preset
+        Name of a preset, None for none.
+
+    Returns
+    -------
+    Everything that a tracker needs.
+    """
+    return settle(reports, configuration, preset=preset)[0]
+
+
 def report_table(
     reports: Any, configuration: Configuration, on_bad_row: OnBadRow = "fail"
 ) -> tuple[ReportTable, Any]:
-    """Return reports as read, at least one, on the plane asked for, and the table that came in."""
-    # That table is None where they did not come as one.
+    """Return reports as read, on the plane that a configuration asks for.
+
+    Parameters
+    ----------
+    reports
+        As for ``track``.
+    configuration
+        As read.
+    on_bad_row
+        What to do with rows that cannot be used.
+
+    Returns
+    -------
+    At least one report, and the table that came in, None where they did not come as one.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is none, or they cannot be read.
+    """
     came = None
     if isinstance(reports, ReportTable):
         table = reports
