@@ -8,8 +8,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from oracles import plots as oracle
-from oracles.plots import scene_plots
-from trackweave.association.plots_rule import PlotsRule, SensorPlots
+from trackweave.association.plots_rule import PlotsRule, SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
 from trackweave.simulation.scenes import BearingKind, PositionKind, draw_scene
 

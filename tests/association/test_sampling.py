@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracles.plots import scene_plots
-from trackweave.association.plots_rule import PlotsRule, ScoredTuples
+from trackweave.association.plots_rule import PlotsRule, ScoredTuples, scene_plots
 from trackweave.association.sampling import Sampling
 from trackweave.errors import InvalidInputError
 from trackweave.simulation.scenes import BearingKind, PositionKind, draw_scene

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oracles.kalman import updated
 from trackweave.domain.measurements import MeasurementKind as Kind
-from trackweave.filters.kalman import predicted
+from trackweave.filters.kalman import predicted, updated
 from trackweave.filters.smoother import Readings, filtered, merged, smoothed
 from trackweave.models.measurements import to_position
 from trackweave.models.motion import (

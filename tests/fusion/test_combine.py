@@ -5,9 +5,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from oracles.kalman import updated
 from trackweave.errors import InvalidInputError, NumericalError
-from trackweave.filters.kalman import predicted
+from trackweave.filters.kalman import predicted, updated
 from trackweave.fusion.combine import COMBINATIONS, Combination, SharedPrior, combine
 
 INTERSECTIONS = ("covariance-intersection", "fast-covariance-intersection")

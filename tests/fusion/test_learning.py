@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.kalman import updated
-from trackweave.filters.kalman import predicted
+from trackweave.filters.kalman import predicted, updated
 from trackweave.fusion.learning import learned
 from trackweave.fusion.pictures import LocalPicture
 

@@ -50,15 +50,3 @@ def update(mean, covariance, position, sigma):
     rest = np.eye(size) - gain @ observe
     noise = np.diag(np.asarray(sigma) ** 2)
     return mean + gain @ (position - expected), rest @ covariance @ rest.T + gain @ noise @ gain.T
-
-
-def updated(mean, covariance, position, sigma):
-    """Return many states, (rows, 2 dim), after a position report each, in Joseph's form."""
-    dim, size = position.shape[1], mean.shape[1]
-    noise = sigma[:, :, None] ** 2 * np.eye(dim)
-    gain = np.linalg.solve(covariance[:, :dim, :dim] + noise, covariance[:, :dim, :])
-    gain = gain.swapaxes(1, 2)
-    left = np.eye(size) - gain @ np.eye(dim, size)
-    after = left @ covariance @ left.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
-    shift = np.einsum("kij,kj->ki", gain, position - mean[:, :dim])
-    return mean + shift, (after + after.swapaxes(1, 2)) / 2

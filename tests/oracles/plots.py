@@ -7,8 +7,6 @@ from itertools import product
 import numpy as np
 from scipy.optimize import least_squares
 
-from trackweave.association.sensor_plots import SensorPlots
-
 
 @dataclass
 class Scored:
@@ -248,18 +246,3 @@ def every_tuple(sensors, rule, *, least=2):
         key = tuple(0 if index is None else index + 1 for index in choice)
         scored[key] = Scored(cost, *found)
     return scored
-
-
-def scene_plots(scene):
-    """Return a simulated scene's plots, with all that a tracker may know of the sensors."""
-    return tuple(
-        SensorPlots(
-            value=plots,
-            sigma=scene.sigma[sensor],
-            volume=float(scene.volume[sensor]),
-            false_alarms=max(1e-9, float(scene.false_alarms[sensor])),
-            detection_probability=scene.detection_probability,
-            place=None if scene.places is None else scene.places[sensor],
-        )
-        for sensor, plots in enumerate(scene.plots)
-    )
