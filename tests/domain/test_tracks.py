@@ -40,6 +40,7 @@ def test_takes_arrays_that_fit_as_they_are() -> None:
         {"track": [1.5, 2.0]}, {"status": [1, 3]}, {"status": ["confirmed"] * 2},
         {"mean": [[0.0] * 5] * 2}, {"mean": [0.0, 0.0]}, {"covariance": [np.eye(2)] * 2},
         {"hits": None}, {"acceleration": [[1.0, 1.0]]}, {"acceleration": "none"},
+        {"existence": [0.5]}, {"visible": 1.0},
     ],
     ids=str,
 )  # fmt: skip

@@ -50,6 +50,16 @@ def test_accelerations_stand_behind_the_covariances_where_they_are_known(dim: in
     assert np.array_equal(read_priors(frame).mean, mean)
 
 
+def test_what_is_known_of_being_there_stands_last_and_only_then():
+    table = TrackTable(
+        np.zeros(2), [1, 2], [1, 1], np.ones((2, 4)), np.stack([np.eye(4)] * 2), np.zeros(2),
+        [1, 1], np.zeros(2), existence=[0.98765432, np.nan],
+    )  # fmt: skip
+    frame = tracks_frame(table)
+    assert frame.columns[-2:] == ["last_update", "existence"]
+    assert frame["existence"].to_list() == [0.987654, None]
+
+
 def test_an_assignment_names_report_and_track_and_carries_the_rest():
     reports = read_reports(pl.DataFrame(REPORTS))
     frame = assignments_frame(reports, {0: 7, 2: 8})

@@ -1,6 +1,7 @@
 """What is known of objects, as columns."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,12 @@ class TrackTable:
     acceleration
         Acceleration [m/s²], shape (rows, dim), or (rows, 0) where the motion knows none, as when
         left out.
+    existence
+        Probability that the object is there and the track follows it, shape (rows,); NaN where a
+        method tells none, as when left out.
+    visible
+        Probability that an object that is there is in sight of a sensor, shape (rows,); NaN where
+        a method tells none, as when left out.
 
     Raises
     ------
@@ -68,6 +75,8 @@ class TrackTable:
     hits: IntArray
     last_update: FloatArray
     acceleration: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    existence: FloatArray = field(default_factory=lambda: np.empty(0))
+    visible: FloatArray = field(default_factory=lambda: np.empty(0))
 
     __repr__ = summary
 
@@ -84,6 +93,9 @@ class TrackTable:
         }
         if n_axes(self.acceleration, "acceleration") != 2 or np.size(self.acceleration):
             shapes["acceleration"] = (rows, None)
+        for name in ("existence", "visible"):
+            if n_axes(getattr(self, name), name) != 1 or np.size(getattr(self, name)):
+                shapes[name] = (rows,)
         columns: dict[str, FloatArray | IntArray] = {"time": time, "mean": mean}
         columns |= {n: float_array(getattr(self, n), n, shape) for n, shape in shapes.items()}
         columns |= {
@@ -91,6 +103,8 @@ class TrackTable:
         }
         # Left out, it has as many rows as the others.
         columns.setdefault("acceleration", np.empty((rows, 0)))
+        for name in ("existence", "visible"):
+            columns.setdefault(name, np.full(rows, np.nan))
         if np.any((columns["status"] < TENTATIVE) | (columns["status"] > COASTING)):
             raise InvalidInputError("status: expected 0, 1 or 2, as STATUSES counts them")
         for name, values in columns.items():
@@ -103,6 +117,10 @@ class TrackTable:
     def dim(self) -> int:
         """Number of spatial dimensions, 2 or 3."""
         return int(self.mean.shape[1]) // 2
+
+    def at(self, rows: Any) -> "TrackTable":
+        """Return some rows, by their numbers or by a mask."""
+        return TrackTable(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     @classmethod
     def concatenate(cls, tables: "list[TrackTable]", dim: int) -> "TrackTable":

@@ -29,6 +29,8 @@ __all__ = [
 ]
 
 
+_DIGITS = 6
+"""To so many decimals probabilities are written: nothing that one decides hangs on more."""
 _AXES = ("x", "y", "z")
 _PLATFORM = tuple(f"sensor_{name}" for name in ("x", "y", "z", "vx", "vy", "vz"))
 _PLATFORM_ON_EARTH = ("sensor_lat", "sensor_lon", "sensor_alt_m", *_PLATFORM[3:])
@@ -51,7 +53,7 @@ def tracks_frame(
     Returns
     -------
     ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…[,ax,ay[,az]],score,hits,
-    last_update``, with accelerations where the motion knows them.
+    last_update[,existence,visible]``, with accelerations where the motion knows them.
     """
     dim, n = tracks.dim, 2 * tracks.dim
     names = state_names(dim)
@@ -73,8 +75,19 @@ def tracks_frame(
             pl.Series("score", tracks.score, dtype=pl.Float64),
             pl.Series("hits", tracks.hits, dtype=pl.Int64),
             _time_column("last_update", tracks.last_update, iso_time=iso_time),
+            *_chance_columns(tracks),
         ]
     )
+
+
+def _chance_columns(tracks: TrackTable) -> list[pl.Series]:
+    """Return what is told of whether objects are there and in sight, if anything is."""
+    chances = {"existence": tracks.existence, "visible": tracks.visible}
+    return [
+        pl.Series(name, values.round(_DIGITS), dtype=pl.Float64, nan_to_null=True)
+        for name, values in chances.items()
+        if not np.isnan(values).all()
+    ]
 
 
 def assignments_frame(

@@ -1,7 +1,7 @@
 """Tracks after the fact: final assignments, smoothed over all their reports."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def smoothed_history(
         parts.append(_table(path, (ends, settings.period), (mean, covariance), motion))
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
-    return _rows(table, np.lexsort((table.track, table.time)))
+    return table.at(np.lexsort((table.track, table.time)))
 
 
 def _paths(
@@ -161,11 +161,4 @@ def _with_status(table: TrackTable, tracks: TrackTable) -> TrackTable:
         known = names[place] == table.track
         score[known] = tracks.score[last[place[known]]]
     status = np.where(np.isin(table.track, confirmed), table.status, TENTATIVE)
-    return TrackTable(
-        table.time, table.track, status.astype(np.int64), table.mean, table.covariance,
-        score, table.hits, table.last_update, table.acceleration,
-    )  # fmt: skip
-
-
-def _rows(table: TrackTable, rows: IntArray) -> TrackTable:
-    return TrackTable(*(getattr(table, name)[rows] for name in TrackTable.__dataclass_fields__))
+    return replace(table, status=status.astype(np.int64), score=score)

@@ -65,7 +65,7 @@ def _confirmed(history: TrackTable) -> TrackTable:
     """Return the rows of tracks that were ever confirmed, by time, then track."""
     rows = np.flatnonzero(history.status >= CONFIRMED)
     rows = rows[np.lexsort((history.track[rows], history.time[rows]))]
-    return TrackTable(*(getattr(history, name)[rows] for name in TrackTable.__dataclass_fields__))
+    return history.at(rows)
 
 
 def _rows_that_may_merge(

@@ -44,10 +44,15 @@ def live_rows(
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
             states = average_at(source, leaf, time, tree, by_belief=by_belief)
-            parts.append(_rows(nodes, families, leaf, states))
+            known = _rows(nodes, families, leaf, states)
+            parts.append(
+                (*known, *_chances(nodes, families, leaf, tree.rule, by_belief=by_belief))
+            )
     rows = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(rows[0], kind="stable")
-    track, status, mean, covariance, score, hits, last_update = (row[order] for row in rows)
+    track, status, mean, covariance, score, hits, last_update, *chances = (
+        row[order] for row in rows
+    )
     size, ahead = 2 * dim, tree.rule.motion.acceleration_at
     return TrackTable(
         time=np.full(track.shape[0], time),
@@ -59,6 +64,8 @@ def live_rows(
         hits=hits,
         last_update=last_update,
         acceleration=mean[:, ahead : ahead + dim] if ahead >= 0 else mean[:, :0],
+        existence=chances[0],
+        visible=chances[1],
     )
 
 
@@ -72,14 +79,21 @@ def _is_live(
 ) -> np.ndarray:
     """Tell of which chosen sequences the tracks are shown at a time."""
     leaf, time = shown
-    in_sight = 1.0 - nodes.hidden[leaf]
+    lives, in_sight = _chances(nodes, families, leaf, rule, by_belief=by_belief)
+    live = (in_sight * lives >= FOLLOWED) & (time - nodes.time[leaf] <= rule.max_shown)
+    told: np.ndarray = live & (nodes.is_line[leaf] == 0)
+    return told
+
+
+def _chances(
+    nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return how probable it is that objects live, and that one that lives is in sight."""
     if by_belief:
         lives = families.existence[nodes.family[leaf]]
     else:
         lives = 1.0 / (1.0 + np.exp(nodes.tail[leaf] - rule.end_cost))
-    live = (in_sight * lives >= FOLLOWED) & (time - nodes.time[leaf] <= rule.max_shown)
-    told: np.ndarray = live & (nodes.is_line[leaf] == 0)
-    return told
+    return lives, 1.0 - nodes.hidden[leaf]
 
 
 def _rows(
