@@ -298,6 +298,10 @@ def _marked(kind: _Kind | None, marks: Sequence[Any]) -> _Kind | None:
 
     def take(value: Any) -> Any:
         found = kind.take(value)
+        if isinstance(found, tuple) and not key.size[0] <= len(found) <= key.size[1]:
+            return _MISFIT
+        if key.holds is not None and found is not None and found is not _MISFIT:
+            return found if key.holds(found) else _MISFIT
         if isinstance(found, str):
             return _MISFIT if key.words and found not in key.words else found
         if not isinstance(found, int | float) or isinstance(found, bool) or abs(found) == np.inf:

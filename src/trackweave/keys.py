@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeAlias
 
 __all__ = [
+    "ABOVE_ZERO",
     "ANGLE_NOISE",
+    "AT_LEAST_ZERO",
     "COORDINATE",
     "COUNT",
     "DENSITY",
@@ -58,7 +60,10 @@ class Key:
         return replace(self, expected=expected)
 
 
-# Ranges end where nothing real goes on, far from where squares and products of 16 digits do.
+ABOVE_ZERO = Key("a number above 0", math.ulp(0.0))
+AT_LEAST_ZERO = Key("a number of at least 0", 0)
+# The ranges of tracker.toml end where nothing real goes on, far from where squares and products of
+# 16 digits do.
 POSITIVE = Key("a number > 0", 1e-9, 1e9)
 """What is counted or compared: false alarms of a scan, distances in units of noise, nats."""
 NOISE = Key("a number > 0 in metres", 1e-9, 1e9)
