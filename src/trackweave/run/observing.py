@@ -55,8 +55,9 @@ def settle(
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
-    table = in_turns(placed(reports, places), rotations)
-    observed = _with_views(observed, placed(reports, places), configuration, places)
+    on_plane = placed(reports, places)
+    table = in_turns(on_plane, rotations)
+    observed = _with_views(observed, on_plane, configuration, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
