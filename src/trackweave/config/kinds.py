@@ -37,7 +37,7 @@ class Kind(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class _Number:
     """A finite number within its limits, whole or not."""
 
     key: Key
@@ -45,11 +45,9 @@ class Number:
 
     @property
     def expected(self) -> str:
-        """What a message says was expected."""
         return self.key.expected or ("a whole number" if self.whole else "a number")
 
     def take(self, value: Any, path: str, found: Found) -> Any:
-        """Return a number, or why it is none."""
         kinds = int if self.whole else int | float
         if isinstance(value, bool) or not isinstance(value, kinds) or not _is_finite(value):
             return Misfit()
@@ -60,7 +58,6 @@ class Number:
         return value if self.whole else float(value)
 
     def schema(self, shared: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema."""
         told: dict[str, Any] = {"type": "integer" if self.whole else "number"}
         for word, limit in (("minimum", self.key.least), ("maximum", self.key.most)):
             if math.isfinite(limit):
@@ -69,7 +66,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Plain:
+class _Plain:
     """Truth values, or texts of which some may be the only ones."""
 
     key: Key
@@ -77,7 +74,6 @@ class Plain:
 
     @property
     def expected(self) -> str:
-        """What a message says was expected."""
         if self.key.expected or not self.key.words:
             return self.key.expected or {bool: "true or false", str: "text"}.get(self.of, "")
         *others, last = [f'"{word}"' for word in self.key.words]
@@ -86,18 +82,16 @@ class Plain:
         return f"{', '.join(others)} or {last}" if others else last
 
     def take(self, value: Any, path: str, found: Found) -> Any:
-        """Return the value, or a misfit."""
         fits = isinstance(value, self.of) and value in (self.key.words or (value,))
         return value if fits and _holds(self.key, value) else Misfit()
 
     def schema(self, shared: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema."""
         words = {"enum": list(self.key.words)} if self.key.words else {}
         return {"type": _WORDS[self.of], **words}
 
 
 @dataclass(frozen=True, slots=True)
-class Several:
+class _Several:
     """A list of values of one kind."""
 
     key: Key
@@ -105,11 +99,9 @@ class Several:
 
     @property
     def expected(self) -> str:
-        """What a message says was expected."""
         return self.key.expected or f"a list, each {self.item.expected}"
 
     def take(self, value: Any, path: str, found: Found) -> Any:
-        """Return the values, or the first misfit."""
         if not isinstance(value, list):
             return Misfit()
         taken = [self.item.take(item, path, found) for item in value]
@@ -120,7 +112,6 @@ class Several:
         return taken if fits else Misfit()
 
     def schema(self, shared: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema."""
         least, most = self.key.size
         told: dict[str, Any] = {"type": "array", "items": self.item.schema(shared)}
         if least:
@@ -131,7 +122,7 @@ class Several:
 
 
 @dataclass(frozen=True, slots=True)
-class Either:
+class _Either:
     """A value of one of several kinds."""
 
     key: Key
@@ -139,16 +130,13 @@ class Either:
 
     @property
     def expected(self) -> str:
-        """What a message says was expected."""
         return self.key.expected or " or ".join(kind.expected for kind in self.kinds)
 
     def take(self, value: Any, path: str, found: Found) -> Any:
-        """Return the value as the first kind has it that takes it, or the first's misfit."""
         taken = [kind.take(value, path, found) for kind in self.kinds]
         return next((each for each in taken if not isinstance(each, Misfit)), taken[0])
 
     def schema(self, shared: dict[str, Any]) -> dict[str, Any]:
-        """Return the JSON schema."""
         return {"anyOf": [kind.schema(shared) for kind in self.kinds]}
 
 
@@ -165,22 +153,22 @@ def kind_of(hint: Any, key: Key | None = None) -> Kind | None:
     if origin in (Union, types.UnionType):
         return _either([kind_of(each, key) for each in inner if each is not types.NoneType], key)
     if origin is Literal:
-        return Plain(Key(key.expected, words=inner), str)
+        return _Plain(Key(key.expected, words=inner), str)
     if origin in (tuple, Sequence, list):
         item = kind_of(inner[0])
-        return None if item is None else Several(key, item)
+        return None if item is None else _Several(key, item)
     if origin is None and hint in (int, float):
-        return Number(key, whole=hint is int)
+        return _Number(key, whole=hint is int)
     if hasattr(hint, "as_kind"):
         return hint.as_kind(key)  # type: ignore[no-any-return]  # a table says itself
-    return Plain(key, origin or hint) if (origin or hint) in _WORDS else None
+    return _Plain(key, origin or hint) if (origin or hint) in _WORDS else None
 
 
 def _either(kinds: list[Kind | None], key: Key) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-    return known[0] if len(known) == 1 else Either(key, tuple(known))
+    return known[0] if len(known) == 1 else _Either(key, tuple(known))
 
 
 def _holds(key: Key, value: Any) -> bool:
