@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.fusion.bias import BIASES
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
 from trackweave.models.motion import (
     PROCESS_NOISE,
@@ -26,7 +27,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = [
-    "BIASES", "MODELS", "ConfigurationSection", "FrameSection", "FusionSection", "LiveSection",
+    "MODELS", "ConfigurationSection", "FrameSection", "FusionSection", "LiveSection",
     "MotionSection", "OutputSection", "PlotsSection", "TrackerSection"
 ]  # fmt: skip
 
@@ -36,18 +37,9 @@ MODELS = {
     "coordinated-turn": CoordinatedTurn,
     "random-walk": RandomWalk,
 }
-BIASES = ("translation", "rotation", "range", "azimuth", "clock")
 _WAYS = tuple(MODELS)
-_KINDS = tuple(kind.word for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE)
-_SIGMAS = (
-    {"x", "y"},
-    {"x", "y", "z"},
-    {"range_m", "azimuth_deg"},
-    {"range_m", "azimuth_deg", "range_rate_mps"},
-    {"range_m", "azimuth_deg", "elevation_deg"},
-    {"range_m", "azimuth_deg", "elevation_deg", "range_rate_mps"},
-    {"bearing_deg"},
-)
+_KINDS = [kind for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE]
+_SIGMAS = [set(kind.columns(dim)) for kind in _KINDS for dim in (2, 3)]
 
 
 def _is_rate(value: str, most: float = 100, part: float = 0.0) -> bool:
@@ -165,7 +157,9 @@ class SensorSection(Section, of=(Sensor,)):
     """What a sensor measures, how well and how often."""
 
     measurement: Annotated[
-        str, Key(words=_KINDS), "What its reports hold; read off the columns where left out."
+        str,
+        Key(words=tuple(kind.word for kind in _KINDS)),
+        "What its reports hold; read off the columns where left out.",
     ]
     sigma: Annotated[
         Annotated[float, NOISE] | SigmaTable,
