@@ -212,6 +212,7 @@ def _of_default(sorting: Table, tracking: Table, courses: Table) -> tuple[Claim,
         SAY.claim(
             "ours-usable",
             at_least(usable, 0.0, 1.0),
+            right=whole[USABLE],
             usable=usable,
             false_tracks=mean_of(run(false, USABLE)),
             rmse=mean_of(run("RMSE [m]", USABLE), "m"),
