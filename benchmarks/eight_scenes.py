@@ -57,7 +57,7 @@ def ways(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     if folder.name != "short_reach":
         yield "nothing", {}
     if (folder / "tracker.toml").exists():
-        yield "`tracker.toml`", load_configuration(folder / "tracker.toml").as_file()
+        yield "`tracker.toml`", load_configuration(folder / "tracker.toml").values
 
 
 def summary(values: Sequence[float]) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from trackweave.fields import (
     checked_number,
     settle,
 )
+from trackweave.keys import PROBABILITY, Key
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,9 @@ class Thing:
     names: Sequence[str] = ()
     sizes: Mapping[str, float] = field(default_factory=dict)
     spread: float | tuple[float, ...] | None = None
+    chance: Annotated[float | None, PROBABILITY] = None
+    reaches: Annotated[Limit, Key("a number > 0", 1e-9, 9, is_open=True)] = 1.0
+    keys: Annotated[bool | tuple[Annotated[str, Key(words=("a",))], ...], Key("which")] = False
     inner: Inner | None = None
     inners: tuple[Inner, ...] = ()
     call: Callable[[], bool] | None = None
@@ -68,6 +72,11 @@ class Thing:
         ("spread", [1, 2, 3], (1.0, 2.0, 3.0)),
         ("spread", None, None),
         ("inners", [Inner()], (Inner(),)),
+        ("chance", np.float32(0.5), 0.5),
+        ("reaches", 10, 10.0),
+        ("reaches", np.inf, np.inf),
+        ("keys", ["a"], ("a",)),
+        ("keys", True, True),
         ("call", 3, 3),
         ("anything", {1}, {1}),
     ],
@@ -98,6 +107,10 @@ def test_a_field_takes_what_stands_for_its_kind(name: str, given: Any, kept: Any
         ("names", [1], "names: .*; expected a sequence, each entry a text"),
         ("sizes", [("a", 1.0)], "sizes: .*; expected a mapping from names, each to a finite"),
         ("spread", "3", "spread: '3'; expected a finite number or a sequence, .* or None"),
+        ("chance", 1.0, "chance: 1.0; expected a number between 0 and 1 or None"),
+        ("chance", "1", "chance: '1'; expected a number between 0 and 1 or None"),
+        ("reaches", 0.0, "reaches: 0.0; expected a number > 0"),
+        ("keys", ["b"], "keys: .*; expected which"),
         ("inner", Inner, "inner: .*; expected an Inner or None"),
         ("inners", [Inner(), None], "inners: .*; expected a sequence, each entry an Inner"),
     ],

@@ -21,6 +21,7 @@ import numpy as np
 
 from trackweave.arrays import is_number, is_whole, require_instance
 from trackweave.errors import InvalidInputError
+from trackweave.keys import Key
 
 __all__ = [
     "Limit",
@@ -34,7 +35,8 @@ __all__ = [
     "settle",
 ]
 
-Limit: TypeAlias = Annotated[float, "infinite for none"]
+_INFINITE = "infinite for none"
+Limit: TypeAlias = Annotated[float, _INFINITE]
 """A number that may be infinite."""
 LARGEST = 2**63
 """Whole numbers from here on fit no kernel."""
@@ -71,8 +73,8 @@ def settle(value: Any) -> None:
     """Bring each field of a frozen dataclass to the kind that its annotation says, or refuse it.
 
     Numbers become Python's, sequences tuples, mappings dictionaries. Numbers are finite, but for
-    a ``Limit``. Annotations that say nothing plain, such as arrays,
-    protocols and functions, are left to the class.
+    a ``Limit``, and within the limits of a ``Key``. Annotations that say nothing plain, such as
+    arrays, protocols and functions, are left to the class.
 
     Parameters
     ----------
@@ -144,44 +146,12 @@ def checked_count(value: object, name: str, least: int = 0) -> int:
 
 
 def checked_flag(value: object, name: str) -> bool:
-    """Return a truth value.
-
-    Parameters
-    ----------
-    value
-        The value.
-    name
-        What the error message calls it.
-
-    Returns
-    -------
-    The value.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is neither True nor False.
-    """
+    """Return True or False; refuse anything else under that name."""
     return _checked(_SIMPLE[bool], value, name)  # type: ignore[no-any-return]
 
 
 def checked_dimension(value: object) -> int:
-    """Return a number of spatial dimensions.
-
-    Parameters
-    ----------
-    value
-        The number.
-
-    Returns
-    -------
-    2 or 3.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is neither.
-    """
+    """Return a number of spatial dimensions; refuse what is neither 2 nor 3."""
     found = _whole(value)
     if found not in {2, 3}:
         raise InvalidInputError(f"dim: {value!r:.80}; expected 2 or 3")
@@ -304,6 +274,8 @@ def _kind(hint: Any) -> _Kind | None:
     origin, inner = get_origin(hint), get_args(hint)
     if hint in _SIMPLE:
         return _SIMPLE[hint]
+    if origin is Annotated:
+        return _marked(_LIMIT if _INFINITE in inner else _kind(inner[0]), inner[1:])
     if origin is Literal:
         return _choice(inner)
     if origin in {Union, UnionType}:
@@ -316,6 +288,28 @@ def _kind(hint: Any) -> _Kind | None:
         return _by_name(_kind(inner[1]))
     is_checkable = isinstance(hint, type) and hint is not Any and not _is_protocol(hint)
     return _instance(hint) if is_checkable and origin is None else None
+
+
+def _marked(kind: _Kind | None, marks: Sequence[Any]) -> _Kind | None:
+    """Return what takes of a kind only what a ``Key`` allows."""
+    key = next((mark for mark in marks if isinstance(mark, Key)), None)
+    if kind is None or key is None:
+        return kind
+
+    def take(value: Any) -> Any:
+        found = kind.take(value)
+        if isinstance(found, tuple) and not key.size[0] <= len(found) <= key.size[1]:
+            return _MISFIT
+        if key.holds is not None and found is not None and found is not _MISFIT:
+            return found if key.holds(found) else _MISFIT
+        if isinstance(found, str):
+            return _MISFIT if key.words and found not in key.words else found
+        if not isinstance(found, int | float) or isinstance(found, bool) or abs(found) == np.inf:
+            return found
+        return found if key.least <= found and (key.is_open or found <= key.most) else _MISFIT
+
+    or_none = " or None" if kind.expected.endswith(" or None") else ""
+    return _Kind(key.expected + or_none if key.expected else kind.expected, take)
 
 
 def _is_protocol(hint: type) -> bool:

@@ -23,7 +23,7 @@ LIGHT = {
 }  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",
-    "pydantic", "pymap3d", "scipy",
+    "pymap3d", "scipy",
 }  # fmt: skip
 
 

@@ -136,7 +136,7 @@ def test_the_strict_preset_says_which_one_takes_unequal_lists(
         (["--search", "brute"], "brute"),
         (["--register", "--bias", "tilt"], "expected some of translation"),
         (["--bias", "clock"], "--bias clock: expected --register beside it"),
-        (["--correlation", "some"], 'correlation: "some"; expected "none"'),
+        (["--correlation", "some"], 'correlation: "some"; expected one of "none"'),
         (["--process-noise", "-1"], "process_noise: -1"),
     ],
 )

@@ -9,10 +9,10 @@ import pytest
 
 from cli.conftest import Run, write_reports
 from trackweave.config import load_configuration
-from trackweave.config.sections import Configuration
+from trackweave.config.schema import tables
 from trackweave.errors import InvalidInputError
 
-SCHEMA = Configuration.model_json_schema()
+SCHEMA = tables()[1]
 TABLES = {
     "MotionSection": ("motion",),
     "PlotsSection": ("plots",),
@@ -29,7 +29,7 @@ TABLES = {
 def limited() -> Iterator[Any]:
     """Yield each number's key with its limits."""
     for section, path in TABLES.items():
-        for key, value in SCHEMA["$defs"][section]["properties"].items():
+        for key, value in SCHEMA[section]["properties"].items():
             for kind in value.get("anyOf", [value]):
                 if kind.get("type") in {"number", "integer"}:
                     assert {"minimum", "maximum"} <= set(kind), key

@@ -63,7 +63,7 @@ def test_demo_ends_with_a_summary(run: Run, tmp_path: Path) -> None:
 
 def test_the_demos_configuration_is_one() -> None:
     text = demo_configuration(demo_scenario(), 3)
-    assert load_configuration(tomllib.loads(text)).seed == 3
+    assert load_configuration(tomllib.loads(text)).said("seed") == 3
 
 
 def test_simulate_track_evaluate_is_a_circle(run: Run, scenario: Path, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.plots_rule import PlotsRule
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
-from trackweave.config.search import METHODS, options_model
+from trackweave.config.search import METHODS, options_of
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.fused_plots import FusedPlotsTracker
 from trackweave.trackers.lifecycle import Lifecycle
@@ -91,7 +91,7 @@ def test_a_solvers_options_are_its_own(method):
     usual = {field.name: field.default for field in fields(solver) if field.default is not MISSING}
     # Of any search, how many there are side by side.
     usual = {"islands": 1} | usual
-    for name, option in options_model(method).model_fields.items():
+    for name, option in options_of(method).entries.items():
         if isinstance(usual[name], tuple):
             # Searches, which a file names.
             assert len(option.default) == len(usual[name])

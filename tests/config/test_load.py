@@ -113,17 +113,23 @@ def test_a_value_too_large_is_told_the_limit(text: str, said: str, tmp_path: Pat
 def test_takes_every_key_of_the_format(tmp_path: Path) -> None:
     file = tmp_path / "tracker.toml"
     file.write_text(FULL)
-    assert load_configuration(file).as_file() == tomllib.loads(FULL)
+    assert load_configuration(file).values == tomllib.loads(FULL)
 
 
 def test_keys_left_out_are_none() -> None:
     configuration = load_configuration({"motion": {"max_speed": 3.0}})
-    assert configuration.motion.process_noise is None
-    assert configuration.as_file() == {"motion": {"max_speed": 3.0}}
+    assert configuration.said("motion", "process_noise") is None
+    assert configuration.values == {"motion": {"max_speed": 3.0}}
+
+
+def test_none_is_as_good_as_left_out_where_there_is_such_a_key(tmp_path: Path) -> None:
+    assert load_configuration({"seed": None, "motion": {"model": None}}).values == {"motion": {}}
+    with pytest.raises(InvalidInputError, match=r"motion\.modle: unknown key; did you mean model"):
+        load_configuration({"motion": {"modle": None}})
 
 
 def test_nothing_given_is_an_empty_configuration() -> None:
-    assert load_configuration(None).as_file() == {}
+    assert load_configuration(None).values == {}
 
 
 def test_a_configuration_is_taken_as_it_is() -> None:

@@ -46,11 +46,11 @@ def test_what_is_left_out_of_plots_follows_from_the_sensors_and_the_lifecycle():
     settings = filled({"plots": {"fuse": True}})
     assert settings.plots is not None
     assert settings.plots.within == pytest.approx(0.2)
-    assert settings.plots.object_density == 3e-6
-    assert settings.plots.rule().negative_only
+    assert settings.plots.rule.object_density == 3e-6
+    assert settings.plots.rule.negative_only
     given = filled({"plots": {"fuse": True}, "lifecycle": {"initial_target_density": 1e-4}})
     assert given.plots is not None
-    assert given.plots.object_density == 1e-4
+    assert given.plots.rule.object_density == 1e-4
     assert filled({"plots": {"fuse": False, "gate": 9.0}}).plots is None
 
 
@@ -63,7 +63,7 @@ def test_all_scans_of_a_period_may_be_of_one_instant():
 def test_the_usable_preset_fuses_what_its_strict_one_cannot():
     settings = filled({}, preset=wiranto_2018.USABLE)
     assert settings.plots is not None
-    assert (settings.plots.cost, settings.plots.keep_lone) == ("evidence", True)
+    assert (settings.plots.rule.cost, settings.plots.keep_lone) == ("evidence", True)
     assert settings.plots.within == pytest.approx(2.0)
     assert settings.tracker.pairing == "one-to-one"
     assert settings.search == AntSystem(
@@ -83,13 +83,13 @@ def test_sensors_that_do_not_scan_are_of_one_instant_within_the_noise_of_clocks(
     settings = filled({"plots": {"fuse": True}}, estimates=estimates)
     assert settings.plots is not None
     assert settings.plots.within == 1e-6
-    assert settings.plots.object_density == 1e-7
+    assert settings.plots.rule.object_density == 1e-7
 
 
 def test_equation_one_prices_plots_alone_and_keeps_all_tuples():
     settings = filled({}, preset="wiranto-2018")
     assert settings.plots is not None
-    rule = settings.plots.rule()
+    rule = settings.plots.rule
     assert (rule.cost, rule.negative_only, rule.lone_plots) == ("equation-1", False, True)
     assert settings.tracker.pairing == "nearest"
     assert settings.sources["tracker.kind"] == "preset"

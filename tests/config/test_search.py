@@ -6,6 +6,7 @@ from typing import Literal
 import pytest
 
 from trackweave.config import load_configuration, search
+from trackweave.config.load import without_deadline
 from trackweave.config.schema import json_schema
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Annealing, Genetic, Islands
@@ -29,13 +30,14 @@ class Climber:
 @pytest.fixture
 def climbers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "_solver_class", lambda method: Climber)
-    search.options_model.cache_clear()
+    search.options_of.cache_clear()
     yield
-    search.options_model.cache_clear()
+    search.options_of.cache_clear()
 
 
 def made(section: dict[str, object]) -> object:
-    return search.make_solver(load_configuration({"search": section}).search)
+    given = load_configuration({"search": section}).table("search")
+    return search.make_solver(without_deadline(given))
 
 
 def test_no_method_leaves_the_choice_to_the_tracker() -> None:
@@ -62,7 +64,7 @@ def test_options_reach_the_solver() -> None:
         ({"method": "greedy", "steps": 1.5}, "search.steps: 1.5; expected a whole number"),
         (
             {"method": "greedy", "start": "mid"},
-            'search.start: "mid"; expected one of "low", "high"',
+            'search.start: "mid"; expected "low" or "high"',
         ),
         ({"method": "greedy", "steps": 0}, "search.steps: 0; expected at least 1"),
         ({"deadline_ms": 0}, "search.deadline_ms: 0; expected a number > 0 of milliseconds"),
@@ -96,7 +98,7 @@ def test_islands_of_a_search_are_one_key_beside_its_own() -> None:
         ({"method": "exact", "islands": 2}, "search.islands: a key of"),
         (
             {"method": "genetic", "population": "by-sise"},
-            'search.population: "by-sise"; expected a whole number or one of "by-size"',
+            'search.population: "by-sise"; expected a whole number or "by-size"',
         ),
     ],
 )

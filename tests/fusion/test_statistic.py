@@ -142,7 +142,7 @@ def test_a_fading_memory_ends_where_weights_are_nothing() -> None:
         ({"kind": "median"}, "kind: 'median'; expected one of"),
         ({"memory": "long"}, "memory: 'long'; expected one of"),
         ({"correlation": "some"}, "correlation: 'some'; expected one of"),
-        ({"length": 0}, "length: 0; expected a whole number ≥ 1"),
+        ({"length": 0}, "length: 0; expected a whole number from 1 to 1000"),
         ({"factor": 1.0}, "factor: 1.0; expected a number between 0 and 1"),
         ({"false_rejection": 0.0}, "false_rejection: 0.0; expected a number between"),
         ({"inflation": 0.0}, "inflation: 0.0; expected a number > 0"),

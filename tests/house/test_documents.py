@@ -9,8 +9,10 @@ import pytest
 
 import trackweave
 from trackweave.cli.app import app
+from trackweave.config.schema import tables
 from trackweave.config.search import METHODS
-from trackweave.config.sections import Configuration
+from trackweave.config.sections import ConfigurationSection
+from trackweave.keys import Key
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -48,10 +50,47 @@ def test_examples_are_python_and_toml_and_use_public_names(page: Path) -> None:
 
 def test_every_key_of_the_configuration_is_explained() -> None:
     page = (ROOT / "docs/reference/configuration.md").read_text()
-    definitions = Configuration.model_json_schema()["$defs"].values()
+    definitions = tables()[1].values()
     keys = {key for section in definitions for key in section["properties"]} - {"x", "y", "z"}
     assert len(keys) > 20
     assert {key for key in keys if f"`{key}" not in page} == set()
+
+
+def rows(page: str) -> dict[str, str]:
+    """Return the range of each key of the configuration's page, by its table and itself."""
+    found, table = {}, ""
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        heading = re.match(r"\*\*`\[([a-z.]+)", cells[0])
+        table = heading[1].rstrip(".") if heading else table
+        for key in re.findall(r"`([a-z_]+)`", cells[0]) if len(cells) > 2 else ():
+            found[f"{table}.{key}"] = cells[1]
+    return found
+
+
+def limits() -> dict[str, set[float]]:
+    """Return each key's limits, by its table and itself."""
+    found = {}
+    for name, table in ConfigurationSection.as_kind(Key()).entries.items():
+        inner = getattr(table.kind, "others", None) or table.kind
+        for key, entry in getattr(inner, "entries", {}).items():
+            schema = entry.kind.schema({})
+            found[f"{name}.{key}"] = {schema.get("minimum"), schema.get("maximum")} - {None}
+    return found
+
+
+def test_the_page_of_the_configuration_says_each_keys_range() -> None:
+    page = rows((ROOT / "docs/reference/configuration.md").read_text())
+    checked = 0
+    for place, ends in limits().items():
+        said = page[place] if ends else ""
+        numbers = {float(number) for number in re.findall(r"\d[\de.-]*\d|\d", said)}
+        if "1 − 1e-12" in said or "no nearer than 1e-12" in said:
+            numbers |= {1 - 1e-12}
+        if said != "the same":
+            assert ends <= numbers, place
+            checked += len(ends)
+    assert checked > 60
 
 
 def test_every_solver_is_explained() -> None:

@@ -73,7 +73,7 @@ def test_numpy_numbers_lists_and_tuples_are_taken_as_what_they_stand_for(call: C
         ),
         (
             lambda: trackweave.Sensor("a", scan_period=True),
-            "scan_period: True; expected a finite number or None",
+            "scan_period: True; expected a number > 0 in seconds or None",
         ),
     ],
 )

@@ -124,7 +124,10 @@ def test_reads_the_least_that_there_can_be(file: Path) -> None:
         (LEAST.replace("sigma = 5", "sigma = true"), "sensors[0].sigma: True; expected a number"),
         (LEAST.replace("sigma = 5", 'sigma = "5"'), "sensors[0].sigma: '5'; expected a number"),
         (LEAST.replace("sigma = 5", "sigma = 5\nnoise = 1"), "sensors[0].noise: 1; expected one"),
-        (LEAST.replace("high = [100, 100]", "high = 100"), "area.high: 100; expected two finite"),
+        (
+            LEAST.replace("high = [100, 100]", "high = 100"),
+            "area.high: 100; expected two or three",
+        ),
         (LEAST.replace("[[sensors]]", "[sensors]"), "expected tables [[sensors]]"),
         (
             LEAST + "[colour]\nred = 1",

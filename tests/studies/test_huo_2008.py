@@ -122,6 +122,6 @@ def test_errors_may_have_a_part_in_common() -> None:
 
 
 def test_a_difference_within_its_own_doubt_tells_nothing() -> None:
-    assert _better("", np.array([1.0, 1.2, np.nan, 0.9])).verdict == Verdict.HOLDS
-    assert _better("", -np.array([1.0, 1.2, 0.9])).verdict == Verdict.DOES_NOT_HOLD
-    assert _better("", np.array([-5.0, 10.0, 0.6, -3.0])).verdict == Verdict.CANNOT_BE_TOLD
+    assert _better("default", np.array([1.0, 1.2, np.nan, 0.9])).verdict == Verdict.HOLDS
+    assert _better("default", -np.array([1.0, 1.2, 0.9])).verdict == Verdict.DOES_NOT_HOLD
+    assert _better("default", np.array([-5.0, 10.0, 0.6, -3.0])).verdict == Verdict.CANNOT_BE_TOLD

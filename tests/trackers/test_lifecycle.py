@@ -48,7 +48,7 @@ def test_one_of_one_confirms_at_once():
     [
         ({"confirm_hits": 0}, "1 ≤ M ≤ N"),
         ({"confirm_hits": 5}, "1 ≤ M ≤ N"),
-        ({"delete_after_misses": 0}, "at least 1"),
+        ({"delete_after_misses": 0}, "a whole number from 1 to 1000 or None"),
         ({"survival": 1.0}, "survival"),
         ({"survival": 0.0}, "survival"),
         ({"new_target_density": 0.0}, "new_target_density"),
@@ -206,5 +206,7 @@ def test_a_lone_false_alarm_is_no_track():
 @pytest.mark.parametrize("share", [-0.1, 0.95, 1.0])
 def test_refuses_objects_hidden_more_than_files_may_say(share):
     assert Lifecycle(hidden_share=0.9).hidden_share == 0.9
-    with pytest.raises(InvalidInputError, match=r"hidden_share: .*; expected 0 to 0\.9"):
+    with pytest.raises(
+        InvalidInputError, match=r"hidden_share: .*; expected a number from 0 to 0\.9"
+    ):
         Lifecycle(hidden_share=share)

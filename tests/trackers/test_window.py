@@ -12,7 +12,7 @@ def times(target):
 
 @pytest.mark.parametrize("changed", [{"depth": 0}, {"max_scans": 0}])
 def test_refuses_a_window_of_nothing(changed):
-    with pytest.raises(InvalidInputError, match="at least 1"):
+    with pytest.raises(InvalidInputError, match="a whole number from 1 to"):
         Window(**changed)
 
 

@@ -1,12 +1,15 @@
 """What bounds the growth of an association tree."""
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import Annotated, Self
 
-from trackweave.errors import InvalidInputError
 from trackweave.fields import Limit, settle
+from trackweave.keys import COUNT, POSITIVE, Key
 
 __all__ = ["GrowthLimits"]
+
+NATS = replace(POSITIVE, expected="a number > 0 in nats", is_open=True)
+MANY = replace(COUNT, is_open=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,16 +22,19 @@ class GrowthLimits:
     Parameters
     ----------
     margin
-        A track's sequence grows on while its rank is within this of the track's best [nats].
+        How far behind the best a track's sequence may lie and grow on [nats].
     keep
         Greatest number of sequences on which a track grows.
-    new_margin, new_keep
-        The same for an object that begins in the window.
+    new_margin
+        The same as ``margin`` for an object that begins in the window [nats].
+    new_keep
+        The same as ``keep`` for an object that begins in the window.
     new_ceiling
-        How far above the price of its first report such a sequence's rank may lie [nats].
+        How far above the price of its first report such a sequence may lie [nats].
     max_nodes
-        Greatest number of sequences looked at together; the worst ranked give way, never a
-        track's best. What no scan concerns is not among them.
+        Greatest number of sequences looked at together.
+
+        The worst ranked give way, never a track's best. What no scan concerns is not among them.
 
     Raises
     ------
@@ -44,18 +50,17 @@ class GrowthLimits:
     10.0
     """
 
-    margin: Limit = 10.0
-    keep: int = 150
-    new_margin: Limit = 6.0
-    new_keep: int = 16
-    new_ceiling: Limit = 4.5
-    max_nodes: int = 500_000
+    margin: Annotated[Limit, NATS] = 10.0
+    keep: Annotated[int, MANY] = 150
+    new_margin: Annotated[Limit, NATS] = 6.0
+    new_keep: Annotated[int, MANY] = 16
+    new_ceiling: Annotated[Limit, NATS] = 4.5
+    max_nodes: Annotated[
+        int, Key("a whole number from 1 to 100000000", 1, 10**8, is_open=True)
+    ] = 500_000
 
     def __post_init__(self) -> None:
         settle(self)
-        for name in self.__dataclass_fields__:
-            if not getattr(self, name) > 0:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected a number > 0")
 
     @classmethod
     def of_bearings(cls) -> Self:

@@ -15,7 +15,7 @@ say little.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.association.sensor_plots import SensorPlots, scene_plots
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_members, settle
+from trackweave.keys import DENSITY, POSITIVE, Key
 from trackweave.summaries import summary
 
 __all__ = ["PlotsRule", "ScoredTuples", "SensorPlots", "scene_plots"]
@@ -82,21 +83,26 @@ class PlotsRule:
     Parameters
     ----------
     object_density
-        Objects expected per m² (m³); above 0. Needed for ``cost="evidence"``.
+        Objects expected per m² (m³), for the evidence.
     cost
+        What a tuple of plots costs: by its evidence, or by eq. 1 of Wiranto and Bonok.
+
         ``"evidence"``: minus the logarithm of how much more probable the plots are if an
         object, wherever it is, made them than if all are false alarms; where bearings are in the
         tuple, by Laplace's approximation. ``"equation-1"``: the cost of [1]_, eq. 1, which takes
         the most likely position as known and one false alarm in the whole field of view.
     gate
-        Greatest squared distance of a plot from the set that it joins; above 0.
+        Greatest squared distance of a plot from the tuple that it joins.
     negative_only
         Whether to leave out tuples that cost nothing or more: no best answer needs them.
     lone_plots
         Whether to price positions that stand alone, as objects that one sensor saw; otherwise
         they are false alarms, which cost nothing. Bearings that stand alone always are.
     max_tuples
-        How many tuples there may be, before they fill the memory; at least 1.
+        Greatest number of tuples at one instant; where there would be more, far plots are left
+        out.
+
+        See ``overflow``.
     area
         Least and greatest coordinates of where objects can be [m]; None for anywhere. Matters
         for bearings, which may cross far away, where the evidence takes more objects to be.
@@ -128,28 +134,19 @@ class PlotsRule:
     array([-20.2, -20.2])
     """
 
-    object_density: float | None = None
-    cost: PlotCost = "evidence"
-    gate: float = 16.0
+    object_density: Annotated[float | None, DENSITY.said("a number > 0 per m² (m³)")] = None
+    cost: Annotated[PlotCost, Key()] = "evidence"
+    gate: Annotated[float, POSITIVE] = 16.0
     negative_only: bool = False
     lone_plots: bool = False
-    max_tuples: int = 100_000
+    max_tuples: Annotated[int, Key("a whole number from 1 to 10000000", 1, 10**7)] = 100_000
     area: tuple[Sequence[float], Sequence[float]] | None = None
     overflow: Overflow = "refuse"
 
     def __post_init__(self) -> None:
         settle(self)
-        density = self.object_density
-        if density is None and self.cost == "evidence":
+        if self.object_density is None and self.cost == "evidence":
             raise InvalidInputError("object_density: None; expected objects per m² for evidence")
-        if density is not None and not density > 0:
-            raise InvalidInputError(f"object_density: {density!r}; expected a finite number > 0")
-        if not self.gate > 0:
-            raise InvalidInputError(f"gate: {self.gate!r}; expected a finite number > 0")
-        if not self.max_tuples > 0:
-            raise InvalidInputError(
-                f"max_tuples: {self.max_tuples!r}; expected a whole number > 0"
-            )
         if self.area is not None:
             corners = float_array(self.area, "area", (2, None))
             require_finite(corners, "area")

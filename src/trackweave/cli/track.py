@@ -38,12 +38,12 @@ def run_track(
             f"--deadline-ms: {deadline_ms}; expected a number > 0 of milliseconds"
         )
     configuration = load_configuration(config)
-    used = seed if seed is not None else (configuration.seed or 0)
-    origin = configuration.frame.origin
+    used = seed if seed is not None else (configuration.said("seed") or 0)
+    origin = configuration.said("frame", "origin")
     table = read_reports(
         reports,
         frame_origin=None if origin is None else (origin[0], origin[1]),
-        frame_projection=configuration.frame.projection or "tangent",
+        frame_projection=configuration.said("frame", "projection") or "tangent",
         on_bad_row=on_bad_row,
     )
     # Before a search to the letter of a document takes minutes, not after.

@@ -1,6 +1,5 @@
 """The configuration: reading it, checking it, filling what it leaves out."""
 
-from trackweave.config.load import load_configuration
-from trackweave.config.sections import Configuration
+from trackweave.config.load import Configuration, load_configuration
 
 __all__ = ["Configuration", "load_configuration"]

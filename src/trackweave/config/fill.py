@@ -1,11 +1,12 @@
 """From what was given, estimated and usual to the values that a run uses."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
+from trackweave.config.load import Configuration, without_deadline
 from trackweave.config.moving import motion_of
 from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.config.plots import (
@@ -16,18 +17,20 @@ from trackweave.config.plots import (
 )
 from trackweave.config.presets import preset_notes, preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
-from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of, sensor_of
+from trackweave.config.sections import LiveSection, MotionSection, OutputSection
+from trackweave.config.sensing import sensor_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
-from trackweave.trackers.clock_guard import MAX_AHEAD
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 
+ESTIMATED = (
+    ("motion", "process_noise"), ("motion", "max_speed"), ("lifecycle", "new_target_density"),
+)  # fmt: skip
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -53,7 +56,9 @@ class Settings:
     tracker: TrackerSettings = field(default_factory=TrackerSettings)
     # How the plots of an instant are fused before; None where they are not.
     plots: PlotSettings | None = None
-    max_ahead: float = MAX_AHEAD  # How far a scan's time may jump ahead of all others [s]
+    max_ahead: float = (
+        LiveSection.max_ahead
+    )  # How far a scan's time may jump ahead of all others [s]
     # For how long reports of sensors that do not look are gathered before they are searched [s];
     # None for each time by itself.
     together: float | None = None
@@ -61,17 +66,14 @@ class Settings:
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     """Tell whether a configuration leaves out, for any sensor, what can be estimated."""
-    given = configuration.as_file()
-    paths = [("motion", "process_noise"), ("motion", "max_speed")]
-    paths.append(("lifecycle", "new_target_density"))
-    if any(value_at(given, path) is None for path in paths):
+    if any(configuration.said(*path) is None for path in ESTIMATED):
         return True
     for name in names:
-        own = section_of(configuration, name)
-        needed = {key for key in ESTIMATED_OF_SENSOR if getattr(own, key) is None}
-        if own.scans is False:
+        own = configuration.sensor(name)
+        needed = {key for key in ESTIMATED_OF_SENSOR if key not in own}
+        if own.get("scans") is False:
             needed.discard("scan_period")
-        if own.clutter_per_scan is not None and own.field_of_view is not None:
+        if "clutter_per_scan" in own and "field_of_view" in own:
             needed.discard("clutter_density")
         if needed:
             return True
@@ -81,13 +83,11 @@ def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
 def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str, float]:
     """Return the noise of positions that the configuration gives, by sensor [m]."""
     # Sensors without are left out; it is the largest where axes differ.
-    given = {name: section_of(configuration, name).sigma for name in names}
+    given = {name: configuration.sensor(name).get("sigma") for name in names}
     return {
-        name: sigma
-        if isinstance(sigma, float | int)
-        else max(sigma.x or 0.0, sigma.y or 0.0, sigma.z or 0.0)
+        name: max(sigma.values()) if isinstance(sigma, Mapping) else sigma
         for name, sigma in given.items()
-        if isinstance(sigma, float | int) or (sigma is not None and sigma.x is not None)
+        if sigma is not None and (not isinstance(sigma, Mapping) or "x" in sigma)
     }
 
 
@@ -103,10 +103,9 @@ def fill(
     # What the file says comes first, for a sensor its own table before ``sensors.default``; then
     # what the preset says; then what was estimated; then the usual. A sensor of which nothing was
     # observed reports positions.
-    ledger = Ledger(configuration.as_file(), preset_values(preset))
-    ledger.enter(
-        ("seed",), configuration.seed, "default" if configuration.seed is None else "file"
-    )
+    ledger = Ledger(configuration.values, preset_values(preset))
+    seed = configuration.said("seed")
+    ledger.enter(("seed",), seed, "default" if seed is None else "file")
     seen = observed or {}
     # Files begin with how objects move, which takes the sensors' periods to fill.
     ledger.values["motion"] = {}
@@ -124,20 +123,15 @@ def fill(
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
     ways = estimates.ways if estimates else None
     motion = motion_of(ledger, told, min(periods, default=1.0), ways)
-    unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
-    window = Window(
-        depth=ledger.choose(("window", "depth"), estimates and estimates.depth, Window().depth),
-        max_scans=ledger.choose(
-            ("window", "max_scans"), estimates and estimates.max_scans, Window().max_scans
-        ),
-    )
+    unscented = ledger.choose(("motion", "filter"), default=MotionSection.filter) == "unscented"
+    window = ledger.filled("window", Window(), estimates)
     lifecycle = _lifecycle(ledger, estimates)
     search, deadline = _search(ledger, configuration)
-    max_ahead = ledger.choose(("live", "max_ahead"), default=MAX_AHEAD)
+    max_ahead = ledger.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
     period = ledger.choose(("output", "period"), estimates and estimates.period)
     tracker, doubts = tracker_of_ledger(ledger)
     plots = plots_of_ledger(ledger, sensors, lifecycle)
-    unused = [name for name in configuration.sensors if name not in (*names, ANY_SENSOR)]
+    unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
     notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
     notes += [*(estimates.notes if estimates else ()), *_doubts(ledger, estimates)]
     notes += doubts + _overruled(ledger, preset) + preset_notes(preset)
@@ -146,7 +140,7 @@ def fill(
         notes.append("search.settle is off: each lone report counts as a track of one report")
     return Settings(
         motion, sensors, window, lifecycle, search, _growth(ledger, sensors),
-        ledger.choose(("output", "estimate"), default="average"),
+        ledger.choose(("output", "estimate"), default=OutputSection.estimate),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
         max_ahead, estimates.together if estimates else None,
@@ -188,46 +182,10 @@ def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
 
 def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
     usual = Lifecycle()
-    confirm = ledger.choose(
-        ("lifecycle", "confirm"), default=f"{usual.confirm_hits}/{usual.confirm_opportunities}"
-    )
-    hits, opportunities = confirm.split("/")
-    return Lifecycle(
-        confirm_hits=int(hits),
-        confirm_opportunities=int(opportunities),
-        delete_after_misses=ledger.choose(
-            ("lifecycle", "delete_after_misses"),
-            estimates and estimates.delete_after_misses,
-            usual.delete_after_misses,
-        ),
-        hidden_share=ledger.choose(
-            ("lifecycle", "hidden_share"),
-            estimates and estimates.hidden_share,
-            usual.hidden_share,
-        ),
-        mean_silence=ledger.choose(
-            ("lifecycle", "mean_silence"),
-            estimates and estimates.mean_silence,
-            usual.mean_silence,
-        ),
-        rejoin=ledger.choose(("lifecycle", "rejoin")),
-        new_target_density=ledger.choose(
-            ("lifecycle", "new_target_density"),
-            estimates and estimates.new_target_density,
-            usual.new_target_density,
-        ),
-        initial_target_density=ledger.choose(
-            ("lifecycle", "initial_target_density"),
-            estimates and estimates.initial_target_density,
-        ),
-        confirm_probability=ledger.choose(
-            ("lifecycle", "confirm_probability"), default=usual.confirm_probability
-        ),
-        certain_probability=ledger.choose(
-            ("lifecycle", "certain_probability"), default=usual.certain_probability
-        ),
-        survival=ledger.choose(("lifecycle", "survival"), default=usual.survival),
-    )
+    rate = f"{usual.confirm_hits}/{usual.confirm_opportunities}"
+    hits, _, opportunities = ledger.choose(("lifecycle", "confirm"), default=rate).partition("/")
+    usual = replace(usual, confirm_hits=int(hits), confirm_opportunities=int(opportunities))
+    return ledger.filled("lifecycle", usual, estimates)
 
 
 def _growth(ledger: Ledger, sensors: Sequence[Sensor]) -> GrowthLimits:
@@ -236,23 +194,19 @@ def _growth(ledger: Ledger, sensors: Sequence[Sensor]) -> GrowthLimits:
         usual = GrowthLimits.of_bearings()
     elif all(sensor.scans is False for sensor in sensors):
         usual = GrowthLimits.of_lone_reports()
-    names = [field.name for field in fields(GrowthLimits)]
-    return GrowthLimits(
-        **{name: ledger.choose(("growth", name), default=getattr(usual, name)) for name in names}
-    )
+    return ledger.filled("growth", usual)
 
 
 def _search(ledger: Ledger, configuration: Configuration) -> tuple[Any, float | None]:
     """Return the solver and the deadline [ms]."""
-    section = configuration.search
+    given = without_deadline(configuration.table("search"))
     preset = dict(ledger.preset.get("search", {}))
-    if section.method not in {None, preset.get("method")}:
+    if given.get("method") not in {None, preset.get("method")}:
         # The preset's options are its own method's.
         preset = {}
-    chosen = section.model_copy(update={**preset, **section.model_dump(exclude_unset=True)})
-    solver = make_solver(chosen, configuration.name)
+    solver = make_solver({**preset, **given}, configuration.name)
     ledger.choose(("search", "method"), default=DEFAULT_METHOD)
-    for option in {**preset, **(section.model_extra or {})}:
+    for option in {**preset, **given}:
         if option != "method":
             ledger.choose(("search", option))
     return solver, ledger.choose(("search", "deadline_ms"))

@@ -6,37 +6,31 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from trackweave.config.fusion_sections import FusionSection, SolverSection
-from trackweave.config.load import load_configuration
-from trackweave.config.messages import explain
+from trackweave.config.load import Configuration, load_configuration
 from trackweave.config.presets import preset_values
 from trackweave.config.search import DEFAULT_METHOD, check_search, make_solver
-from trackweave.config.sections import Configuration
-from trackweave.errors import InvalidInputError
+from trackweave.config.sections import FusionSection
+from trackweave.config.tables import checked
 from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.bias import BiasModel
 from trackweave.fusion.statistic import Statistic
+from trackweave.keys import Key
 
 __all__ = ["FusionOrder", "FusionSettings", "order_of", "settle_fusion"]
 
-_OF_ASSOCIATOR = ("process_noise", "confirm", "complete", "hysteresis", "patience")
+_TABLE = FusionSection.as_kind(Key())
 _USUAL = {field.name: field.default for field in dataclasses.fields(TrackAssociator)}
+_OF_ASSOCIATOR = [
+    key for key in _TABLE.entries if key in _USUAL and key not in ("statistic", "search")
+]
 DEFAULTS: dict[str, Any] = {
-    # Trackers that follow one object share its turns: their errors are not independent.
-    "method": "fast-covariance-intersection",
+    "method": FusionSection.method,
     **{key: _USUAL[key] for key in _OF_ASSOCIATOR},
-    "register": False,
+    "register": FusionSection.register,
     "bias": list(BiasModel().estimate),
-    "statistic": {
-        field.name: field.default
-        for field in dataclasses.fields(Statistic)
-        if field.default is not dataclasses.MISSING
-    }
-    # What filters keep errs alike from time to time: without this, young tracks of one object are
-    # rejected more often than asked for.
-    | {"correlation": "effective"},
+    # What filters keep errs alike from time to time: with no correlation, young tracks of one
+    # object are rejected more often than asked for.
+    "statistic": dataclasses.asdict(Statistic(correlation="effective")),
     "search": {"method": DEFAULT_METHOD},
 }
 
@@ -66,7 +60,7 @@ class FusionSettings:
         return TrackAssociator(
             sensors=names,
             statistic=Statistic(**values["statistic"]),
-            search=make_solver(SolverSection(**values["search"]), "config", "fusion.search"),
+            search=make_solver(values["search"], "config", "fusion.search"),
             **{key: values[key] for key in _OF_ASSOCIATOR},
         )
 
@@ -87,26 +81,14 @@ def order_of(
         return FusionOrder(tuple(layers))
     whole = load_configuration(config)
     source = "given" if isinstance(config, Mapping) else "file"
-    return FusionOrder((*layers, (source, whole.as_file().get("fusion", {}))), whole.seed)
+    return FusionOrder((*layers, (source, whole.table("fusion"))), whole.said("seed"))
 
 
 def _checked(table: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the keys of a table ``[fusion]`` that are given."""
-    given = _without_none(table)
-    try:
-        section = FusionSection.model_validate(given)
-    except ValidationError as err:
-        raise InvalidInputError(explain(err, FusionSection, ["config"], given)) from None
-    check_search(section.search, "config")
-    return section.model_dump(exclude_unset=True, by_alias=True)
-
-
-def _without_none(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        key: _without_none(value) if isinstance(value, Mapping) else value
-        for key, value in table.items()
-        if value is not None
-    }
+    given = checked(table, _TABLE, "config")
+    check_search(given.get("search", {}), "config")
+    return given
 
 
 def settle_fusion(

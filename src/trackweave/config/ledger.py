@@ -1,13 +1,17 @@
 """Which of several values of a key counts, and where it came from."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+from trackweave.config.tables import entries_of
 
 __all__ = ["ANY_SENSOR", "Ledger", "value_at"]
 
 # The table whose keys apply to every sensor that has none of its own.
 ANY_SENSOR = "default"
+
+Filled = TypeVar("Filled")
 
 
 @dataclass
@@ -31,6 +35,15 @@ class Ledger:
         if estimated is not None:
             return self.enter(path, estimated, "estimated")
         return self.enter(path, default, "default")
+
+    def filled(self, table: str, usual: Filled, estimates: Any = None) -> Filled:
+        """Enter all keys of a table that a class has; return one with their values."""
+        # What a key leaves out is estimated by the name that it has, or as ``usual`` has it.
+        values = {
+            key: self.choose((table, key), getattr(estimates, key, None), getattr(usual, key))
+            for key in entries_of(type(usual))
+        }
+        return replace(usual, **values)  # type: ignore[type-var]  # a dataclass
 
     def said(self, path: Sequence[str]) -> Any:
         """Return what the file says of a key, or else the preset; None for nothing."""

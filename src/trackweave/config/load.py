@@ -2,26 +2,67 @@
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from trackweave.config.messages import explain
+from trackweave.config.ledger import ANY_SENSOR, value_at
 from trackweave.config.search import check_search
-from trackweave.config.sections import Configuration
+from trackweave.config.sections import ConfigurationSection
+from trackweave.config.tables import checked
 from trackweave.errors import InvalidInputError
+from trackweave.keys import Key
 from trackweave.toml_file import read_toml
 
-__all__ = ["load_configuration"]
+__all__ = ["Configuration", "load_configuration", "without_deadline"]
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """What a file says, every value checked; keys left out are filled later."""
+
+    values: Mapping[str, Any] = field(default_factory=dict)  # As given, nested as in the file
+    name: str = "configuration"  # What messages call the file
+
+    def said(self, *path: str) -> Any:
+        """Return what is said of a key; None for nothing."""
+        return value_at(self.values, path)
+
+    def table(self, *path: str) -> dict[str, Any]:
+        """Return the keys of a table that are given."""
+        return dict(self.said(*path) or {})
+
+    def changed(self, **tables: Mapping[str, Any]) -> "Configuration":
+        """Return the same with other tables, which are not checked again."""
+        return Configuration({**self.values, **tables}, self.name)
+
+    def sensor(self, name: str) -> dict[str, Any]:
+        """Return a sensor's own keys over those for every sensor."""
+        own = self.table("sensors", name)
+        usual = self.table("sensors", ANY_SENSOR)
+        # Of the two ways to tell the clutter, the sensor's own wins. So do its own scans, or its
+        # own word that there are none.
+        if "clutter_density" in own or "clutter_per_scan" in own:
+            less = {"clutter_density", "clutter_per_scan"}
+        else:
+            less = set()
+        if own.get("scans") is False:
+            less |= {"scan_period", "rotation"}
+        elif "scan_period" in own or "rotation" in own:
+            less.add("scans")
+        return {key: value for key, value in usual.items() if key not in less} | own
+
+
+def without_deadline(search: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of ``[search]`` that are the solver's."""
+    return {key: value for key, value in search.items() if key != "deadline_ms"}
 
 
 def load_configuration(
     source: str | Path | Mapping[str, Any] | Configuration | None,
 ) -> Configuration:
     """Return the configuration that a file or a mapping holds, every value checked."""
-    # The keys that were not given are None. A message names file, key, value and what was
-    # expected.
+    # A message names file, key, value and what was expected.
     if isinstance(source, Configuration):
         return source
     if source is None:
@@ -34,10 +75,7 @@ def load_configuration(
         )
     else:
         name, values = str(source), read_toml(Path(source), "a configuration")
-    try:
-        configuration = Configuration.model_validate(values)
-    except ValidationError as err:
-        raise InvalidInputError(explain(err, Configuration, [name], values)) from None
-    check_search(configuration.search, name)
-    check_search(configuration.fusion.search, name, "fusion.search")
-    return configuration.called(name)
+    values = checked(values, ConfigurationSection.as_kind(Key()), name)
+    check_search(without_deadline(values.get("search", {})), name)
+    check_search(values.get("fusion", {}).get("search", {}), name, "fusion.search")
+    return Configuration(values, name)

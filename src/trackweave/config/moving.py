@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from trackweave.config.ledger import Ledger, value_at
-from trackweave.config.motion_sections import MODELS
+from trackweave.config.sections import MODELS
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import (
     ConstantAcceleration,

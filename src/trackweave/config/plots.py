@@ -1,16 +1,16 @@
 """Which tracker, and whether it gets plots that were fused first."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
-from trackweave.config.fields import default_of
 from trackweave.config.ledger import Ledger, value_at
+from trackweave.config.sections import PlotsSection, TrackerSection
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 
 if TYPE_CHECKING:
-    from trackweave.association.plots_rule import PlotCost, PlotsRule
+    from trackweave.association.plots_rule import PlotsRule
 
 __all__ = ["PlotSettings", "TrackerSettings", "plots_of_ledger", "tracker_of_ledger"]
 
@@ -24,8 +24,8 @@ CLOCK_NOISE = 1e-6
 class TrackerSettings:
     """Which tracker gives reports to tracks."""
 
-    kind: Literal["multi-hypothesis", "nearest-neighbour"] = "multi-hypothesis"
-    pairing: Literal["nearest", "one-to-one"] = "one-to-one"
+    kind: Literal["multi-hypothesis", "nearest-neighbour"] = TrackerSection.kind
+    pairing: Literal["nearest", "one-to-one"] = TrackerSection.pairing
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,25 +33,8 @@ class PlotSettings:
     """How the plots of an instant are fused."""
 
     within: float  # How far apart the scans of one instant may be [s]
-    cost: "PlotCost"
-    gate: float  # Greatest squared distance of a plot from the tuple that it joins
-    object_density: float  # Objects expected per m² (m³)
-    max_tuples: int  # Greatest number of tuples
-    keep_lone: bool = False  # Whether positions where only one sensor looks become reports
-
-    def rule(self) -> "PlotsRule":
-        """Return the rule of the plots: by evidence lone ones may stand, by eq. 1 never."""
-        from trackweave.association.plots_rule import PlotsRule
-
-        return PlotsRule(
-            object_density=self.object_density,
-            cost=self.cost,
-            gate=self.gate,
-            negative_only=self.cost == "evidence",
-            lone_plots=True,
-            max_tuples=self.max_tuples,
-            overflow="thin",
-        )
+    rule: "PlotsRule"  # By evidence lone plots may stand, by eq. 1 never
+    keep_lone: bool  # Whether positions where only one sensor looks become reports
 
 
 def tracker_of_ledger(ledger: Ledger) -> tuple[TrackerSettings, list[str]]:
@@ -82,24 +65,17 @@ def plots_of_ledger(
         return None
     from trackweave.association.plots_rule import PlotsRule
 
-    is_fused = ledger.choose(("plots", "fuse"), default=False)
+    is_fused = ledger.choose(("plots", "fuse"), default=PlotsSection.fuse)
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     shortest = min(periods, default=0.0)
     within = ledger.choose(("plots", "within"), default=max(CLOCK_NOISE, USUAL_SHARE * shortest))
     density = lifecycle.initial_target_density or lifecycle.new_target_density
-
-    def choose(key: str, default: Any) -> Any:
-        return ledger.choose(("plots", key), default=default)
-
-    settings = PlotSettings(
-        within=max(CLOCK_NOISE, shortest) if within == "period" else within,
-        cost=choose("cost", default_of(PlotsRule, "cost")),
-        gate=choose("gate", default_of(PlotsRule, "gate")),
-        object_density=choose("object_density", density),
-        max_tuples=choose("max_tuples", default_of(PlotsRule, "max_tuples")),
-        keep_lone=choose("keep_lone", False),
-    )
-    return settings if is_fused else None
+    rule = ledger.filled("plots", PlotsRule(density, lone_plots=True, overflow="thin"))
+    keep_lone = ledger.choose(("plots", "keep_lone"), default=PlotsSection.keep_lone)
+    if not is_fused:
+        return None
+    within = max(CLOCK_NOISE, shortest) if within == "period" else within
+    return PlotSettings(within, replace(rule, negative_only=rule.cost == "evidence"), keep_lone)
 
 
 def _unused(ledger: Ledger) -> list[str]:

@@ -2,34 +2,38 @@
 
 from typing import Any
 
-from trackweave.config.search import METHODS, options_model
-from trackweave.config.sections import Configuration
+from trackweave.config.search import METHODS, options_of
+from trackweave.config.sections import ConfigurationSection
+from trackweave.keys import Key
 
-__all__ = ["json_schema"]
+__all__ = ["json_schema", "tables"]
 
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of ``tracker.toml``, the options of all solvers included."""
-    schema = Configuration.model_json_schema()
+    content, shared = tables()
     for name in ("SearchSection", "SolverSection"):
-        _add_options(schema["$defs"][name])
+        _add_options(shared[name])
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **schema,
         "title": "tracker.toml",
+        **content,
+        "$defs": shared,
     }
+
+
+def tables() -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the schema of the file itself and those of its tables, without solvers' options."""
+    shared: dict[str, Any] = {}
+    return ConfigurationSection.as_kind(Key()).content(shared), shared
 
 
 def _add_options(search: dict[str, Any]) -> None:
     """Add the options of all solvers to a table that names one."""
     search["additionalProperties"] = False
-    search["properties"]["method"] = {
-        "description": search["properties"]["method"]["description"],
-        "enum": list(METHODS),
-    }
+    search["properties"]["method"]["enum"] = list(METHODS)
     for method in METHODS:
-        options = options_model(method).model_json_schema().get("properties", {})
-        for name, option in options.items():
+        for name, option in options_of(method).content({})["properties"].items():
             entry = search["properties"].setdefault(name, {"anyOf": [], "description": ""})
             known = entry["description"]
             entry["description"] = f"{known}, {method}" if known else f"Option of: {method}"

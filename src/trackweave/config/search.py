@@ -1,18 +1,18 @@
 """Solvers by name, with their own options."""
 
 import dataclasses
-import types
+from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
-
-from trackweave.config.fields import Expected
-from trackweave.config.fusion_sections import SolverSection
-from trackweave.config.messages import explain, show_value, suggest
+from trackweave.config.kinds import kind_of
+from trackweave.config.messages import suggest
+from trackweave.config.tables import Entry, Table, checked
 from trackweave.errors import InvalidInputError
+from trackweave.keys import Key
 
-__all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_model"]
+__all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_of"]
+
 
 # What ``[search] method`` may name, and the class in trackweave.solvers behind it.
 METHODS = {
@@ -29,19 +29,23 @@ METHODS = {
     "m-best": "MBest",
 }
 DEFAULT_METHOD = "auto"
+SEARCHES = Annotated[
+    list[str | dict[str, Any]],
+    Key("a list of searches, each a name or a table with method and options"),
+]
 # Searches that are no more.
 GONE = ("max-min-ant-system",)
 
 
-def check_search(search: SolverSection, name: str, key: str = "search") -> None:
+def check_search(search: Mapping[str, Any], name: str, key: str = "search") -> None:
     """Refuse an unknown method and options that it does not have."""
     # ``name`` is what the error message calls the file, ``key`` the table that it is.
-    options = set(search.model_extra or {})
-    if search.method is None and not options:
+    options = set(search) - {"method"}
+    if "method" not in search and not options:
         return
-    is_default = options <= set(_options(DEFAULT_METHOD))
-    is_known = any(options <= set(_options(method)) for method in METHODS)
-    if search.method is None and is_known and not is_default:
+    is_default = options <= set(options_of(DEFAULT_METHOD).entries)
+    is_known = any(options <= set(options_of(method).entries) for method in METHODS)
+    if "method" not in search and is_known and not is_default:
         # Whose options these are, a preset may still say.
         return
     make_solver(search, name, key)
@@ -54,17 +58,16 @@ def instead_of(method: str, known: list[str]) -> str:
     return suggest(method, known)
 
 
-def _options(method: str) -> dict[str, Any]:
-    return options_model(method).model_fields
-
-
-def make_solver(search: SolverSection, name: str = "configuration", key: str = "search") -> Any:
-    """Return the solver that a section names, with its options, None where it names none."""
+def make_solver(
+    search: Mapping[str, Any], name: str = "configuration", key: str = "search"
+) -> Any:
+    """Return the solver that a table names, with its options, None where it names none."""
     # Then the tracker takes its own. Names are as for ``check_search``.
-    options = dict(search.model_extra or {})
-    if search.method is None and not options:
+    options = dict(search)
+    method = options.pop("method", None)
+    if method is None and not options:
         return None
-    method = search.method or DEFAULT_METHOD
+    method = method or DEFAULT_METHOD
     if method not in METHODS:
         raise InvalidInputError(
             f'{name}, {key}.method: "{method}" is not known; {instead_of(method, list(METHODS))}'
@@ -74,12 +77,8 @@ def make_solver(search: SolverSection, name: str = "configuration", key: str = "
 
 def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
     """Return the solver of a known name; ``key`` is the table that its options stand in."""
-    model = options_model(method)
     _refuse_others_options(method, options, f"{name}, {key}")
-    try:
-        model.model_validate(options)
-    except ValidationError as err:
-        raise InvalidInputError(explain(err, model, [name, key], options)) from None
+    options = checked(options, options_of(method), name, key)
     hints = get_type_hints(_solver_class(method))
     islands = 1 if "islands" in hints else options.get("islands", 1)
     values = {
@@ -104,13 +103,12 @@ def _on_islands(solver: Any, islands: int) -> Any:
 def _refuse_others_options(method: str, options: dict[str, Any], place: str) -> None:
     """Say whose an option is that the method does not have, where another has it."""
     for option in options:
-        owners = [] if option in _options(method) else [
-            owner for owner in METHODS if option in _options(owner)
-        ]  # fmt: skip
-        if owners:
+        known = options_of(method).entries
+        owners = [owner for owner in METHODS if option in options_of(owner).entries]
+        if option not in known and owners:
             raise InvalidInputError(
                 f"{place}.{option}: a key of {', '.join(owners)}, but the method is {method}; "
-                f"expected one of {', '.join(sorted(_options(method)))}"
+                f"expected one of {', '.join(sorted(known))}"
             )
 
 
@@ -143,21 +141,21 @@ def _is_searches(kind: Any) -> bool:
 
 
 @cache
-def options_model(method: str) -> type[BaseModel]:
-    """Return what checks a solver's options, made from the fields that a file can express."""
+def options_of(method: str) -> Table:
+    """Return the options of a solver: those of its fields that a file can say."""
     from trackweave.solvers.metaheuristic import Metaheuristic
 
     solver = _solver_class(method)
-    hints = get_type_hints(solver)
-    fields: dict[str, Any] = {
-        field.name: _as_in_a_file(hints[field.name], field.default)
+    hints = get_type_hints(solver, include_extras=True)
+    found = {
+        field.name: _entry(hints[field.name], field.default)
         for field in dataclasses.fields(solver)
-        if field.init and _fits_a_file(hints[field.name])
+        if field.init
     }
     if "islands" not in hints and issubclass(solver, Metaheuristic):
-        fields["islands"] = _as_in_a_file(int, 1)
-    config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
-    return create_model(f"{solver.__name__}Options", __config__=config, **fields)
+        found["islands"] = _entry(int, 1)
+    options = {name: entry for name, entry in found.items() if entry is not None}
+    return Table(solver.__name__, "", lambda: options)
 
 
 def _solver_class(method: str) -> Any:
@@ -167,30 +165,10 @@ def _solver_class(method: str) -> Any:
     return getattr(solvers, METHODS[method])
 
 
-def _as_in_a_file(kind: Any, default: Any) -> tuple[Any, Any]:
-    """Return a field's type and its default as a file has them."""
-    if not _is_searches(kind):
-        return Annotated[kind, Expected(_words(kind))], default
-    names = {_solver_class(name): name for name in METHODS}
-    expected = Expected("a list of searches, each a name or a table with method and options")
-    entry = str | dict[str, Any]
-    return Annotated[list[entry], expected], [names[type(method)] for method in default]
-
-
-def _words(kind: Any) -> str:
-    """Return what a value of a type is called in a message."""
-    if get_origin(kind) is Literal:
-        return "one of " + ", ".join(show_value(word) for word in get_args(kind))
-    members = get_args(kind) or (kind,)
-    names = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
-    words = [_words(each) if get_origin(each) is Literal else names.get(each) for each in members]
-    return " or ".join(word for word in words if word is not None)
-
-
-def _fits_a_file(kind: Any) -> bool:
-    """Tell whether TOML can express values of a type."""
-    if get_origin(kind) in (Union, types.UnionType):
-        return all(_fits_a_file(member) for member in get_args(kind))
-    if _is_searches(kind):
-        return True
-    return get_origin(kind) is Literal or kind in (bool, int, float, str, type(None))
+def _entry(hint: Any, default: Any) -> Entry | None:
+    """Return a field as a key, None for one that a file cannot say."""
+    if _is_searches(hint):
+        names = {_solver_class(name): name for name in METHODS}
+        hint, default = SEARCHES, [names[type(method)] for method in default]
+    kind = kind_of(hint)
+    return None if kind is None else Entry(kind, default=default)

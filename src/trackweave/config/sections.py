@@ -1,283 +1,372 @@
-"""The tables of ``tracker.toml``, key by key.
+"""The tables of ``tracker.toml``: which of the library's classes they fill, and what they add.
 
-A key that is left out is None here and is filled later, from the data or by a default.
+A key that is left out is filled later, from the data or by a default: the one of its class, or
+that which stands here.
 """
 
+import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, PrivateAttr
-
-from trackweave.config.fields import (
-    Count,
-    Density,
-    Expected,
-    Positive,
-    Probability,
-    Seconds,
-    Section,
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.config.tables import Section
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.fusion.bias import BIASES
+from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
+from trackweave.models.motion import (
+    PROCESS_NOISE,
+    ConstantAcceleration,
+    ConstantVelocity,
+    CoordinatedTurn,
+    RandomWalk,
 )
-from trackweave.config.fusion_sections import FusionSection, SolverSection
-from trackweave.config.motion_sections import MotionSection
-from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection, SigmaTable
+from trackweave.models.sensors import Sensor
+from trackweave.models.strength import StrengthModel
+from trackweave.trackers.clock_guard import MAX_AHEAD
+from trackweave.trackers.lifecycle import Lifecycle
+from trackweave.trackers.window import Window
 
 __all__ = [
-    "Configuration",
-    "FieldOfViewSection",
-    "FrameSection",
-    "FusionSection",
-    "GrowthSection",
-    "LifecycleSection",
-    "LiveSection",
-    "MotionSection",
-    "OutputSection",
-    "PlotsSection",
-    "SearchSection",
-    "SensorSection",
-    "SigmaTable",
-    "TrackerSection",
-    "WindowSection",
-]
+    "MODELS", "ConfigurationSection", "FrameSection", "FusionSection", "LiveSection",
+    "MotionSection", "OutputSection", "PlotsSection", "TrackerSection"
+]  # fmt: skip
+
+MODELS = {
+    "constant-velocity": ConstantVelocity,
+    "constant-acceleration": ConstantAcceleration,
+    "coordinated-turn": CoordinatedTurn,
+    "random-walk": RandomWalk,
+}
+_WAYS = tuple(MODELS)
+_KINDS = [kind for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE]
+_SIGMAS = [set(kind.columns(dim)) for kind in _KINDS for dim in (2, 3)]
 
 
-class WindowSection(Section):
-    """The scans that are still open to change."""
-
-    depth: Annotated[Count, Field(le=50), Expected("a whole number from 1 to 50")] | None = None
-    """Scans of the slowest periodic sensor; the others' scans of that time are inside too."""
-
-    max_scans: Annotated[Count, Field(le=200), Expected("a whole number from 1 to 200")] | None = (
-        None
-    )
-    """Most scans over all sensors; older ones are fixed."""
+def _is_rate(value: str, most: float = 100, part: float = 0.0) -> bool:
+    """Tell whether a text says M out of N, of at most so many, and more than a part of them."""
+    hits, slash, chances = value.partition("/")
+    if not (slash and hits.isdecimal() and chances.isdecimal()):
+        return False
+    return 1 <= int(hits) <= int(chances) <= most and int(hits) > part * int(chances)
 
 
-class SearchSection(SolverSection):
-    """How the best hypothesis of a window is found; further keys are the method's own."""
+class ModeSection(Section, of=tuple(MODELS.values())):
+    """One of the ways to move between which objects change."""
 
-    deadline_ms: Annotated[Positive, Expected("a number > 0 of milliseconds")] | None = None
-    """Wall clock per scan [ms]; left out = none. With one, runs are not repeatable."""
+    process_noise: Annotated[
+        float,
+        PROCESS_NOISE,
+        "Power spectral density of the acceleration along each axis [m²/s³]; of the jerk [m²/s⁵] "
+        "for constant-acceleration, of the velocity [m²/s] for random-walk.",
+    ]
+    model: Annotated[
+        str, Key(words=_WAYS), "Which way to move; left out = the one of the table's name."
+    ]
+
+
+class ImmSection(Section, entries=ModeSection):
+    """The ways to move between which objects change; further tables are theirs, by name."""
+
+    models: Annotated[
+        tuple[str, ...],
+        Key('two to eight names, such as ["constant-velocity", "coordinated-turn"]', size=(2, 8)),
+        "Names of the ways to move: of models, or of tables here that say which model.",
+    ]
+    sojourn_time: Annotated[
+        tuple[Annotated[float, SECONDS], ...],
+        Key("a number > 0 of seconds for each model, such as [60.0, 15.0]", size=(2, 8)),
+        "How long an object stays in each on average [s].",
+    ]
+
+    @staticmethod
+    def rule(values: Mapping[str, Any]) -> str | None:
+        """Return what was expected of names that are no models, or come twice."""
+        models = values.get("models", [])
+        tables = [name for name in values if name not in ("models", "sojourn_time")]
+        for name in [*models, *tables]:
+            if name not in MODELS and "model" not in values.get(name, {}):
+                return f'"{name}" to be a model, or a table whose key model says one'
+        if len(set(models)) < len(models):
+            return "each name once; a table with a key model gives another name"
+        return None
+
+
+class MotionSection(ModeSection, of=tuple(MODELS.values())):
+    """How objects move."""
+
+    model: Annotated[
+        str,
+        Key(words=(*_WAYS, "imm")),
+        "How objects move: what wanders, or imm for changes between several ways.",
+    ]
+    filter: Annotated[
+        Literal["extended", "unscented"],
+        "How measurements that are not linear are taken: by slopes or by sigma points.",
+    ] = "extended"
+    imm: Annotated[
+        ImmSection, "The ways to move between which objects change, where the model is imm."
+    ]
+
+
+class SigmaTable(Section):
+    """Standard deviation by column."""
+
+    x: Annotated[float, NOISE, "East [m]."]
+    y: Annotated[float, NOISE, "North [m]."]
+    z: Annotated[float, NOISE, "Up [m]; needed for positions in three dimensions."]
+    range_m: Annotated[float, NOISE, "Range [m]."]
+    azimuth_deg: Annotated[float, ANGLE_NOISE, "Azimuth [degrees]."]
+    elevation_deg: Annotated[float, ANGLE_NOISE, "Elevation [degrees]."]
+    range_rate_mps: Annotated[float, NOISE.said("a number > 0 in m/s"), "Range rate [m/s]."]
+    bearing_deg: Annotated[float, ANGLE_NOISE, "Bearing [degrees]."]
+
+    @staticmethod
+    def rule(values: Mapping[str, Any]) -> str | None:
+        """Return what was expected of columns of no one kind of measurement."""
+        return None if set(values) in _SIGMAS else "one for each column of a measurement"
+
+
+class FieldOfViewSection(Section):
+    """Where a sensor sees: a ring sector around its position, a polygon, or what both share."""
+
+    min_range_m: Annotated[float, Key("a number ≥ 0 in metres", 0, 1e9), "Nearest range [m]."]
+    max_range_m: Annotated[float, Key("a number > 0 in metres", 1e-6, 1e9), "Farthest range [m]."]
+    azimuth_deg: Annotated[
+        tuple[Annotated[float, Key("", -360, 720)], ...],
+        Key("two numbers from -360 to 720, such as [0, 360]", size=(2, 2)),
+        "Where the sector starts and ends [degrees clockwise from north].",
+    ]
+    polygon: Annotated[
+        tuple[Pair, ...],
+        Key("at least three corners, such as [[0, 0], [9, 0], [0, 9]]", size=(3, math.inf)),
+        "Corners of a polygon [m], in order.",
+    ]
+
+    @staticmethod
+    def rule(values: Mapping[str, Any]) -> str | None:
+        """Return what was expected of ranges that leave no ring."""
+        is_ring = values.get("min_range_m", 0.0) < values.get("max_range_m", math.inf)
+        return None if is_ring else "min_range_m below max_range_m"
+
+
+class StrengthSection(Section, of=(StrengthModel,), is_whole=True):
+    """What the strength of a report tells of its origin: both kinds are about normal."""
+
+
+class SensorSection(Section, of=(Sensor,)):
+    """What a sensor measures, how well and how often."""
+
+    measurement: Annotated[
+        str,
+        Key(words=tuple(kind.word for kind in _KINDS)),
+        "What its reports hold; read off the columns where left out.",
+    ]
+    sigma: Annotated[
+        Annotated[float, NOISE] | SigmaTable,
+        Key(
+            "a number > 0 in metres, or one for each column: {x = 10.0, y = 12.0}, "
+            "{range_m = 70.0, azimuth_deg = 0.08} or {bearing_deg = 1.0}"
+        ),
+        "Standard deviation of a report: of a position along each axis [m], or by column; a "
+        "report's own columns come first.",
+    ]
+    clutter_per_scan: Annotated[
+        float,
+        POSITIVE.said("a number > 0 of false alarms per scan"),
+        "False alarms per scan, uniform over what is covered; instead of ``clutter_density``.",
+    ]
+    rotation: Annotated[
+        Literal["clockwise", "counter-clockwise", "none"],
+        "How its beam turns, seen from above, where reports carry their own times; or that it "
+        "does not, so that each time is a scan.",
+    ]
+    position: Annotated[
+        tuple[Annotated[float, COORDINATE], ...],
+        Key("two or three numbers in metres, such as [0.0, 0.0]", size=(2, 3)),
+        "Where the sensor stands, x, y[, z] [m].",
+    ]
+    field_of_view: Annotated[
+        FieldOfViewSection,
+        "Where it sees; left out = as its silence tells beside other sensors, else everywhere.",
+    ]
+    strength: Annotated[
+        StrengthSection, "What the strength of its reports tells; left out = nothing."
+    ]
+
+    @staticmethod
+    def rule(values: Mapping[str, Any]) -> str | None:
+        """Return what was expected of keys that say two things of one."""
+        if "clutter_density" in values and "clutter_per_scan" in values:
+            return "clutter_density or clutter_per_scan, not both"
+        turns = values.get("rotation", "none") != "none"
+        if values.get("scans") is False and ("scan_period" in values or turns):
+            return "scans = true with a scan_period or a rotation"
+        return None
+
+
+class SensorsSection(Section, entries=SensorSection):
+    """Tables by the sensors' names; ``default`` for all."""
 
 
 class TrackerSection(Section):
     """Which tracker gives reports to tracks."""
 
-    kind: (
-        Annotated[
-            Literal["multi-hypothesis", "nearest-neighbour"],
-            Expected('"multi-hypothesis" or "nearest-neighbour"'),
-        ]
-        | None
-    ) = None
-    """By a window of scans that later ones may amend, or scan by scan."""
-
-    pairing: (
-        Annotated[Literal["nearest", "one-to-one"], Expected('"nearest" or "one-to-one"')] | None
-    ) = None
-    """Of nearest-neighbour: each track takes its own nearest report, or all together the
-    pairs that are nearest in sum."""
+    kind: Annotated[
+        Literal["multi-hypothesis", "nearest-neighbour"],
+        "By a window of scans that later ones may amend, or scan by scan.",
+    ] = "multi-hypothesis"
+    pairing: Annotated[
+        Literal["nearest", "one-to-one"],
+        "Of nearest-neighbour: each track takes its own nearest report, or all together the "
+        "pairs that are nearest in sum.",
+    ] = "one-to-one"
 
 
-class PlotsSection(Section):
+class PlotsSection(Section, of=("trackweave.association.plots_rule:PlotsRule",)):
     """Whether plots that several sensors made at one instant are fused before they are tracked."""
 
-    fuse: Annotated[bool, Expected("true or false")] | None = None
-    """Whether they are."""
-
-    within: (
-        Annotated[
-            Annotated[float, Field(ge=0, le=1e9)] | Literal["period"],
-            Expected('a number ≥ 0 in seconds, or "period"'),
-        ]
-        | None
-    ) = None
-    """How far apart the scans of one instant may be [s]; "period" = the shortest scan period."""
-
-    cost: (
-        Annotated[Literal["evidence", "equation-1"], Expected('"evidence" or "equation-1"')] | None
-    ) = None
-    """What a tuple of plots costs: by its evidence, or by eq. 1 of Wiranto and Bonok."""
-
-    gate: Annotated[Positive, Expected("a number > 0")] | None = None
-    """Greatest squared distance of a plot from the tuple that it joins."""
-
-    object_density: Annotated[Density, Expected("a number > 0 per m² (m³)")] | None = None
-    """Objects expected per m² (m³), for the evidence."""
-
-    keep_lone: Annotated[bool, Expected("true or false")] | None = None
-    """Whether positions where only one sensor looks become reports, for the tracker to judge."""
-
-    max_tuples: (
-        Annotated[int, Field(ge=1, le=10**7), Expected("a whole number from 1 to 10000000")] | None
-    ) = None
-    """Greatest number of tuples at one instant; where there would be more, far plots are left
-    out."""
+    fuse: Annotated[bool, "Whether they are."] = False
+    within: Annotated[
+        float | Literal["period"],
+        Key('a number ≥ 0 in seconds, or "period"', 0, 1e9),
+        'How far apart the scans of one instant may be [s]; "period" = the shortest scan period.',
+    ]
+    keep_lone: Annotated[
+        bool,
+        "Whether positions where only one sensor looks become reports, for the tracker to judge.",
+    ] = False
 
 
-def _confirmation(value: str) -> str:
-    hits, slash, opportunities = value.partition("/")
-    if not (slash and hits.isdecimal() and opportunities.isdecimal()):
-        raise ValueError("form")
-    if not 1 <= int(hits) <= int(opportunities) <= 100:
-        raise ValueError("range")
-    return value
+class WindowSection(Section, of=(Window,)):
+    """The scans that are still open to change."""
 
 
-class LifecycleSection(Section):
+class SolverSection(Section, is_open=True):
+    """Which solver decides; further keys are the method's own."""
+
+    method: Annotated[str, Key("the name of a solver"), "Name of a solver."]
+
+
+class SearchSection(SolverSection, is_open=True):
+    """How the best hypothesis of a window is found; further keys are the method's own."""
+
+    deadline_ms: Annotated[
+        float,
+        POSITIVE.said("a number > 0 of milliseconds"),
+        "Wall clock per scan [ms]; left out = none. With one, runs are not repeatable.",
+    ]
+
+
+class LifecycleSection(Section, of=(Lifecycle,)):
     """When tracks begin, are believed, and end."""
 
-    confirm: (
-        Annotated[
-            str,
-            AfterValidator(_confirmation),
-            Expected('text of the form "3/4": detections out of at most 100 opportunities'),
-        ]
-        | None
-    ) = None
-    """Detections out of opportunities that confirm a track."""
-
-    confirm_probability: (
-        Annotated[float, Field(ge=0, le=1 - 1e-12), Expected("a number from 0 to below 1")] | None
-    ) = None
-    """How probable a track's object must be, besides, for the track to be confirmed."""
-
-    certain_probability: (
-        Annotated[float, Field(ge=1e-12, le=1), Expected("a number above 0, at most 1")] | None
-    ) = None
-    """How probable an object must be for its track to be confirmed at once; 1 = never."""
-
-    delete_after_misses: Count | None = None
-    """Misses in succession that end a track; left out = when its object is probably gone."""
-
-    hidden_share: (
-        Annotated[float, Field(ge=0, le=0.9), Expected("a number from 0 to 0.9")] | None
-    ) = None
-    """Share of their time for which objects are where no sensor can see them; 0 = never."""
-
-    mean_silence: Seconds | None = None
-    """How long they are hidden then, on average [s]."""
-
-    rejoin: Seconds | None = None
-    """For so long a track may be taken up again [s]; left out = as is probable."""
-
-    new_target_density: (
-        Annotated[Density, Expected("a number > 0 per m² (m³) and scan")] | None
-    ) = None
-    """Objects newly present per m² (m³) of tracking space and scan."""
-
-    initial_target_density: Annotated[Density, Expected("a number > 0 per m² (m³)")] | None = None
-    """Objects present per m² (m³) before the first scan."""
-
-    survival: (
-        Annotated[Probability, Expected("a number between 0 and 1, both excluded")] | None
-    ) = None
-    """Chance that an object is still there one scan period later."""
+    confirm: Annotated[
+        str,
+        Key('text of the form "3/4": detections out of at most 100 opportunities', holds=_is_rate),
+        "Detections out of opportunities that confirm a track.",
+    ]
 
 
-class OutputSection(Section):
-    """What is written."""
-
-    period: Seconds | None = None
-    """Least time between rows of a track [s]; left out = every scan."""
-
-    estimate: Annotated[Literal["average", "best"], Expected('"average" or "best"')] | None = None
-    """What is told of a track: the average over its sequences, or the best hypothesis alone."""
-
-
-class GrowthSection(Section):
+class GrowthSection(Section, of=(GrowthLimits,)):
     """What bounds the number of sequences considered; larger is slower and surer."""
-
-    margin: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
-    """How far behind the best a track's sequence may lie and grow on [nats]."""
-
-    keep: Count | None = None
-    """Greatest number of sequences on which a track grows."""
-
-    new_margin: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
-    """The same as ``margin`` for an object that begins in the window [nats]."""
-
-    new_keep: Count | None = None
-    """The same as ``keep`` for an object that begins in the window."""
-
-    new_ceiling: Annotated[Positive, Expected("a number > 0 in nats")] | None = None
-    """How far above the price of its first report such a sequence may lie [nats]."""
-
-    max_nodes: (
-        Annotated[int, Field(ge=1, le=10**8), Expected("a whole number from 1 to 100000000")]
-        | None
-    ) = None
-    """Greatest number of sequences looked at together."""
 
 
 class LiveSection(Section):
     """What is believed of scans' times."""
 
-    max_ahead: (
-        Annotated[float, Field(gt=0, le=1e9), Expected("a number > 0 in seconds")] | None
-    ) = None
-    """How far a scan's time may jump ahead of all others before it is held back, live, or in a
-    recording stand apart from both its neighbours before it is set aside [s]."""
+    max_ahead: Annotated[
+        float,
+        SECONDS,
+        "How far a scan's time may jump ahead of all others before it is held back, live, or "
+        "in a recording stand apart from both its neighbours before it is set aside [s].",
+    ] = MAX_AHEAD
+
+
+class OutputSection(Section):
+    """What is written."""
+
+    period: Annotated[
+        float, SECONDS, "Least time between rows of a track [s]; left out = every scan."
+    ]
+    estimate: Annotated[
+        Literal["average", "best"],
+        "What is told of a track: the average over its sequences, or the best hypothesis alone.",
+    ] = "average"
 
 
 class FrameSection(Section):
     """The plane on which latitudes and longitudes are laid."""
 
-    origin: (
-        Annotated[
-            list[float],
-            Field(min_length=2, max_length=2),
-            AfterValidator(lambda value: _on_earth(value)),
-            Expected("[latitude, longitude] in degrees, from -90 to 90 and -180 to 360"),
-        ]
-        | None
-    ) = None
-    """Latitude and longitude of the origin [degrees]; left out = the middle of the reports."""
-
-    projection: (
-        Annotated[Literal["tangent", "stereographic"], Expected('"tangent" or "stereographic"')]
-        | None
-    ) = None
-    """How the Earth is laid on the plane: seen along its normal, or true to angles, for wide
-    areas."""
+    origin: Annotated[
+        tuple[float, ...],
+        Key(
+            "[latitude, longitude] in degrees, from -90 to 90 and -180 to 360",
+            size=(2, 2),
+            holds=lambda place: -90 <= place[0] <= 90 and -180 <= place[1] <= 360,
+        ),
+        "Latitude and longitude of the origin [degrees]; left out = the middle of the reports.",
+    ]
+    projection: Annotated[
+        Literal["tangent", "stereographic"],
+        "How the Earth is laid on the plane: seen along its normal, or true to angles, for "
+        "wide areas.",
+    ] = "tangent"
 
 
-def _on_earth(value: list[float]) -> list[float]:
-    if not (-90 <= value[0] <= 90 and -180 <= value[1] <= 360):
-        raise ValueError("range")
-    return value
+class StatisticSection(Section, of=("trackweave.fusion.statistic:Statistic",)):
+    """What decides whether tracks may be of one object."""
 
 
-class Configuration(Section):
+class FusionSection(Section, of=("trackweave.fusion.associator:TrackAssociator",)):
+    """How ``trackweave fuse`` makes objects of the tracks of several sensors."""
+
+    # Trackers that follow one object share its turns: their errors are not independent.
+    method: Annotated[
+        Literal[
+            "convex",
+            "covariance-intersection",
+            "fast-covariance-intersection",
+            "information-matrix",
+        ],
+        "How estimates are combined.",
+    ] = "fast-covariance-intersection"
+    confirm: Annotated[
+        str,
+        Key(
+            'text of the form "3/4": more than half of the last associations',
+            holds=lambda rate: _is_rate(rate, math.inf, 0.5),
+        ),
+        "Declare a pairing that came out so often.",
+    ]
+    register: Annotated[
+        bool, "Whether each sensor's shift, turn and clock beside the first is looked for."
+    ] = False
+    bias: Annotated[
+        tuple[Annotated[str, Key(words=BIASES)], ...],
+        Key("some of translation, rotation, range, azimuth and clock", size=(1, math.inf)),
+        "What ``register`` looks for.",
+    ]
+    statistic: StatisticSection
+    search: SolverSection
+
+
+class ConfigurationSection(Section):
     """Everything that ``tracker.toml`` can say; keys left out are estimated or take defaults."""
 
-    _name: str = PrivateAttr("configuration")
-
-    seed: Annotated[int, Field(ge=0, lt=2**63), Expected("a whole number ≥ 0")] | None = None
-    """Seed of the random numbers; ``--seed`` comes first."""
-
-    motion: MotionSection = MotionSection()
-    sensors: Annotated[dict[str, SensorSection], Expected("tables such as [sensors.default]")] = {}  # noqa: RUF012 pydantic copies defaults
-    tracker: TrackerSection = TrackerSection()
-    plots: PlotsSection = PlotsSection()
-    window: WindowSection = WindowSection()
-    search: SearchSection = SearchSection()
-    lifecycle: LifecycleSection = LifecycleSection()
-    growth: GrowthSection = GrowthSection()
-    live: LiveSection = LiveSection()
-    output: OutputSection = OutputSection()
-    frame: FrameSection = FrameSection()
-    fusion: FusionSection = FusionSection()
-
-    @property
-    def name(self) -> str:
-        """What messages call the file."""
-        return self._name
-
-    def called(self, name: str) -> "Configuration":
-        """Return the same under another name in messages."""
-        named = self.model_copy()
-        named._name = name  # noqa: SLF001 a copy of ourselves
-        return named
-
-    def as_file(self) -> dict[str, Any]:
-        """Return the keys that were given, nested as in the file."""
-        return self.model_dump(exclude_unset=True, by_alias=True)
+    seed: Annotated[
+        int,
+        Key("a whole number ≥ 0", 0, 2**63 - 1),
+        "Seed of the random numbers; ``--seed`` comes first.",
+    ]
+    motion: MotionSection
+    sensors: Annotated[SensorsSection, Key("tables such as [sensors.default]")]
+    tracker: TrackerSection
+    plots: PlotsSection
+    window: WindowSection
+    search: SearchSection
+    lifecycle: LifecycleSection
+    growth: GrowthSection
+    live: LiveSection
+    output: OutputSection
+    frame: FrameSection
+    fusion: FusionSection

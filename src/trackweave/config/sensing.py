@@ -2,18 +2,16 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from trackweave.config.fields import default_of
-from trackweave.config.ledger import ANY_SENSOR, Ledger
+from trackweave.config.ledger import Ledger
+from trackweave.config.load import Configuration
 from trackweave.config.messages import show_value
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sections import Configuration
-from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import SensorEstimate
@@ -22,8 +20,9 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["is_period", "section_of", "sensor_of", "view_keys"]
+__all__ = ["is_period", "sensor_of", "view_keys"]
 
+USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
 USUAL_SIGMA = {
@@ -35,6 +34,7 @@ USUAL_SIGMA = {
 USUAL_RANGE_SHARE = 0.01
 # A period that is told is one found in the reports if it differs by less than this share.
 PERIOD_AGREES = 0.002
+FULL_TURN = (0.0, 360.0)
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
@@ -46,7 +46,7 @@ def sensor_of(
     seen: ObservedSensor,
 ) -> Sensor:
     """Return a sensor, and enter each value; refuse what does not fit its reports."""
-    section = section_of(configuration, name)
+    section = configuration.sensor(name)
 
     def choose(key: str, estimated: Any = None, default: Any = None) -> Any:
         return ledger.choose(("sensors", name, key), estimated, default)
@@ -61,7 +61,7 @@ def sensor_of(
     detection = choose(
         "detection_probability",
         found and found.detection_probability,
-        default_of(Sensor, "detection_probability"),
+        USUAL["detection_probability"],
     )
     position = choose("position")
     if position is None and seen.needs_place and not seen.says_where:
@@ -88,32 +88,10 @@ def sensor_of(
         position=None if position is None else tuple(position),
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
-        identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
+        identity_error=choose("identity_error", default=USUAL["identity_error"]),
         scans=scans,
-        trust=_trust(choose("trust", default=default_of(Sensor, "trust"))),
+        trust=choose("trust", default=USUAL["trust"]),
     )
-
-
-def _trust(value: bool | Sequence[str]) -> bool | tuple[str, ...]:
-    return value if isinstance(value, bool) else tuple(value)
-
-
-def section_of(configuration: Configuration, name: str) -> SensorSection:
-    """Return a sensor's own keys over those for every sensor."""
-    usual = configuration.sensors.get(ANY_SENSOR, SensorSection())
-    own = configuration.sensors.get(name, SensorSection())
-    update = {key: getattr(own, key) for key in own.model_fields_set}
-    # Of the two ways to tell the clutter, the sensor's own wins.
-    if update.get("clutter_density") is not None:
-        update["clutter_per_scan"] = None
-    elif update.get("clutter_per_scan") is not None:
-        update["clutter_density"] = None
-    # So do a sensor's own scans, or its own word that there are none.
-    if own.scans is False:
-        update |= {"scan_period": None, "rotation": None}
-    elif own.scans is None and (own.scan_period is not None or own.rotation is not None):
-        update["scans"] = None
-    return usual.model_copy(update=update)
 
 
 def view_keys(view: FieldOfView | None) -> dict[str, Any] | None:
@@ -179,16 +157,16 @@ def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, 
 
 def _clutter(
     ledger: Ledger,
-    section: SensorSection,
+    section: Mapping[str, Any],
     sensor: tuple[str, SensorEstimate | None, ObservedSensor],
 ) -> float:
     """Return the false alarms per unit of what is measured, and scan."""
     name, found, seen = sensor
     path = ("sensors", name, "clutter_density")
     is_position = seen.measurement is MeasurementKind.POSITION
-    if section.clutter_per_scan is not None:
+    if "clutter_per_scan" in section:
         ledger.choose(("sensors", name, "clutter_per_scan"))
-        volume = _volume_of(section.field_of_view, seen)
+        volume = _volume_of(section.get("field_of_view"), seen)
         if volume is None:
             volume = found.covered if found and is_position else None
         if volume is None and not is_position:
@@ -198,7 +176,7 @@ def _clutter(
                 f"sensors.{name}.clutter_per_scan: needs an area; expected a field_of_view too, "
                 "or clutter_density"
             )
-        return float(ledger.enter(path, section.clutter_per_scan / volume, "file"))
+        return float(ledger.enter(path, section["clutter_per_scan"] / volume, "file"))
     if is_position:
         return float(ledger.choose(path, found and found.clutter_density))
     density = None
@@ -243,46 +221,42 @@ def is_period(told: float, turning: Rotation) -> bool:
 
 
 def _field_of_view(keys: Mapping[str, Any], position: Sequence[float] | None) -> FieldOfView:
-    view = FieldOfViewSection.model_validate(keys)
     east, north = (position or (0.0, 0.0))[:2]
-    turn = view.azimuth_deg or (0.0, 360.0)
     return FieldOfView(
         position=(east, north),
-        min_range=view.min_range_m or 0.0,
-        max_range=float("inf") if view.max_range_m is None else view.max_range_m,
-        azimuth_deg=(turn[0], turn[1]),
-        polygon=None if view.polygon is None else [(x, y) for x, y in view.polygon],
+        min_range=keys.get("min_range_m", 0.0),
+        max_range=keys.get("max_range_m", math.inf),
+        azimuth_deg=keys.get("azimuth_deg", FULL_TURN),
+        polygon=keys.get("polygon"),
     )
 
 
-def _volume_of(view: FieldOfViewSection | None, seen: ObservedSensor) -> float | None:
+def _volume_of(view: Mapping[str, Any] | None, seen: ObservedSensor) -> float | None:
     """Return how much of what is measured a simple field of view holds, None for others."""
     if seen.measurement is MeasurementKind.POSITION:
-        return _area_of(view)
-    if view is None or view.polygon is not None:
+        return _area_of(view or {})
+    if view is None or "polygon" in view:
         return None
     width = math.radians(_width_of(view))
     if seen.measurement is MeasurementKind.BEARING:
         return width
-    if view.max_range_m is None or len(seen.measurement.columns(seen.dim)) > 2:
+    if "max_range_m" not in view or len(seen.measurement.columns(seen.dim)) > 2:
         return None
-    return (view.max_range_m - (view.min_range_m or 0.0)) * width
+    return float((view["max_range_m"] - view.get("min_range_m", 0.0)) * width)
 
 
-def _width_of(view: FieldOfViewSection) -> float:
-    start, end = view.azimuth_deg or (0.0, 360.0)
+def _width_of(view: Mapping[str, Any]) -> float:
+    start, end = view.get("azimuth_deg", FULL_TURN)
     return 360.0 if end - start >= 360 else (end - start) % 360 or 360.0
 
 
-def _area_of(view: FieldOfViewSection | None) -> float | None:
+def _area_of(view: Mapping[str, Any]) -> float | None:
     """Return the area of a field of view that has a simple one [m²]."""
-    if view is None or (view.polygon is not None and view.max_range_m is not None):
+    if ("polygon" in view) == ("max_range_m" in view):
         return None
-    if view.polygon is not None:
-        corners = [*view.polygon, view.polygon[0]]
+    if "polygon" in view:
+        corners = [*view["polygon"], view["polygon"][0]]
         twice = sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise(corners))
         return abs(twice) / 2 or None
-    if view.max_range_m is None:
-        return None
-    ring = view.max_range_m**2 - (view.min_range_m or 0.0) ** 2
+    ring = view["max_range_m"] ** 2 - view.get("min_range_m", 0.0) ** 2
     return float(math.pi * ring * _width_of(view) / 360.0)

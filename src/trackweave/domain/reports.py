@@ -10,14 +10,15 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
+from trackweave.keys import ANGLE_NOISE, NOISE
 from trackweave.summaries import summary
 
 __all__ = ["ANGLE_NOISE_DEG", "NOISE_M", "BadRow", "ReportTable"]
 
-NOISE_M = (1e-9, 1e9)
+NOISE_M = (NOISE.least, NOISE.most)
 """Least and greatest standard deviation of a length [m], or of a rate [m/s]: a nanometre is what
 the sharpest microscope tells, a million kilometres more than any sensor is off."""
-ANGLE_NOISE_DEG = (1e-9, 180.0)
+ANGLE_NOISE_DEG = (ANGLE_NOISE.least, ANGLE_NOISE.most)
 """The same of an angle [degrees]: from what radio telescopes an Earth apart tell to nothing."""
 
 

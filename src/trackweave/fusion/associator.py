@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from trackweave.fusion.histories import Histories
 from trackweave.fusion.objects import Change, renumber
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.statistic import Statistic
+from trackweave.keys import Key
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.protocol import Solver, require_solver
 from trackweave.summaries import summary
@@ -114,24 +116,26 @@ class TrackAssociator:
     statistic
         What decides whether tracks may be of one object.
     process_noise
-        Power spectral density of the objects' acceleration along each axis [m²/s³], at least 0:
-        how fast an estimate ages.
+        Power spectral density of the objects' acceleration along each axis [m²/s³]: how fast an
+        estimate ages.
     confirm
         Declare pairings only when they came out so often, as a rule, as (N, M) or as "N/M"; None
         to take each association as it is.
     search
         Any solver; None for ``Auto``.
     hysteresis
-        What is held together is tested at so many times the false-rejection rate, and tracks
-        change places only where that is 1/hysteresis times likelier; above 0 and at most 1.
+        What is held is tested at so many times the rate of false rejection.
+
+        Tracks change places only where that is 1/hysteresis times likelier.
     patience
-        A sensor's tracks count until it is silent for so many of its periods, at least 1.
+        A sensor's tracks count until it is silent for so many of its periods.
     breadth
         How many tuples of each size are kept per first track where very many compete, at least
         1; the fewer compete, the more are kept.
     complete
-        The document's own problem [1]_: all sensors see all objects, and every track is in exactly
-        one tuple with one of each sensor. A tuple beyond the threshold is then no object.
+        Whether every sensor sees every object, and each track is in one tuple with one of each.
+
+        The document's own problem [1]_. A tuple beyond the threshold is then no object.
 
     Raises
     ------
@@ -157,13 +161,13 @@ class TrackAssociator:
 
     sensors: Sequence[str] = ()
     statistic: Statistic = field(default_factory=Statistic)
-    process_noise: float = 1.0
+    process_noise: Annotated[float, Key("a number ≥ 0 in m²/s³", 0, 1e15)] = 1.0
     confirm: Confirmation | tuple[int, int] | str | None = None
     search: Solver | None = None
-    hysteresis: float = 0.1
-    patience: float = 3.0
+    hysteresis: Annotated[float, Key("a number above 0 and at most 1", 1e-6, 1)] = 0.1
+    patience: Annotated[float, Key("a number ≥ 1", 1, 1e9)] = 3.0
     breadth: int = 16
-    complete: bool = False
+    complete: Annotated[bool, Key()] = False
     _histories: Histories = field(init=False, repr=False)
     _rule: Confirmation | None = field(init=False, repr=False)
     _outcomes: list[tuple[IntArray, IntArray]] = field(
@@ -199,15 +203,6 @@ class TrackAssociator:
             )
         if self.breadth < 1:
             raise InvalidInputError(f"breadth: {self.breadth!r:.80}; expected a whole number ≥ 1")
-        wrong = [
-            ("process_noise", 0.0, np.inf, "a number ≥ 0 [m²/s³]"),
-            ("hysteresis", 1e-6, 1.0, "a number above 0 and at most 1"),
-            ("patience", 1.0, np.inf, "a number ≥ 1"),
-        ]
-        for name, least, most, expected in wrong:
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise InvalidInputError(f"{name}: {value!r:.80}; expected {expected}")
 
     def step(
         self, time: float, pictures: Mapping[str, LocalPicture], *, rng: RandomSource = 0

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.special import chdtri
@@ -19,6 +19,7 @@ from trackweave.fusion._statistic import (
     Rings,
     evaluate_all,
 )
+from trackweave.keys import COUNT, POSITIVE, PROBABILITY, Key
 
 __all__ = ["Statistic", "TupleValues", "quantiles", "tuple_values"]
 
@@ -34,26 +35,29 @@ class Statistic:
     Parameters
     ----------
     kind
-        "chain": the squared distances of neighbours in the order of sensors [1]_; "all-pairs":
-        those of all pairs; "fused-mean": that of the tracks to their fused mean.
+        Distances of neighbouring sensors, of all pairs, or to the fused mean.
+
+        They are squared; "chain" goes by the order of sensors [1]_.
     memory
-        "full": all times count [1]_, which takes memory and time that grow with the run;
-        "sliding": the last ``length``; "fading": each counts ``factor`` times as much as the
-        next.
+        All times count, the last ``length``, or each ``factor`` times as much as the next.
+
+        "full" [1]_ takes memory and time that grow with the run.
     length
-        How many times a sliding memory holds, at least 1.
+        How many times a sliding memory holds.
     factor
-        What a fading memory keeps from time to time, between 0 and 1.
+        What a fading memory keeps from time to time.
     false_rejection
-        Probability α of rejecting tracks of one object, between 0 and 1.
+        Probability of rejecting tracks of one object.
     correlation
-        What to do about errors that are correlated. "none": nothing [1]_. "inflated": take each
+        What to do about correlated errors.
+
+        "none": nothing [1]_. "inflated": take each
         covariance ``inflation`` times. "effective": reckon with correlation in time, which makes
         the statistic vary more: fewer degrees of freedom, each worth more. "cross-covariance":
         take off each covariance what the common process noise put into all sensors' errors.
         "both": the last two.
     inflation
-        Factor on the covariances for "inflated", above 0.
+        Factor on the covariances, for ``correlation = "inflated"``.
 
     Raises
     ------
@@ -79,26 +83,18 @@ class Statistic:
     array([0.25, 0.5 , 1.  ])
     """
 
-    kind: Literal["chain", "all-pairs", "fused-mean"] = "fused-mean"
-    memory: Literal["full", "sliding", "fading"] = "sliding"
-    length: int = 5
-    factor: float = 0.7
-    false_rejection: float = 0.01
-    correlation: Literal["none", "inflated", "effective", "cross-covariance", "both"] = "none"
-    inflation: float = 1.5
+    kind: Annotated[Literal["chain", "all-pairs", "fused-mean"], Key()] = "fused-mean"
+    memory: Annotated[Literal["full", "sliding", "fading"], Key()] = "sliding"
+    length: Annotated[int, COUNT] = 5
+    factor: Annotated[float, PROBABILITY] = 0.7
+    false_rejection: Annotated[float, PROBABILITY] = 0.01
+    correlation: Annotated[
+        Literal["none", "inflated", "effective", "cross-covariance", "both"], Key()
+    ] = "none"
+    inflation: Annotated[float, POSITIVE] = 1.5
 
     def __post_init__(self) -> None:
         settle(self)
-        if self.length < 1:
-            raise InvalidInputError(f"length: {self.length!r:.80}; expected a whole number ≥ 1")
-        for name in ("factor", "false_rejection"):
-            value = getattr(self, name)
-            if not 0.0 < value < 1.0:
-                raise InvalidInputError(
-                    f"{name}: {value!r:.80}; expected a number between 0 and 1"
-                )
-        if self.inflation <= 0.0:
-            raise InvalidInputError(f"inflation: {self.inflation!r:.80}; expected a number > 0")
 
     @property
     def n_slots(self) -> int | None:

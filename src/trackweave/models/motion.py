@@ -1,20 +1,20 @@
 """How objects move between reports."""
 
-import operator
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
-from trackweave.fields import checked_number, settle
+from trackweave.fields import settle
+from trackweave.keys import SPEED, Key
 
 __all__ = [
     "CONSTANT_ACCELERATION",
     "CONSTANT_VELOCITY",
     "COORDINATED_TURN",
+    "PROCESS_NOISE",
     "RANDOM_WALK",
     "ConstantAcceleration",
     "ConstantVelocity",
@@ -25,6 +25,11 @@ __all__ = [
     "MotionRule",
     "RandomWalk",
 ]
+
+PROCESS_NOISE = Key("a number ≥ 0 in m²/s³", 0, 1e12)
+TURN_NOISE = Key("a number ≥ 0 in rad²/s³", 0, 1e6)
+ACCELERATION = Key("a number > 0 in m/s²", 1e-12, 1e12)
+TURN_RATE = Key("a number > 0 in rad/s", 1e-9, 1e3)
 
 CONSTANT_VELOCITY, CONSTANT_ACCELERATION, COORDINATED_TURN, RANDOM_WALK = 0, 1, 2, 3
 
@@ -104,10 +109,11 @@ class ConstantVelocity(_OneWay):
     Parameters
     ----------
     process_noise
-        Power spectral density of the acceleration [m²/s³]. Must not be negative.
+        Power spectral density of the acceleration [m²/s³].
     max_speed
-        Greatest speed of an object [m/s]; a new object's velocity is spread uniformly over the
-        ball of this radius. Must be positive.
+        How fast an object can be [m/s]; also the spread of a new track's velocity.
+
+        It is spread uniformly over the ball of this radius.
 
     Raises
     ------
@@ -122,12 +128,11 @@ class ConstantVelocity(_OneWay):
     100.0
     """
 
-    process_noise: float
-    max_speed: float
+    process_noise: Annotated[float, PROCESS_NOISE]
+    max_speed: Annotated[float, SPEED]
 
     def __post_init__(self) -> None:
-        _check(self, "process_noise", "m²/s³")
-        _check(self, "max_speed", "m/s", operator.gt)
+        settle(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,12 +142,13 @@ class ConstantAcceleration(_OneWay):
     Parameters
     ----------
     process_noise
-        Power spectral density of the jerk [m²/s⁵]. Must not be negative.
+        Power spectral density of the jerk [m²/s⁵].
     max_speed
-        Greatest speed of an object [m/s], as in `ConstantVelocity`. Must be positive.
+        Greatest speed of an object [m/s], as in `ConstantVelocity`.
     max_acceleration
-        Greatest acceleration of an object [m/s²]; one of which nothing is known is spread
-        uniformly over the ball of this radius. Must be positive.
+        Greatest acceleration [m/s²]; for constant-acceleration.
+
+        One of which nothing is known is spread uniformly over the ball of this radius.
 
     Raises
     ------
@@ -157,14 +163,12 @@ class ConstantAcceleration(_OneWay):
     400.0
     """
 
-    process_noise: float
-    max_speed: float
-    max_acceleration: float
+    process_noise: Annotated[float, PROCESS_NOISE.said("a number ≥ 0 in m²/s⁵")]
+    max_speed: Annotated[float, SPEED]
+    max_acceleration: Annotated[float, ACCELERATION]
 
     def __post_init__(self) -> None:
-        _check(self, "process_noise", "m²/s⁵")
-        _check(self, "max_speed", "m/s", operator.gt)
-        _check(self, "max_acceleration", "m/s²", operator.gt)
+        settle(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,14 +178,16 @@ class CoordinatedTurn(_OneWay):
     Parameters
     ----------
     process_noise
-        Power spectral density of the acceleration along each axis [m²/s³]. Must not be negative.
+        Power spectral density of the acceleration along each axis [m²/s³].
     turn_noise
-        Power spectral density of the turn rate's change [rad²/s³]. Must not be negative.
+        Power spectral density of the turn rate's change [rad²/s³]; for coordinated-turn.
     max_speed
-        Greatest speed of an object [m/s], as in `ConstantVelocity`. Must be positive.
+        Greatest speed of an object [m/s], as in `ConstantVelocity`.
     max_turn_rate
-        Greatest turn rate to either side [rad/s]; one of which nothing is known is spread
-        uniformly between the two. Must be positive. A turn of a g at v m/s has 9.81·a/v rad/s.
+        Greatest turn rate to either side [rad/s]; for coordinated-turn.
+
+        One of which nothing is known is spread uniformly between the two. A turn of a g at v m/s
+        has 9.81·a/v rad/s.
 
     Raises
     ------
@@ -196,16 +202,13 @@ class CoordinatedTurn(_OneWay):
     22500.0
     """
 
-    process_noise: float
-    turn_noise: float
-    max_speed: float
-    max_turn_rate: float
+    process_noise: Annotated[float, PROCESS_NOISE]
+    turn_noise: Annotated[float, TURN_NOISE]
+    max_speed: Annotated[float, SPEED]
+    max_turn_rate: Annotated[float, TURN_RATE]
 
     def __post_init__(self) -> None:
-        _check(self, "process_noise", "m²/s³")
-        _check(self, "turn_noise", "rad²/s³")
-        _check(self, "max_speed", "m/s", operator.gt)
-        _check(self, "max_turn_rate", "rad/s", operator.gt)
+        settle(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,9 +219,9 @@ class RandomWalk(_OneWay):
     ----------
     process_noise
         How fast the variance of the position grows along each axis [m²/s], twice the diffusion
-        coefficient. Must not be negative.
+        coefficient.
     max_speed
-        Greatest speed at which a report may lie from the last [m/s]. Must be positive.
+        Greatest speed at which a report may lie from the last [m/s].
 
     Raises
     ------
@@ -232,12 +235,11 @@ class RandomWalk(_OneWay):
     1.0
     """
 
-    process_noise: float
-    max_speed: float
+    process_noise: Annotated[float, PROCESS_NOISE.said("a number ≥ 0 in m²/s")]
+    max_speed: Annotated[float, SPEED]
 
     def __post_init__(self) -> None:
-        _check(self, "process_noise", "m²/s")
-        _check(self, "max_speed", "m/s", operator.gt)
+        settle(self)
 
 
 Mode: TypeAlias = ConstantVelocity | ConstantAcceleration | CoordinatedTurn | RandomWalk
@@ -323,17 +325,6 @@ class Imm:
 
 
 Motion: TypeAlias = Mode | Imm
-
-
-def _check(
-    model: Mode, name: str, unit: str, fits: Callable[[float, float], bool] = operator.ge
-) -> None:
-    """Bring a field to a number that is at least zero, or above it."""
-    expected = f"a finite number {'≥' if fits is operator.ge else '>'} 0 in {unit}"
-    value = checked_number(getattr(model, name), name, expected)
-    if not fits(value, 0.0):
-        raise InvalidInputError(f"{name}: {value}; expected {expected}")
-    object.__setattr__(model, name, value)
 
 
 def _ball_variance(radius: float, dim: int) -> float:

@@ -1,6 +1,7 @@
 """What a sensor reports, how often, how well and how falsely."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from trackweave.arrays import FloatArray, name_text
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
+from trackweave.keys import DENSITY, PROBABILITY, SECONDS, Key
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
@@ -17,6 +19,8 @@ __all__ = ["DOUBTED", "Sensor"]
 
 DOUBTED = ("sigma",)
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
+TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
+CHANCE = PROBABILITY.said("a number between 0 and 1, both excluded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +35,13 @@ class Sensor:
         Standard deviation of each number of a report [m, rad, m/s]: one for all, or one each.
         Applies where a report carries none. Must be positive.
     detection_probability
-        Chance to report an object that it covers, in (0, 1).
+        Chance that a scan reports an object that it covers.
     clutter_density
-        False alarms per unit of what is measured (m², m³, m·rad, rad …) and scan. Must be
-        positive.
+        False alarms per unit of what is measured (m², m³, m·rad, rad …) and scan.
     scan_period
-        Seconds from scan to scan; None where there is no such time. Must be positive.
+        Time from scan to scan, or of a turn [s].
+
+        None where there is no such time.
     field_of_view
         What it covers, about ``position`` or where its scans say that it is; None for
         everywhere.
@@ -49,17 +54,18 @@ class Sensor:
     strength
         What the strength of its reports says; None for nothing.
     identity_error
-        Chance that a report's identity is another than its object's was, in (0, 1).
+        Chance that a report's identity is another than its object's was.
     scans
-        Whether it scans: what a scan of it covers and does not report was missed. False for one
-        that hears objects report themselves, as AIS does: its reports say nothing of other
-        objects, however many share a time. None for what a scan shows: that of a sensor with a
-        ``scan_period``, and one of several reports, tells what was missed; a lone report does
-        not. An empty scan always does.
+        Whether it looks, so that what it does not report was missed; false for one that hears
+        objects report themselves, each at its own pace, as AIS does.
+
+        None for what a scan shows: that of a sensor with a ``scan_period``, and one of several
+        reports, tells what was missed; a lone report does not. An empty scan always does.
     trust
-        Whether ``track`` keeps what is told of it even where its reports contradict that: True
-        for all, or the names of fields, of which only "sigma" ever gives way. A tracker that is
-        given scans one by one always keeps what it was told.
+        Whether what is told is kept where reports contradict it: of all keys, or of those named.
+
+        Only "sigma" ever gives way, in ``track``. A tracker that is given scans one by one always
+        keeps what it was told.
 
     Raises
     ------
@@ -84,17 +90,20 @@ class Sensor:
 
     name: str
     sigma: float | tuple[float, ...] = 1.0
-    detection_probability: float = 0.9
-    clutter_density: float = 1e-6
-    scan_period: float | None = None
+    detection_probability: Annotated[float, CHANCE] = 0.9
+    clutter_density: Annotated[
+        float,
+        DENSITY.said("a number > 0 per unit of what is measured (m², m³, m·rad, rad) and scan"),
+    ] = 1e-6
+    scan_period: Annotated[float | None, SECONDS] = None
     field_of_view: FieldOfView | None = None
     measurement: MeasurementKind = MeasurementKind.POSITION
     position: tuple[float, ...] | None = None
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
-    identity_error: float = 0.01
-    scans: bool | None = None
-    trust: bool | tuple[str, ...] = False
+    identity_error: Annotated[float, CHANCE] = 0.01
+    scans: Annotated[bool | None, Key()] = None
+    trust: Annotated[bool | tuple[Annotated[str, Key(words=DOUBTED)], ...], Key(TRUST)] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_text(plain(self.name), "name"))
@@ -102,13 +111,6 @@ class Sensor:
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
         if sigmas.size == 0 or not np.all(sigmas > 0):
             raise InvalidInputError(f"sigma: {self.sigma}; expected numbers > 0")
-        for name in ("detection_probability", "identity_error"):
-            if not 0 < getattr(self, name) < 1:
-                raise InvalidInputError(f"{name}: {getattr(self, name)}; expected between 0 and 1")
-        for name in ("clutter_density", "scan_period"):
-            value = getattr(self, name)
-            if value is not None and not value > 0:
-                raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
         told = (self.scan_period, self.rotation)
         if self.scans is False and told != (None, None):
             raise InvalidInputError(
@@ -116,11 +118,6 @@ class Sensor:
             )
         if self.measurement is MeasurementKind.RANGE_RATE:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
-        if not isinstance(self.trust, bool) and not set(self.trust) <= set(DOUBTED):
-            known = ", ".join(f'"{key}"' for key in DOUBTED)
-            raise InvalidInputError(
-                f"trust: {self.trust!r:.80}; expected True, False or some of {known}"
-            )
         if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
 

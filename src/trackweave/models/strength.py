@@ -1,15 +1,17 @@
 """What the strength of a report says of its origin."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
+from trackweave.keys import POSITIVE, Key
 
 __all__ = ["StrengthModel"]
 
+STRENGTH = Key("a number", -1e12, 1e12)
 MOST_EVIDENCE = 8.0
 """Tails of fitted curves are not to be trusted further than this [nats]."""
 
@@ -20,10 +22,14 @@ class StrengthModel:
 
     Parameters
     ----------
-    target_mean, target_sigma
-        Of reports of objects, in the unit of the reports' strength (best in decibels).
-    clutter_mean, clutter_sigma
-        Of false alarms.
+    target_mean
+        Mean strength of reports of objects, in the unit of the column (best in decibels).
+    target_sigma
+        Its standard deviation.
+    clutter_mean
+        Mean strength of false alarms.
+    clutter_sigma
+        Its standard deviation.
 
     Raises
     ------
@@ -39,19 +45,13 @@ class StrengthModel:
     array([-5.56,  0.  ,  5.56])
     """
 
-    target_mean: float
-    target_sigma: float
-    clutter_mean: float
-    clutter_sigma: float
+    target_mean: Annotated[float, STRENGTH]
+    target_sigma: Annotated[float, POSITIVE]
+    clutter_mean: Annotated[float, STRENGTH]
+    clutter_sigma: Annotated[float, POSITIVE]
 
     def __post_init__(self) -> None:
         settle(self)
-        for name in ("target_mean", "clutter_mean", "target_sigma", "clutter_sigma"):
-            value = getattr(self, name)
-            if name.endswith("sigma") and value <= 0:
-                raise InvalidInputError(
-                    f"strength: {name} {value}; expected a finite number, a sigma above 0"
-                )
 
     def evidence(self, strength: FloatArray) -> FloatArray:
         """Return how much more likely each strength is of an object than of a false alarm.

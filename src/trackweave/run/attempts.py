@@ -37,7 +37,7 @@ def attempt_of(
     every: ReportTable, configuration: Configuration, preset: str | None, begun: TrackTable | None
 ) -> Attempt:
     """Return a run before its first step: reports, settings and steps as a configuration says."""
-    max_ahead = configuration.live.max_ahead or MAX_AHEAD
+    max_ahead = configuration.said("live", "max_ahead") or MAX_AHEAD
     doubles, (settings, _) = doubles_of(
         every,
         lambda once: settle(

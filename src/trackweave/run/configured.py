@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import section_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR
@@ -64,8 +63,9 @@ def configured(
 
 def _settings_alone(configuration: Configuration) -> Settings:
     """Return a configuration whose gaps are filled by what is usual."""
-    names = [name for name in configuration.sensors if name != ANY_SENSOR]
-    if not names and ANY_SENSOR in configuration.sensors:
+    told = configuration.table("sensors")
+    names = [name for name in told if name != ANY_SENSOR]
+    if not names and told:
         names = [ONLY_SENSOR]
     missing = [key for name in names for key in _missing(configuration, name)]
     if missing or not names:
@@ -80,32 +80,32 @@ def _settings_alone(configuration: Configuration) -> Settings:
 
 def _missing(configuration: Configuration, name: str) -> list[str]:
     """Return the keys of a sensor that nothing usual can stand in for."""
-    own, kind = section_of(configuration, name), _kind(configuration, name)
-    view = own.field_of_view
+    own, kind = configuration.sensor(name), _kind(configuration, name)
+    view = own.get("field_of_view")
     is_bounded = view is not None and (
-        kind in (MeasurementKind.POSITION, MeasurementKind.BEARING) or view.max_range_m is not None
+        kind in (MeasurementKind.POSITION, MeasurementKind.BEARING) or "max_range_m" in view
     )
     keys = []
-    if own.sigma is None and kind is MeasurementKind.POSITION:
+    if "sigma" not in own and kind is MeasurementKind.POSITION:
         keys.append("sigma")
-    if own.clutter_density is None and (own.clutter_per_scan is None or not is_bounded):
-        why = "" if own.clutter_per_scan is None else " (clutter_per_scan needs a field_of_view)"
+    if "clutter_density" not in own and ("clutter_per_scan" not in own or not is_bounded):
+        why = "" if "clutter_per_scan" not in own else " (clutter_per_scan needs a field_of_view)"
         keys.append(f"clutter_density{why}")
     return [f"sensors.{name}.{key}" for key in keys]
 
 
 def _kind(configuration: Configuration, name: str) -> MeasurementKind:
-    word = section_of(configuration, name).measurement
+    word = configuration.sensor(name).get("measurement")
     kinds = {kind.word: kind for kind in MeasurementKind}
     return MeasurementKind.POSITION if word is None else kinds[word]
 
 
 def _as_told(configuration: Configuration, name: str, *, alone: bool) -> ObservedSensor:
     """Return a sensor as the configuration describes it."""
-    own, kind = section_of(configuration, name), _kind(configuration, name)
+    own, kind = configuration.sensor(name), _kind(configuration, name)
     rotation = None
-    if own.rotation in ("clockwise", "counter-clockwise") and own.scan_period is not None:
-        rotation = Rotation(own.scan_period, 0.0, 1 if own.rotation == "clockwise" else -1)
+    if own.get("rotation", "none") != "none" and "scan_period" in own:
+        rotation = Rotation(own["scan_period"], 0.0, 1 if own["rotation"] == "clockwise" else -1)
     return ObservedSensor(
         measurement=kind,
         dim=3 if kind.has_elevation else 2,

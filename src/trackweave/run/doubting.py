@@ -68,12 +68,11 @@ class Doubts:
         """What the next attempt takes: as read, but for the noise that is doubted."""
         if not self._factors:
             return self._told
-        values = self._told.as_file()
-        sensors = {name: dict(table) for name, table in values.get("sensors", {}).items()}
+        sensors = self._told.table("sensors")
         for name, factors in self._factors.items():
-            sensors.setdefault(name, {})["sigma"] = _scaled(self._sigmas[name], factors)
-        changed = Configuration.model_validate({**values, "sensors": sensors})
-        return changed.called(self._told.name)
+            sigma = _scaled(self._sigmas[name], factors)
+            sensors[name] = {**sensors.get(name, {}), "sigma": sigma}
+        return self._told.changed(sensors=sensors)
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False

@@ -37,7 +37,7 @@ def fuser_of(
         plain = _without_rate(kind)
         if plain is not kind:
             widths[sensor.name] = filled(kind, measured) / filled(plain, measured)
-        if plots.cost == "evidence":
+        if plots.rule.cost == "evidence":
             continue
         view = None if sensor.field_of_view is None else sensor.field_of_view.coverage()
         if view is not None and reports.dim == 2 and extent(view, kind) is not None:
@@ -53,7 +53,7 @@ def fuser_of(
         )
     fuser = PlotFuser(
         sensors,
-        plots.rule(),
+        plots.rule,
         settings.search or Auto(),
         motion=settings.motion,
         volumes=volumes,

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sections import Configuration
-from trackweave.config.sensing import is_period, section_of
+from trackweave.config.sensing import is_period
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.coverage import FieldOfView
@@ -87,7 +87,7 @@ def _notes_on_sigma(reports: ReportTable, configuration: Configuration) -> list[
     return [
         f"sensors.{name}.sigma: not used, as every report has a sigma of its own"
         for index, name in enumerate(reports.sensors)
-        if section_of(configuration, name).sigma is not None
+        if configuration.sensor(name).get("sigma") is not None
         and np.all(has_own[reports.sensor == index])
     ]
 
@@ -118,7 +118,7 @@ def _notes_on_turns(
     """Return sentences on beams that do not turn as told, or not steadily."""
     notes = []
     for name, seen in observed.items():
-        turn, told = seen.rotation, section_of(configuration, name).scan_period
+        turn, told = seen.rotation, configuration.sensor(name).get("scan_period")
         if turn is None:
             continue
         shown = f"{turn.period:.5g} s"

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of, view_keys
+from trackweave.config.sensing import view_keys
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -55,8 +55,9 @@ def settle(
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
-    table = in_turns(placed(reports, places), rotations)
-    observed = _with_views(observed, placed(reports, places), configuration, places)
+    on_plane = placed(reports, places)
+    table = in_turns(on_plane, rotations)
+    observed = _with_views(observed, on_plane, configuration, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
@@ -83,11 +84,11 @@ def _is_known_to_scan(
     rotations: Mapping[str, Rotation],
 ) -> bool | None:
     """Tell whether a sensor looks, as file and columns say; None where they do not."""
-    section = section_of(configuration, name)
-    if section.scans is not None:
-        return section.scans
-    is_turning = name in rotations or section.rotation not in (None, "none")
-    if is_turning or section.scan_period is not None or reports.scan is not None:
+    section = configuration.sensor(name)
+    if "scans" in section:
+        return bool(section["scans"])
+    is_turning = name in rotations or section.get("rotation", "none") != "none"
+    if is_turning or "scan_period" in section or reports.scan is not None:
         return True
     return None
 
@@ -117,7 +118,7 @@ def _with_views(
     return observed | {
         name: replace(observed[name], field_of_view=view)
         for name, view in views.items()
-        if name != ANY_SENSOR and section_of(configuration, name).field_of_view is None
+        if name != ANY_SENSOR and "field_of_view" not in configuration.sensor(name)
     }
 
 
@@ -125,7 +126,7 @@ def positions_in(
     reports: ReportTable, configuration: Configuration
 ) -> dict[str, tuple[float, ...]]:
     """Return where sensors are said to stand, x, y[, z] [m]; those without are left out."""
-    given = {name: section_of(configuration, name).position for name in reports.sensors}
+    given = {name: configuration.sensor(name).get("position") for name in reports.sensors}
     return {name: tuple(place) for name, place in given.items() if place is not None}
 
 
@@ -140,9 +141,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
         turns, is_sure = _rotation(
-            section_of(configuration, name).model_dump(
-                include={"rotation", "scan_period", "scans"}
-            ),
+            configuration.sensor(name),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
@@ -171,8 +170,7 @@ def _of_positions(
     configuration: Configuration, observed: Mapping[str, ObservedSensor]
 ) -> Configuration:
     """Return the configuration as it applies to reports that were placed on the plane."""
-    values = configuration.as_file()
-    sensors = {name: dict(table) for name, table in values.get("sensors", {}).items()}
+    sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
     for name, table in sensors.items():
         seen = observed.get(name)
         table.pop("measurement", None)
@@ -186,7 +184,7 @@ def _of_positions(
     for name, seen in observed.items():
         if seen.field_of_view is not None:
             sensors.setdefault(name, {})["field_of_view"] = view_keys(seen.field_of_view)
-    return Configuration.model_validate({**values, "sensors": sensors})
+    return configuration.changed(sensors=sensors)
 
 
 def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
@@ -201,8 +199,8 @@ def _rotation(
     said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
 ) -> tuple[Rotation | None, bool]:
     """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
-    word, period = said["rotation"], said["scan_period"]
-    if word == "none" or said["scans"] is False:
+    word, period = said.get("rotation"), said.get("scan_period")
+    if word == "none" or said.get("scans") is False:
         return None, True
     given = float(period) if isinstance(period, int | float) else None
     direction = None

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sections import Configuration, SearchSection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import (
@@ -75,7 +75,7 @@ def estimates_for(
     if directions is None and not needs_estimates(configuration, names):
         return None
     # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
-    configuration = configuration.model_copy(update={"search": SearchSection()})
+    configuration = configuration.changed(search={})
     reports, notes = without_echoes(reports)
     estimates = estimate(reports, known_sigma(configuration, names), scanning)
     in_metres = reports.frame is not None or directions is not None

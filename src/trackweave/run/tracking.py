@@ -167,7 +167,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     record["diagnostics"] = [each.as_record() for each in found]
     values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
     seed = seed_of(rng)
-    record = with_seed(record, seed, None if seed == (configuration.seed or 0) else "argument")
+    record = with_seed(
+        record, seed, None if seed == (configuration.said("seed") or 0) else "argument"
+    )
     return _handed_back(record, values, (reports, config, priors), came)
 
 
@@ -290,7 +292,7 @@ def report_table(
     if isinstance(reports, ReportTable):
         table = reports
     else:
-        origin = configuration.frame.origin
+        origin = configuration.said("frame", "origin")
         raw = load_table(reports)
         if isinstance(reports, str | os.PathLike):
             came = table_of(raw)
@@ -301,7 +303,7 @@ def report_table(
         table = reports_in(
             raw,
             frame_origin=None if origin is None else (origin[0], origin[1]),
-            frame_projection=configuration.frame.projection or "tangent",
+            frame_projection=configuration.said("frame", "projection") or "tangent",
             on_bad_row=on_bad_row,
         )
     if len(table) == 0:

@@ -1,12 +1,22 @@
 """What a simulation is made of: an area, sensors, targets."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Annotated
 
-from trackweave.domain.reports import NOISE_M
 from trackweave.errors import InvalidInputError
-from trackweave.simulation._checks import flag, number, text, vector, whole
-from trackweave.simulation.targets import MOST_TARGETS, Crossing, Parallel, Target
+from trackweave.fields import Limit, settle
+from trackweave.keys import ABOVE_ZERO, AT_LEAST_ZERO, NOISE, Key
+from trackweave.simulation.targets import (
+    MANY,
+    MOST_TARGETS,
+    NAME,
+    VECTOR,
+    Crossing,
+    Parallel,
+    Target,
+    require_axes,
+)
 
 __all__ = ["Area", "RandomTargets", "Scenario", "SimulatedSensor"]
 
@@ -15,6 +25,7 @@ MOST_SCANS = 1_000_000
 MOST_SECONDS = 1e11
 MOST_FALSE_ALARMS = 1_000_000
 MOST_ROWS = 10_000_000
+SHARE = Key("a number above 0 and of at most 1", ABOVE_ZERO.least, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +36,17 @@ class Area:
     not fit is refused.
     """
 
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-    margin: float = 0.0
+    low: Annotated[tuple[float, ...], VECTOR]
+    high: Annotated[tuple[float, ...], VECTOR]
+    margin: Annotated[float, AT_LEAST_ZERO] = 0.0
 
     def __post_init__(self) -> None:
-        low = vector(self.low, "low")
-        high = vector(self.high, "high", len(low))
-        if not all(least < most for least, most in zip(low, high, strict=True)):
-            raise InvalidInputError(f"high: {self.high!r}; expected numbers above low {low!r}")
-        _set(self, "low", low)
-        _set(self, "high", high)
-        _set(self, "margin", number(self.margin, "margin", low=0.0))
+        settle(self)
+        require_axes(self.high, "high", len(self.low))
+        if not all(least < most for least, most in zip(self.low, self.high, strict=True)):
+            raise InvalidInputError(
+                f"high: {self.high!r}; expected numbers above low {self.low!r}"
+            )
 
     @property
     def dim(self) -> int:
@@ -52,39 +62,26 @@ class SimulatedSensor:
     it stands in the origin, without ``max_range`` it sees the whole area.
     """
 
-    name: str
-    sigma: float | tuple[float, ...]
-    scan_period: float
-    detection_probability: float = 0.9
-    clutter_per_scan: float = 0.0
-    start_offset: float = 0.0
-    position: tuple[float, ...] | None = None
-    max_range: float = math.inf
+    name: Annotated[str, NAME]
+    sigma: Annotated[
+        Annotated[float, NOISE] | tuple[Annotated[float, NOISE], ...],
+        Key(
+            f"a number above 0, {NOISE.least:g} to {NOISE.most:g} m, or one per axis", size=(2, 3)
+        ),
+    ]
+    scan_period: Annotated[float, ABOVE_ZERO]
+    detection_probability: Annotated[float, SHARE] = 0.9
+    clutter_per_scan: Annotated[
+        float, Key("a number of at least 0 and of at most 1e+06", 0, MOST_FALSE_ALARMS)
+    ] = 0.0
+    start_offset: Annotated[
+        float, Key("a number of at least 0 and of at most 1e+11", 0, MOST_SECONDS)
+    ] = 0.0
+    position: Annotated[tuple[float, ...] | None, VECTOR] = None
+    max_range: Annotated[Limit, ABOVE_ZERO] = math.inf
 
     def __post_init__(self) -> None:
-        text(self.name, "name")
-        raw: object = self.sigma
-        if hasattr(raw, "__len__") and not isinstance(raw, str):
-            sigmas = vector(raw, "sigma")
-            _set(self, "sigma", tuple(_noise(sigma) for sigma in sigmas))
-        else:
-            _set(self, "sigma", _noise(raw))
-        _set(self, "scan_period", number(self.scan_period, "scan_period", above=0.0))
-        chance = number(self.detection_probability, "detection_probability", above=0.0, high=1.0)
-        _set(self, "detection_probability", chance)
-        clutter = number(
-            self.clutter_per_scan, "clutter_per_scan", low=0.0, high=MOST_FALSE_ALARMS
-        )
-        _set(self, "clutter_per_scan", clutter)
-        _set(
-            self,
-            "start_offset",
-            number(self.start_offset, "start_offset", low=0.0, high=MOST_SECONDS),
-        )
-        if self.position is not None:
-            _set(self, "position", vector(self.position, "position"))
-        if self.max_range != math.inf:
-            _set(self, "max_range", number(self.max_range, "max_range", above=0.0))
+        settle(self)
 
     def sigmas(self, dim: int) -> tuple[float, ...]:
         """Return the standard deviation along each of ``dim`` axes [m]."""
@@ -105,24 +102,19 @@ class RandomTargets:
     straight course; process noise may carry it a little beyond.
     """
 
-    count: int
+    count: Annotated[int, MANY]
     speed: tuple[float, float]
-    birth_rate: float = 0.0
-    survival: float = 1.0
+    birth_rate: Annotated[float, AT_LEAST_ZERO] = 0.0
+    survival: Annotated[float, SHARE] = 1.0
     stay_inside: bool = True
 
     def __post_init__(self) -> None:
-        _set(self, "count", whole(self.count, "count", 0, MOST_TARGETS))
-        least, greatest = vector(self.speed, "speed", 2)
-        if not 0 <= least <= greatest:
+        settle(self)
+        if not 0 <= self.speed[0] <= self.speed[1]:
             raise InvalidInputError(
                 f"speed: {self.speed!r}; expected a least speed of at least 0 and a greatest "
                 "not below it"
             )
-        _set(self, "speed", (least, greatest))
-        _set(self, "birth_rate", number(self.birth_rate, "birth_rate", low=0.0))
-        _set(self, "survival", number(self.survival, "survival", above=0.0, high=1.0))
-        flag(self.stay_inside, "stay_inside")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,21 +125,19 @@ class Scenario:
     """
 
     area: Area
-    duration: float
+    duration: Annotated[
+        float, Key("a number above 0 and of at most 1e+11", ABOVE_ZERO.least, MOST_SECONDS)
+    ]
     sensors: tuple[SimulatedSensor, ...]
     targets: tuple[Target, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     parallels: tuple[Parallel, ...] = ()
     random: RandomTargets | None = None
-    process_noise: float = 0.0
-    seed: int = 1
+    process_noise: Annotated[float, AT_LEAST_ZERO] = 0.0
+    seed: Annotated[int, Key("a whole number of at least 0", 0)] = 1
 
     def __post_init__(self) -> None:
-        _set(self, "duration", number(self.duration, "duration", above=0.0, high=MOST_SECONDS))
-        _set(self, "process_noise", number(self.process_noise, "process_noise", low=0.0))
-        _set(self, "seed", whole(self.seed, "seed", low=0))
-        for key in ("sensors", "targets", "crossings", "parallels"):
-            _set(self, key, tuple(getattr(self, key)))
+        settle(self)
         if not self.sensors:
             raise InvalidInputError("sensors: none; expected at least one")
         _check_dimensions(self)
@@ -163,26 +153,9 @@ class Scenario:
         for group in groups:
             everyone.extend(group.targets())
         return tuple(
-            target if target.name is not None else _named(target, str(place))
+            target if target.name is not None else replace(target, name=str(place))
             for place, target in enumerate(everyone, start=1)
         )
-
-
-def _noise(value: object) -> float:
-    # Above 0 first, so that the message of a negative one says no more than that.
-    return number(number(value, "sigma", above=0.0), "sigma", low=NOISE_M[0], high=NOISE_M[1])
-
-
-def _named(target: Target, name: str) -> Target:
-    return Target(
-        target.position,
-        target.velocity,
-        target.start,
-        target.end,
-        target.at,
-        target.manoeuvres,
-        name,
-    )
 
 
 def _check_dimensions(scenario: Scenario) -> None:
@@ -245,8 +218,3 @@ def _check_names(kind: str, names: list[str | None]) -> None:
         if name in seen:
             raise InvalidInputError(f"{kind}[{place}].name: {name!r} comes twice; expected once")
         seen.add(name)
-
-
-def _set(thing: object, key: str, value: object) -> None:
-    # Frozen dataclasses keep the checked and converted value this way.
-    object.__setattr__(thing, key, value)

@@ -6,21 +6,23 @@ in units of the noise, and harder still where sensors tell a direction only.
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import InvalidInputError
+from trackweave.fields import settle
+from trackweave.keys import ABOVE_ZERO, AT_LEAST_ZERO, Key
 from trackweave.randomness import RandomSource, generator_of
-from trackweave.simulation._checks import number, whole
 
 __all__ = ["BearingKind", "PositionKind", "Scene", "SceneKind", "draw_scene"]
 
 MOST_PLOTS = 10_000_000
 """Greatest expected number of plots in a scene; a larger one is a mistake."""
-
-_set = object.__setattr__
+CHANCE = Key("a number above 0, below 1", ABOVE_ZERO.least, math.nextafter(1.0, 0.0))
+SENSORS = Key("a whole number of at least 2", 2)
+OBJECTS = Key("a whole number of at least 0", 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +52,16 @@ class PositionKind:
         If a value is out of range.
     """
 
-    n_sensors: int
-    n_objects: int
-    spacing: float = 10.0
-    sigma: float = 10.0
-    detection_probability: float = 0.9
-    clutter_per_object: float | None = None
+    n_sensors: Annotated[int, SENSORS]
+    n_objects: Annotated[int, OBJECTS]
+    spacing: Annotated[float, ABOVE_ZERO] = 10.0
+    sigma: Annotated[float, ABOVE_ZERO] = 10.0
+    detection_probability: Annotated[float, CHANCE] = 0.9
+    clutter_per_object: Annotated[float | None, AT_LEAST_ZERO] = None
 
     def __post_init__(self) -> None:
+        settle(self)
         _check_common(self, 0.5 if self.n_sensors == 3 else 0.2)
-        _set(self, "spacing", number(self.spacing, "spacing", above=0.0))
-        _set(self, "sigma", number(self.sigma, "sigma", above=0.0))
 
     @property
     def side(self) -> float:
@@ -97,20 +98,21 @@ class BearingKind:
         If a value is out of range.
     """
 
-    n_sensors: int
-    n_objects: int
-    sigma: float = 0.002
-    detection_probability: float = 0.9
-    clutter_per_object: float | None = None
-    side: float = 10_000.0
+    n_sensors: Annotated[int, SENSORS]
+    n_objects: Annotated[int, OBJECTS]
+    sigma: Annotated[float, Key("a number above 0, at most π", ABOVE_ZERO.least, math.pi)] = 0.002
+    detection_probability: Annotated[float, CHANCE] = 0.9
+    clutter_per_object: Annotated[float | None, AT_LEAST_ZERO] = None
+    side: Annotated[float, ABOVE_ZERO] = 10_000.0
     radius: float = 9_000.0
 
     def __post_init__(self) -> None:
+        settle(self)
         _check_common(self, 0.2)
-        _set(self, "sigma", number(self.sigma, "sigma", above=0.0, high=math.pi))
-        _set(self, "side", number(self.side, "side", above=0.0))
         # Half the diagonal: from outside, the square fills less than half a turn.
-        _set(self, "radius", number(self.radius, "radius", above=self.side / math.sqrt(2.0)))
+        least = self.side / math.sqrt(2.0)
+        if not self.radius > least:
+            raise InvalidInputError(f"radius: {self.radius!r}; expected a number above {least:g}")
 
 
 SceneKind: TypeAlias = PositionKind | BearingKind
@@ -197,15 +199,9 @@ def draw_scene(kind: SceneKind, rng: RandomSource = 0) -> Scene:
 
 
 def _check_common(kind: SceneKind, clutter: float) -> None:
-    _set(kind, "n_sensors", whole(kind.n_sensors, "n_sensors", 2))
-    _set(kind, "n_objects", whole(kind.n_objects, "n_objects", 0))
-    chance = number(kind.detection_probability, "detection_probability", above=0.0, high=1.0)
-    if chance == 1.0:
-        raise InvalidInputError("detection_probability: 1; expected a number below 1")
-    _set(kind, "detection_probability", chance)
-    if kind.clutter_per_object is not None:
-        clutter = number(kind.clutter_per_object, "clutter_per_object", low=0.0)
-    _set(kind, "clutter_per_object", clutter)
+    if kind.clutter_per_object is None:
+        object.__setattr__(kind, "clutter_per_object", clutter)
+    clutter = kind.clutter_per_object or 0.0
     expected = kind.n_sensors * kind.n_objects * (1.0 + clutter)
     if expected > MOST_PLOTS:
         raise InvalidInputError(

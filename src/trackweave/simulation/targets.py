@@ -2,15 +2,33 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 from trackweave.errors import InvalidInputError
-from trackweave.simulation._checks import number, text, vector, whole
+from trackweave.fields import settle
+from trackweave.keys import ABOVE_ZERO, AT_LEAST_ZERO, Key
 
-__all__ = ["MOST_TARGETS", "Crossing", "Manoeuvre", "Parallel", "Target"]
+__all__ = [
+    "MANY", "MOST_TARGETS", "NAME", "VECTOR", "Crossing", "Manoeuvre", "Parallel", "Target",
+    "require_axes",
+]  # fmt: skip
 
 MOST_TARGETS = 100_000
 """As many may be in a scenario; more are a slip."""
+LONGEST_NAME = 256
+"""Bytes of a name, as files of reports may have."""
+MANY = Key(f"a whole number from 0 to {MOST_TARGETS}", 0, MOST_TARGETS)
+SEVERAL = Key(f"a whole number from 2 to {MOST_TARGETS}", 2, MOST_TARGETS)
+VECTOR = Key("two or three finite numbers", size=(2, 3))
+NAME = Key(
+    f"a text that is not empty, of at most {LONGEST_NAME} bytes, without blanks around it or line "
+    "breaks in it",
+    holds=lambda name: (
+        name.strip() == name != "" and name.isprintable() and len(name.encode()) <= LONGEST_NAME
+    ),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,23 +36,17 @@ class Manoeuvre:
     """A time in which a target turns, to the left [degrees/s], or accelerates: one of the two."""
 
     start: float
-    duration: float
-    turn_rate_deg_s: float | None = None
-    acceleration: tuple[float, ...] | None = None
+    duration: Annotated[float, ABOVE_ZERO]
+    turn_rate_deg_s: Annotated[float | None, Key("a number from -180 to 180", -180, 180)] = None
+    acceleration: Annotated[tuple[float, ...] | None, VECTOR] = None
 
     def __post_init__(self) -> None:
-        _set(self, "start", number(self.start, "start"))
-        _set(self, "duration", number(self.duration, "duration", above=0.0))
+        settle(self)
         if (self.turn_rate_deg_s is None) == (self.acceleration is None):
             raise InvalidInputError(
                 f"turn_rate_deg_s: {self.turn_rate_deg_s!r}, acceleration: "
                 f"{self.acceleration!r}; expected one of the two"
             )
-        if self.turn_rate_deg_s is not None:
-            rate = number(self.turn_rate_deg_s, "turn_rate_deg_s", low=-180.0, high=180.0)
-            _set(self, "turn_rate_deg_s", rate)
-        if self.acceleration is not None:
-            _set(self, "acceleration", vector(self.acceleration, "acceleration"))
 
     @property
     def end(self) -> float:
@@ -51,22 +63,20 @@ class Target:
     it stays to the scenario's; without a name it is called by its number.
     """
 
-    position: tuple[float, ...]
+    position: Annotated[tuple[float, ...], VECTOR]
     velocity: tuple[float, ...]
-    start: float = 0.0
+    start: Annotated[float, AT_LEAST_ZERO] = 0.0
     end: float | None = None
     at: float | None = None
     manoeuvres: tuple[Manoeuvre, ...] = ()
-    name: str | None = None
+    name: Annotated[str | None, NAME] = None
 
     def __post_init__(self) -> None:
-        position = vector(self.position, "position")
-        _set(self, "position", position)
-        _set(self, "velocity", vector(self.velocity, "velocity", len(position)))
+        settle(self)
+        require_axes(self.velocity, "velocity", self.dim)
         _check_life(self)
-        _set(self, "at", self.start if self.at is None else number(self.at, "at"))
-        if self.name is not None:
-            text(self.name, "name")
+        if self.at is None:
+            object.__setattr__(self, "at", self.start)
         ordered = tuple(sorted(self.manoeuvres, key=lambda manoeuvre: manoeuvre.start))
         for first, second in itertools.pairwise(ordered):
             if second.start < first.end:
@@ -76,8 +86,8 @@ class Target:
                 )
         for manoeuvre in ordered:
             if manoeuvre.acceleration is not None:
-                vector(manoeuvre.acceleration, "manoeuvres.acceleration", len(position))
-        _set(self, "manoeuvres", ordered)
+                require_axes(manoeuvre.acceleration, "manoeuvres.acceleration", self.dim)
+        object.__setattr__(self, "manoeuvres", ordered)
 
     @property
     def dim(self) -> int:
@@ -93,22 +103,19 @@ class Crossing:
     ranges are those of the reference page "Scenario files".
     """
 
-    point: tuple[float, ...]
-    time: float
-    speed: float
-    count: int = 2
-    angle_deg: float = 20.0
+    point: Annotated[tuple[float, ...], VECTOR]
+    time: Annotated[float, AT_LEAST_ZERO]
+    speed: Annotated[float, ABOVE_ZERO]
+    count: Annotated[int, SEVERAL] = 2
+    angle_deg: Annotated[
+        float, Key("a number above 0 and of at most 180", ABOVE_ZERO.least, 180)
+    ] = 20.0
     heading_deg: float = 90.0
-    start: float = 0.0
+    start: Annotated[float, AT_LEAST_ZERO] = 0.0
     end: float | None = None
 
     def __post_init__(self) -> None:
-        _set(self, "point", vector(self.point, "point"))
-        _set(self, "time", number(self.time, "time", low=0.0))
-        _set(self, "speed", number(self.speed, "speed", above=0.0))
-        _set(self, "count", whole(self.count, "count", 2, MOST_TARGETS))
-        _set(self, "angle_deg", number(self.angle_deg, "angle_deg", above=0.0, high=180.0))
-        _set(self, "heading_deg", number(self.heading_deg, "heading_deg"))
+        settle(self)
         _check_life(self)
 
     @property
@@ -119,8 +126,8 @@ class Crossing:
     def targets(self) -> tuple[Target, ...]:
         """Return the targets, those with the smallest heading first."""
         found = []
-        for number_ in range(self.count):
-            heading = self.heading_deg + self.angle_deg * (number_ - (self.count - 1) / 2)
+        for number in range(self.count):
+            heading = self.heading_deg + self.angle_deg * (number - (self.count - 1) / 2)
             velocity = _along(heading, self.speed, self.dim)
             found.append(Target(self.point, velocity, self.start, self.end, at=self.time))
         return tuple(found)
@@ -130,24 +137,20 @@ class Crossing:
 class Parallel:
     """Targets that move side by side at a spacing [m]; their row's middle starts at a position."""
 
-    position: tuple[float, ...]
+    position: Annotated[tuple[float, ...], VECTOR]
     velocity: tuple[float, ...]
-    spacing: float
-    count: int = 2
-    start: float = 0.0
+    spacing: Annotated[float, ABOVE_ZERO]
+    count: Annotated[int, SEVERAL] = 2
+    start: Annotated[float, AT_LEAST_ZERO] = 0.0
     end: float | None = None
 
     def __post_init__(self) -> None:
-        position = vector(self.position, "position")
-        _set(self, "position", position)
-        velocity = vector(self.velocity, "velocity", len(position))
-        if not math.hypot(*velocity[:2]) > 0:
+        settle(self)
+        require_axes(self.velocity, "velocity", self.dim)
+        if not math.hypot(*self.velocity[:2]) > 0:
             raise InvalidInputError(
                 f"velocity: {self.velocity!r}; expected a velocity that is not zero in the plane"
             )
-        _set(self, "velocity", velocity)
-        _set(self, "spacing", number(self.spacing, "spacing", above=0.0))
-        _set(self, "count", whole(self.count, "count", 2, MOST_TARGETS))
         _check_life(self)
 
     @property
@@ -160,8 +163,8 @@ class Parallel:
         east, north = self.velocity[:2]
         speed = math.hypot(east, north)
         found = []
-        for number_ in range(self.count):
-            aside = self.spacing * (number_ - (self.count - 1) / 2) / speed
+        for number in range(self.count):
+            aside = self.spacing * (number - (self.count - 1) / 2) / speed
             x, y, *rest = self.position
             place = (x - aside * north, y + aside * east, *rest)
             found.append(Target(place, self.velocity, self.start, self.end))
@@ -175,12 +178,12 @@ def _along(heading_deg: float, speed: float, dim: int) -> tuple[float, ...]:
 
 
 def _check_life(thing: Target | Crossing | Parallel) -> None:
-    start = number(thing.start, "start", low=0.0)
-    _set(thing, "start", start)
-    if thing.end is not None:
-        _set(thing, "end", number(thing.end, "end", above=start))
+    if thing.end is not None and not thing.end > thing.start:
+        raise InvalidInputError(f"end: {thing.end!r}; expected a number above {thing.start:g}")
 
 
-def _set(thing: object, key: str, value: object) -> None:
-    # Frozen dataclasses keep the checked and converted value this way.
-    object.__setattr__(thing, key, value)
+def require_axes(values: Sequence[float], key: str, dim: int) -> None:
+    """Refuse a vector of another number of components."""
+    if len(values) != dim:
+        many = {2: "two", 3: "three"}[dim]
+        raise InvalidInputError(f"{key}: {values!r:.80}; expected {many} finite numbers")

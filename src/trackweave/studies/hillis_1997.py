@@ -13,7 +13,7 @@ from trackweave.plotting._png import png_of
 from trackweave.plotting.hypotheses import Drawing, picture_of_hypotheses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Claim, Part, Study, WriteUp
-from trackweave.studies.hillis_claims import claims_of, last_of, searches_of, sizes_of
+from trackweave.studies.hillis_claims import SAY, claims_of, last_of, searches_of, sizes_of
 from trackweave.studies.hillis_example import PLACES, REPORTS, drawn, tracks_of
 from trackweave.studies.hillis_search import (
     CLOSE,
@@ -195,28 +195,6 @@ def _picture_of_stops(tables: Mapping[str, Table]) -> bytes:
     ])  # fmt: skip
 
 
-SECTIONS = {
-    "example": "## An early choice\n\nReports of one radar; the patent gives no places, these are "
-    "ours. Cost of the best hypothesis whose links between the first two scans are those of a "
-    "figure; Figure 4 goes on from Figure 3.\n\n![](example.png)",
-    "search": "## Search, by evaluations\n\nFull windows of five scans of one sensor over 1 km². "
-    "*by size*: the preset, 16 individuals for each report of the window and 2 generations, at "
-    "most 200,000 individuals; here to the end, without the threshold. *population N*: the same "
-    "search with other sizes. *'931 lists*: with lists of associations. *hillis*: the usable "
-    "preset, and *default*: ours, both above the best where lone reports may be false alarms; the "
-    "others above the exact answer by the patent's fitness, in which each is a track. Bars of the "
-    "first figure: 95 %.\n\n![](excess.png)\n![](share.png)",
-    "depths": "## Depth of the window\n\nScenes of two sensors: five objects, three and two of "
-    "which cross, false alarms, misses; every method sets out from the same tracks. *document*: "
-    "the preset. *its best*: the proven best by its fitness. *exact*: that where a report that "
-    "joins nothing may be a false alarm. *nearest*: one scan, the cheapest pair first."
-    "\n\n![](depths.png)",
-    "islands": "## Islands\n\nWindows of 10 objects, as many evaluations as the preset's. "
-    "At the end of each epoch the fittest that an island ever had takes the place of the next "
-    "one's worst. One population keeps no such individual: its generations do not overlap.",
-}
-
-
 def _report(tables: Mapping[str, Table], claims: tuple[Claim, ...]) -> str:
     islands = tables["islands"]
     names, means = list(dict.fromkeys(row["search"] for row in islands.to_dicts())), []
@@ -230,21 +208,10 @@ def _report(tables: Mapping[str, Table], claims: tuple[Claim, ...]) -> str:
     }
     sections = [
         f"{text}\n\n{text_table(shown[name].columns, shown[name].rows())}\n\nNumbers: {name}.csv"
-        for name, text in SECTIONS.items()
+        for name, text in SAY.sections().items()
     ]
-    return (
-        "# hillis-1997, repeated\n\nD. B. Hillis, *Method and apparatus for multi-sensor, "
-        "multi-target tracking using a genetic algorithm*, US patent 6,055,523, filed 1997.\n\n"
-        "**The patent prints no results**, no scene, no score and no sizes of the search: these "
-        "are ours. Costs are in nats against all reports being false alarms; less is better. "
-        "Figures stand with their 95 % intervals. On reports of your own take `--preset hillis`."
-        "\n\n## Claims\n\n" + claims_text(claims) + "\n\n## The drawings\n\nEach string, decoded "
-        "by the tracker's own decoder from the example's reports.\n\n![](figures.png)\n\nFigure "
-        "5, with our parts by name:\n\n![](figure5.png)\n\n" + "\n\n".join(sections)
-        + "\n\n## Stopping\n\nBy the threshold on mean less fittest, and by the next scan.\n\n"
-        "![](stops.png)\n\nNumbers: thresholds.csv, interruptions.csv; of reports that come "
-        "alone: arrivals.csv\n"
-    )  # fmt: skip
+    begin, drawings, end = (SAY.text(name) for name in ("begin", "drawings", "end"))
+    return f"{begin}{claims_text(claims)}{drawings}" + "\n\n".join(sections) + end
 
 
 def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:

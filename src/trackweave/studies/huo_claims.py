@@ -17,44 +17,13 @@ from trackweave.studies.judging import (
     share_of,
     verdict_of,
 )
+from trackweave.studies.sentences import Sentences
 from trackweave.studies.writing import Table, claims_text, numbers, text_table
 
 __all__ = ["write_up"]
 
 Tables = Mapping[str, Table]
-OURS = "≥ 95 % of scenes (ours)"
-BEGIN = """# huo-2008, repeated
-
-Huo L., Zhang Z., Bai P., Song Y., Xiong X., *A sort of model of multi-sensor multi-object flight
-path connection based on GA*, 2008.
-
-**The document prints no result figures**, no scene and no parameters: scenes, rates, sizes and
-thresholds are ours. *document*: its genetic algorithm on its problem (every track in exactly one
-tuple), sizes by the preset's rule. *relaxation*: Lagrangian prices, as the document credits to
-Deb and others, on the same problem. *exact*: the proven answer of it. *pairwise*: one optimal
-assignment per further sensor, the usual practice. *nearest*: each track in turn takes the nearest
-group. *default*: ours. *weighted*, *modified*, *nearest neighbour*: the methods for two nodes
-that it names, on the last time alone. Figures are means with 95 % intervals.
-
-"""
-SECTIONS = {
-    "strings": "Figs. 1 and 2: a chromosome, and a swap in it\n\nThe tuples of objects 1, 2 and "
-    "10 are the document's; it prints the others in its drawing only, and these are ours.",
-    "search": "The search: J above the least one after so many evaluations [%]\n\nAt 6 σ, no stop "
-    "rule; P_r = 0.2 and the rest crossed. In brackets the share of scenes at the least J. "
-    "*default* and *relaxation* count steps of prices.",
-    "stops": "Where the preset stops\n\nM = 3, by its own rules, with stop rule 2 (no better "
-    "for so many generations) and without.",
-    "spacing": "Right associations against spacing [%]\n\nM = 3, n = 10, five times: the share of "
-    "tracks whose group is exactly the tracks of their object.",
-    "sizes": "More sensors, more objects, objects that some sensors do not see [%]\n\nAt 6 σ. The "
-    "document's problem needs every sensor to see every object; of more than 40 genes its search "
-    "takes minutes, and is left out.",
-    "two-nodes": "Two nodes [%]\n\nM = 2, n = 10. *shared*: the part of each error's variance "
-    "that both sensors have in common, which the document takes to be none.",
-    "confirmation": "What the N/M rule does to wrong declarations [%]\n\nM = 3, n = 10 at 2 σ, "
-    "eight successive associations; 1/1 declares the last one's result.",
-}
+SAY = Sentences("huo")
 PICTURES = {
     "strings": ("strings",), "search": ("search", "optimum"), "spacing": ("spacing",),
 }  # fmt: skip
@@ -71,10 +40,12 @@ def write_up(tables: Tables, quick: bool) -> WriteUp:
     texts["strings"] = text_table(tables["strings"].columns, tables["strings"].rows())
     texts["search"] = _search_text(tables["search"])
     sections = []
-    for name, words in SECTIONS.items():
+    for name, words in SAY.sections().items():
         pictures = "".join(f"![]({picture}.png) " for picture in PICTURES.get(name, ()))
         sections.append(f"## {words}\n\n{texts[name]}\n\n{pictures}Numbers: {name}.csv")
-    report = f"{BEGIN}## Claims\n\n{claims_text(claims)}\n\n" + "\n\n".join(sections) + "\n"
+    report = (
+        f"{SAY.text('begin')}## Claims\n\n{claims_text(claims)}\n\n" + "\n\n".join(sections) + "\n"
+    )
     return WriteUp(report, claims, _figures(tables))
 
 
@@ -180,20 +151,17 @@ def _search_panels(table: Table, what: str) -> list[Panel]:
 
 
 def _least_j(stops: Table) -> list[Claim]:
-    texts = {
-        (10, 6.0, "with"): "The genetic algorithm finds the least J of M = 3, n = 10",
-        (10, 6.0, "without"): "… without stop rule 2, for its G generations",
-        (20, 6.0, "with"): "… of n = 20, its sizes grown by the preset's rule",
-        (20, 2.0, "with"): "… of n = 20 where objects are 2 σ apart",
-    }
+    cases = {
+        "least": (10, 6.0, "with"), "least-without": (10, 6.0, "without"),
+        "least-of-20": (20, 6.0, "with"), "least-near": (20, 2.0, "with"),
+    }  # fmt: skip
     claims = []
-    for (objects, spacing, rule), text in texts.items():
+    for name, (objects, spacing, rule) in cases.items():
         own = {"objects": objects, "spacing": spacing, "rule 2": rule}
         share, excess = _optimal(stops, **own), _mean(stops, "excess", **own)
-        found = f"It ends there in {share} of the scenes, and above it by {excess} on average."
-        if not share.count:
-            found = "Not measured by a quick run."
-        claims.append(Claim(text, at_least(share, 95.0), found, OURS))
+        found = SAY.text("ends" if share.count else "unmeasured")
+        found = found.format(share=share, excess=excess)
+        claims.append(SAY.claim(name, at_least(share, 95.0), found=found))
     return claims
 
 
@@ -204,71 +172,42 @@ def _claims(tables: Tables) -> tuple[Claim, ...]:
     exact = numbers(search, "excess", search="exact")
     relaxed = _optimal(search, search="relaxation")
     return (
-        Claim(
-            "“Simulation experiments testify the correctness and validity” (abstract)",
-            Verdict.CANNOT_BE_TOLD,
-            "The document prints no result, figure or number of an experiment to compare with.",
-        ),
-        Claim(
-            "Fig. 1's chromosome is the tuples {1, 9, 4}, {2, 10, 7}, …, {10, 5, 2}; Fig. 2 swaps "
-            "two genes",
-            verdict_of({str(one) for one in drawn} <= listed),
-            f"The search reads {len(listed)} tuples out of it, these three among them.",
+        SAY.claim("experiments", Verdict.CANNOT_BE_TOLD),
+        SAY.claim(
+            "chromosome", verdict_of({str(one) for one in drawn} <= listed), listed=len(listed),
         ),
         *_least_j(tables["stops"]),
-        Claim(
-            "For s ≥ 3 traditional searches such as integer programming are “powerless” "
-            "(introduction)",
-            verdict_of(bool(np.any(exact > 0.0))),
-            f"Branch and bound proves the least J of {np.count_nonzero(exact == 0.0)} of "
-            f"{exact.size} scenes, M × n as below.",
+        SAY.claim(
+            "powerless", verdict_of(bool(np.any(exact > 0.0))),
+            proven=np.count_nonzero(exact == 0.0), scenes=exact.size,
         ),
-        Claim(
-            "“The more effective method at present is the relaxation” of Deb and others "
-            "(introduction), which the genetic algorithm is to better",
-            at_least(relaxed, 95.0),
-            f"Prices alone end at the least J in {relaxed} of the scenes; no search can do better "
-            "there.",
-            OURS,
-        ),
+        SAY.claim("relaxation", at_least(relaxed, 95.0), relaxed=relaxed),
         *_against_practice(tables),
         *_confirming(tables["confirmation"]),
-        _better(
-            "Our default associates more tracks rightly than pairwise assignment",
-            numbers(spacing, "default") - numbers(spacing, "pairwise"),
-        ),
+        _better("default", numbers(spacing, "default") - numbers(spacing, "pairwise")),
     )  # fmt: skip
 
 
-def _better(text: str, difference: FloatArray) -> Claim:
+def _better(name: str, difference: FloatArray) -> Claim:
     found = mean_of(difference, "points")
     if found.count > 1 and found.high < 0.0:
         verdict = Verdict.DOES_NOT_HOLD
     else:
         verdict = Verdict.HOLDS if found.low > 0.0 else Verdict.CANNOT_BE_TOLD
-    return Claim(text, verdict, f"By {found}.", "above 0 points of right associations (ours)")
+    return SAY.claim(name, verdict, found=found)
 
 
 def _against_practice(tables: Tables) -> list[Claim]:
     spacing, two = tables["spacing"], tables["two-nodes"]
     return [
+        _better("exact", numbers(spacing, "exact") - numbers(spacing, "pairwise")),
+        _better("document", numbers(spacing, "document") - numbers(spacing, "pairwise")),
         _better(
-            "M-dimensional assignment, solved exactly, beats the usual practice of two lists at a "
-            "time",
-            numbers(spacing, "exact") - numbers(spacing, "pairwise"),
-        ),
-        _better(
-            "… and so it does as the genetic algorithm solves it",
-            numbers(spacing, "document") - numbers(spacing, "pairwise"),
-        ),
-        _better(
-            "λ summed over all times (eq. 6) beats the weighted method for two nodes at one time",
+            "all-times",
             numbers(two, "document", shared=0.0) - numbers(two, "weighted", shared=0.0),
         ),
         _better(
-            "The modified method beats the weighted one where errors have half their variance in "
-            "common",
-            numbers(two, "modified", shared=0.5) - numbers(two, "weighted", shared=0.5),
+            "modified", numbers(two, "modified", shared=0.5) - numbers(two, "weighted", shared=0.5)
         ),
     ]
 
@@ -289,11 +228,12 @@ def _confirming(table: Table) -> list[Claim]:
             for rule, mean in means.items()
         )
         claims.append(
-            Claim(
-                f"The N/M rule is “to reduce errors” (section 2.5): 3/4 at 2 σ, {words}",
+            SAY.claim(
+                "confirming",
                 at_most(found, 0.0) if found.value else Verdict.CANNOT_BE_TOLD,
-                f"Wrong among what is declared: {found}; by rule: {shares}.",
-                "below 0 points of what is declared (ours)",
+                words=words,
+                found=found,
+                shares=shares,
             )
         )
     return claims

@@ -9,7 +9,7 @@ from trackweave.plotting.courses import CoursePanel, Layer, Look, picture_of_cou
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Part, Study, WriteUp
 from trackweave.studies.judging import Interval, mean_curve, mean_of
-from trackweave.studies.wiranto_claims import CLASSIFIED, EXCESS, FIRST, FORMATIONS, claims_of
+from trackweave.studies.wiranto_claims import CLASSIFIED, EXCESS, FIRST, FORMATIONS, SAY, claims_of
 from trackweave.studies.wiranto_plots import COLONIES, DEFAULT, EXACT, GREEDY, search, sorting
 from trackweave.studies.wiranto_scenes import SKIES, STRAIGHT, TURN, TURNING
 from trackweave.studies.wiranto_tracks import (
@@ -42,11 +42,26 @@ def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
     """Return the report, claims and figures that the tables make."""
     claims = claims_of(tables)
     told = {
-        "sorting": ("## Plots instant by instant", SORTING, ("sky", "method"), 3),
-        "search": ("## The search, by ants and cycles", SEARCH, ("sky", "method", "cycles"), 4),
-        "tracking": ("## Whole trackers", TRACKING, ("tracker",), 2),
-        "courses": ("## Off the course", COURSES, ("leg", "what"), 3),
-        "noise": ("## What the process noise does", NOISY, ("tracker", NOISE, "leg"), 4),
+        "sorting": (
+            "## Plots instant by instant",
+            SAY.sections()["sorting"],
+            ("sky", "method"),
+            3,
+        ),
+        "search": (
+            "## The search, by ants and cycles",
+            SAY.sections()["search"],
+            ("sky", "method", "cycles"),
+            4,
+        ),
+        "tracking": ("## Whole trackers", SAY.sections()["tracking"], ("tracker",), 2),
+        "courses": ("## Off the course", SAY.sections()["courses"], ("leg", "what"), 3),
+        "noise": (
+            "## What the process noise does",
+            SAY.sections()["noisy"],
+            ("tracker", NOISE, "leg"),
+            4,
+        ),
     }
     sections = [
         f"{title}\n\n{words}\n\n{_summary(tables[name], by, tables[name].columns[first:])}\n\n"
@@ -54,7 +69,8 @@ def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
         for name, (title, words, by, first) in told.items()
     ]
     draws = ", ".join(f"{count} {name}" for name, count in _n_skies(quick).items())
-    text = f"{BEGIN}{claims_text(claims)}{FIGURES}Draws of skies: {draws}.\n\n"
+    begin, figures = SAY.text("begin"), SAY.text("figures")
+    text = f"{begin}{claims_text(claims)}{figures}Draws of skies: {draws}.\n\n"
     return WriteUp(text + "\n\n".join(sections) + "\n", claims, _pictures(tables))
 
 
@@ -222,59 +238,3 @@ def _by_noise(table: Table) -> bytes:
         }, x_logarithmic=True)
         for title, name, leg in wanted
     ])  # fmt: skip
-
-
-SORTING = (
-    "*as chosen*: 4 false alarms per radar and scan; *dense clutter*: 20; *formations*: three "
-    "aircraft abreast on each course, 283 m apart. *classified rightly*: plots of aircraft in a "
-    "group, false alarms in none. *grouped rightly*: with all plots of the aircraft and no other. "
-    "*above the least cost*: than the exact answer at the same cost. *default*: evidence, `auto`."
-)
-SEARCH = (
-    "Eq. 1's cost, ten instants of each sky; N = 1 + Σ n_i, α = ½ and β = 3 but for one. The "
-    "tours at most are *cycles* times the ants that all plots of a scan ask for, in at most 100 "
-    "cycles of those that some tuple joins. The exact answer is the line at 0; our default has "
-    "another cost, and no excess by this one.\n\n![](search.png)"
-)
-TRACKING = (
-    "On skies as chosen, radars and densities known; process noise 30 m²/s³, with `imm` 1 m²/s³. "
-    "*one-to-one*: the preset but for `[tracker] pairing`. *wiranto*: the usable preset."
-)
-COURSES = (
-    "The same runs. *plots*: of one radar each. *scatter*: about the mean offset. *to the right*: "
-    "outside of the turn, which is to the left. Straight courses after their first 10 s. "
-    "*history*: smoothed after the fact."
-)
-NOISY = (
-    "One number for both a straight course and a turn is a choice between error and displacement."
-    "\n\n![](noise.png)"
-)
-BEGIN = """# wiranto-2018, repeated
-
-I. Wiranto, Z. Bonok, *Application of ant system and nearest neighbor Kalman filter for multi \
-target tracking in multi sensor radar system*, ARPN, 2018.
-
-**The document prints no numbers**, neither of its simulation nor of what came out. What is said \
-there are three identical radars, three courses, one of them with a manoeuvre, and 100 scans. \
-The rest is ours: 20 km × 20 km, σ 50 m along each axis, detection probability 0.9, 4 false \
-alarms per radar and scan, a scan each second; two aircraft at 155 and 163 m/s that pass each \
-other at 59 m, and one at 150 m/s that turns left by 90° in 30 s. Numbers are means over draws \
-with their 95 % intervals in brackets.
-
-## Claims
-
-"""
-FIGURES = """
-
-## The document's figures
-
-![](figure3.png)
-
-![](figure4.png)
-
-![](figure5.png)
-
-![](figure6.png) Numbers: figure3.csv to figure6.csv. The straight course and the turn are in \
-figure4.csv from near.
-
-"""

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
+from trackweave.keys import COUNT, DENSITY, PROBABILITY, SECONDS, Key
 
 __all__ = ["Lifecycle"]
 
@@ -18,29 +20,28 @@ class Lifecycle:
     confirm_hits, confirm_opportunities
         A track is confirmed by so many reports out of so many chances to be seen; several
         sensors at one instant are one chance. 1 ≤ hits ≤ opportunities.
-    confirm_probability
-        It is also as probable as this that its object exists, in [0, 1).
-    certain_probability
-        A track whose object exists as probably as this is confirmed whatever its hits, in
-        (0, 1]; 1 for never.
     delete_after_misses
-        A track ends after so many chances missed in a row, at least 1; None to go by how probable
-        it is that its object is gone.
+        Misses in succession that end a track; left out = when its object is probably gone.
+
+        None for left out, as everywhere here.
     hidden_share
-        The share of its time, from 0 to 0.9, for which an object is where no sensor can see it; 0
-        where each chance is missed by itself.
+        Share of their time for which objects are where no sensor can see them; 0 = never.
     mean_silence
-        How long it is hidden then, on average [s]. Must be positive.
+        How long they are hidden then, on average [s].
     rejoin
-        For so long after its last report a track may be taken up again [s]; None to go by how
-        probable it is that its object is gone.
+        For so long a track may be taken up again [s]; left out = as is probable.
     new_target_density
-        Objects newly present per m² (m³) and scan, usually one in ten kilometres squared. Must be
-        positive.
+        Objects newly present per m² (m³) of tracking space and scan.
     initial_target_density
-        Objects present per m² (m³) before the first scan; None for ``new_target_density``.
+        Objects present per m² (m³) before the first scan.
+
+        None for ``new_target_density``.
+    confirm_probability
+        How probable a track's object must be, besides, for the track to be confirmed.
+    certain_probability
+        How probable an object must be for its track to be confirmed at once; 1 = never.
     survival
-        Probability that an object lives on from scan to scan, in (0, 1).
+        Chance that an object is still there one scan period later.
 
     Raises
     ------
@@ -57,15 +58,21 @@ class Lifecycle:
 
     confirm_hits: int = 3
     confirm_opportunities: int = 4
-    confirm_probability: float = 0.5
-    certain_probability: float = 0.99
-    delete_after_misses: int | None = None
-    hidden_share: float = 0.01
-    mean_silence: float = 60.0
-    rejoin: float | None = None
-    new_target_density: float = 1e-8
-    initial_target_density: float | None = None
-    survival: float = 0.999
+    delete_after_misses: Annotated[int | None, COUNT] = None
+    hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.01
+    mean_silence: Annotated[float, SECONDS] = 60.0
+    rejoin: Annotated[float | None, SECONDS] = None
+    new_target_density: Annotated[float, DENSITY.said("a number > 0 per m² (m³) and scan")] = 1e-8
+    initial_target_density: Annotated[float | None, DENSITY.said("a number > 0 per m² (m³)")] = (
+        None
+    )
+    confirm_probability: Annotated[
+        float, Key("a number from 0 to below 1", 0, PROBABILITY.most)
+    ] = 0.5
+    certain_probability: Annotated[
+        float, Key("a number above 0, at most 1", PROBABILITY.least, 1)
+    ] = 0.99
+    survival: Annotated[float, PROBABILITY.said("a number between 0 and 1, both excluded")] = 0.999
 
     def __post_init__(self) -> None:
         settle(self)
@@ -74,26 +81,6 @@ class Lifecycle:
                 f"confirm: {self.confirm_hits}/{self.confirm_opportunities}; expected M/N with "
                 "1 ≤ M ≤ N"
             )
-        if self.delete_after_misses is not None and not self.delete_after_misses >= 1:
-            raise InvalidInputError(
-                f"delete_after_misses: {self.delete_after_misses}; expected at least 1"
-            )
-        if not 0 <= self.confirm_probability < 1:
-            raise InvalidInputError(
-                f"confirm_probability: {self.confirm_probability}; expected 0 to below 1"
-            )
-        if not 0 <= self.hidden_share <= 0.9:
-            raise InvalidInputError(f"hidden_share: {self.hidden_share}; expected 0 to 0.9")
-        if not 0 < self.certain_probability <= 1:
-            raise InvalidInputError(
-                f"certain_probability: {self.certain_probability}; expected above 0, at most 1"
-            )
-        if not 0 < self.survival < 1:
-            raise InvalidInputError(f"survival: {self.survival}; expected between 0 and 1")
-        for name in ("new_target_density", "initial_target_density", "mean_silence", "rejoin"):
-            value = getattr(self, name)
-            if value is not None and not value > 0:
-                raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
 
     def hiding(self, waited: float) -> tuple[float, float]:
         """Return how probably an object in sight is hidden some time later, and the other way.

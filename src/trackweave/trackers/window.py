@@ -2,15 +2,15 @@
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import ScanInput
 from trackweave.domain.scans import Scan
-from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
+from trackweave.keys import Key
 
 __all__ = ["OpenScan", "OpenScans", "Window"]
 
@@ -25,10 +25,9 @@ class Window:
     Parameters
     ----------
     depth
-        Scans of the slowest periodic sensor, at least 1; the others' scans of that time are
-        inside too. Where no sensor is periodic, instants.
+        Scans of the slowest periodic sensor; the others' scans of that time are inside too.
     max_scans
-        Greatest number of scans over all sensors, at least 1.
+        Most scans over all sensors; older ones are fixed.
 
     Raises
     ------
@@ -43,16 +42,11 @@ class Window:
     15
     """
 
-    depth: int = 5
-    max_scans: int = 15
+    depth: Annotated[int, Key("a whole number from 1 to 50", 1, 50)] = 5
+    max_scans: Annotated[int, Key("a whole number from 1 to 200", 1, 200)] = 15
 
     def __post_init__(self) -> None:
         settle(self)
-        if not min(self.depth, self.max_scans) >= 1:
-            raise InvalidInputError(
-                f"window: depth {self.depth!r:.80}, max_scans {self.max_scans!r:.80}; expected "
-                "whole numbers, at least 1"
-            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
