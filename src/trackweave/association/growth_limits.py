@@ -29,11 +29,15 @@ class GrowthLimits:
     max_nodes
         Greatest number of sequences looked at together; the worst ranked give way, never a
         track's best. What no scan concerns is not among them.
+    negligible
+        Once a search is over, the least probable sequences of each track are forgotten, as many
+        as have this probability together; 0 for none.
 
     Raises
     ------
     InvalidInputError
-        If a value is no positive number, or a count is not whole.
+        If a value is no positive number, a count is not whole, or what is negligible no
+        probability.
 
     Examples
     --------
@@ -50,11 +54,14 @@ class GrowthLimits:
     new_keep: int = 16
     new_ceiling: Limit = 4.5
     max_nodes: int = 500_000
+    negligible: float = 0.0
 
     def __post_init__(self) -> None:
         settle(self)
+        if not 0.0 <= self.negligible < 1.0:
+            raise InvalidInputError(f"negligible: {self.negligible}; expected 0 to less than 1")
         for name in self.__dataclass_fields__:
-            if not getattr(self, name) > 0:
+            if name != "negligible" and not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name}: {getattr(self, name)}; expected a number > 0")
 
     @classmethod
@@ -75,10 +82,11 @@ class GrowthLimits:
         """Return what serves where no sensor looks.
 
         Beside an object that is known, its neighbour's reports are worth much to it, until their
-        times tell them apart: a right sequence stays behind for minutes.
+        times tell them apart: a right sequence stays behind for minutes. In a harbour nearly all
+        are tied to each other by sequences that hardly anything speaks for.
 
         Returns
         -------
-        Wider limits for what begins in the window.
+        Wider limits for what begins in the window, and what is negligible is forgotten.
         """
-        return cls(new_margin=15.0, new_keep=30, new_ceiling=20.0)
+        return cls(new_margin=15.0, new_keep=30, new_ceiling=20.0, negligible=0.005)

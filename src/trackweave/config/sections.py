@@ -207,6 +207,11 @@ class GrowthSection(Section):
     ) = None
     """Greatest number of sequences looked at together."""
 
+    negligible: (
+        Annotated[float, Field(ge=0, lt=1), Expected("a number from 0 to below 1")] | None
+    ) = None
+    """How probable a track's sequences are together that are forgotten after a search."""
+
 
 class LiveSection(Section):
     """What is believed of scans' times."""
