@@ -30,8 +30,8 @@ class GrowthLimits:
         Greatest number of sequences looked at together; the worst ranked give way, never a
         track's best. What no scan concerns is not among them.
     negligible
-        Once a search is over, the least probable sequences of each track are forgotten, as many
-        as have this probability together; 0 for none.
+        Once a search is over, the least probable sequences of each track from before the window
+        are forgotten, as many as have this probability together; 0 for none.
 
     Raises
     ------

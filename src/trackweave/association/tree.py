@@ -221,10 +221,12 @@ class AssociationTree(NodeRoom):
 
     def forget(self, probability: FloatArray) -> FloatArray:
         """Forget the least probable sequences; return how much that is of each family's."""
-        # What begins stays, and the last answer. A sequence goes with all that grew on it.
+        # The last answer stays, and what begins in the window: beside a known object the right
+        # one is improbable for minutes. A sequence goes with all that grew on it.
         nodes, n = self.nodes, self.n_nodes
         parent, family = nodes.parent[:n], nodes.family[:n]
         kept, forgotten = (parent < 0) | (nodes.chosen[:n] == 1), np.zeros(self.n_families)
+        kept |= self.track[family] < 0
         order = n - 1 - np.argsort(sum_below(parent, probability)[::-1], kind="stable")
         forget_least(order, parent, family, probability, kept, forgotten, self.limits.negligible)
         self.n_pruned += n - int(np.count_nonzero(kept))
