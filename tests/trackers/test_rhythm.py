@@ -22,9 +22,7 @@ def followed(ships, end, rng, negligible=0.0):
         motion=ConstantVelocity(process_noise=1e-6, max_speed=0.5),
         sensors=[Sensor("ais", 8.0, 0.05, 1e-9, scans=False)],
         window=24,
-        limits=GrowthLimits(
-            new_margin=20.0, new_keep=30, new_ceiling=25.0, negligible=negligible
-        ),
+        limits=GrowthLimits(new_margin=20.0, new_keep=30, new_ceiling=25.0, negligible=negligible),
         lifecycle=Lifecycle(
             survival=1 - 1e-6, new_target_density=1e-9, initial_target_density=1e-7
         ),
