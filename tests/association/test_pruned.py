@@ -1,5 +1,7 @@
 """How probable it is that what a tree left out was right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,12 @@ from oracles.windows import WIDE, Windows
 from trackweave.association.beliefs import believe
 from trackweave.association.certificate import Certificate, Status
 from trackweave.association.growth_limits import GrowthLimits
-from trackweave.association.pruned import judged, pruned_shares
+from trackweave.association.pruned import (
+    PrunedProbability,
+    forget_negligible,
+    judged,
+    pruned_shares,
+)
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 
@@ -101,6 +108,29 @@ def test_nothing_left_out_is_no_share_and_stays_proven():
     assert judged(tree, beliefs, PROVEN) == ((0.0, 0.0), PROVEN)
     tree, _ = grown(window, WIDE)
     assert judged(tree, None, PROVEN) == ((0.0, 0.0), PROVEN)
+
+
+def test_what_was_forgotten_before_a_scan_is_told_with_what_it_left_out():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 2.0])
+    tree, beliefs = grown(window, WIDE)
+    tree.limits = replace(WIDE, negligible=0.05)
+    forgotten = forget_negligible(tree, beliefs)
+    assert 0.01 < forgotten.worst <= 0.05
+    told, certificate = judged(tree, believe(tree), PROVEN, forgotten)
+    assert told.worst >= forgotten.worst
+    assert told.sum >= forgotten.sum
+    assert certificate.status is Status.OPTIMAL_AMONG_KEPT
+
+
+def test_nothing_is_forgotten_of_which_nothing_is_known():
+    window = Windows(3, n_known=2, times=[0.0, 1.0, 2.0])
+    tree, beliefs = grown(window, WIDE)
+    count = tree.n_nodes
+    assert forget_negligible(tree, beliefs) == PrunedProbability(0.0, 0.0)
+    tree.limits = replace(WIDE, negligible=0.05)
+    assert forget_negligible(tree, None) == PrunedProbability(0.0, 0.0)
+    assert forget_negligible(None, None) == PrunedProbability(0.0, 0.0)
+    assert tree.n_nodes == count
 
 
 def test_what_is_best_of_little_is_optimal_only_among_what_was_kept():

@@ -1,9 +1,11 @@
-"""What ranks best of each family, and what a report is worth before beliefs speak of it."""
+"""What ranks best of each family, what a report is worth, and what is negligible."""
+
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from trackweave.association._pruning import best_of, second_gains
+from trackweave.association._pruning import best_of, forget_least, second_gains, sum_below
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -31,3 +33,51 @@ def test_a_report_is_worth_what_it_gains_the_second_of_those_that_want_it(seed):
             for own in range(4)
         ]
         assert found[index] == max(0.0, sorted(gains)[-2])
+
+
+def forgotten_of(parent, family, probability, kept, most):
+    """Return what is kept, and how much of each family is forgotten."""
+    kept, gone = kept | (parent < 0), np.zeros(family.max() + 1)
+    order = parent.size - 1 - np.argsort(sum_below(parent, probability)[::-1], kind="stable")
+    forget_least(order, parent, family, probability, kept, gone, most)
+    return kept, gone
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_of_sequences_side_by_side_as_many_are_forgotten_as_can_be(seed):
+    """By brute force: no choice of more of them is as improbable."""
+    rng = np.random.default_rng(seed)
+    n, most = 9, 0.2
+    probability = np.concatenate([[0.5], rng.dirichlet(np.full(n, 0.5))])
+    parent = np.array([-1, *[0] * n])
+    fixed = rng.random(n + 1) < 0.2
+    kept, gone = forgotten_of(parent, np.zeros(n + 1, np.int64), probability, fixed, most)
+    free = probability[1:][~fixed[1:]]
+    wanted = max(
+        count
+        for count in range(free.size + 1)
+        if any(sum(some) <= most for some in combinations(free, count))
+    )
+    assert np.count_nonzero(~kept) == wanted
+    assert gone[0] == pytest.approx(probability[~kept].sum())
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_forgotten_leaves_sequences_whole_and_nothing_more_could_go(seed):
+    rng = np.random.default_rng(seed)
+    n, n_families, most = 60, 4, 0.1
+    parent, family = np.full(n, -1), np.arange(n) % n_families
+    for node in range(n_families, n):
+        own = np.flatnonzero(family[:node] == family[node])
+        parent[node] = rng.choice(own)
+    probability = rng.random(n) ** 6
+    probability /= np.bincount(family, probability)[family]
+    fixed = rng.random(n) < 0.05
+    kept, gone = forgotten_of(parent, family, probability, fixed, most)
+    assert kept[fixed | (parent < 0)].all()
+    has_parent = kept & (parent >= 0)
+    assert kept[parent[has_parent]].all()
+    np.testing.assert_allclose(gone, np.bincount(family, probability * ~kept, n_families))
+    assert gone.max() <= most
+    leaves = np.setdiff1d(np.flatnonzero(kept & ~fixed & (parent >= 0)), parent[kept])
+    assert np.all(gone[family[leaves]] + probability[leaves] > most)

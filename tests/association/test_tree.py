@@ -1,10 +1,13 @@
 """What the tree keeps when it prunes, slides and is cut."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
 from trackweave.association._pruning import accumulate_prices, crossings
+from trackweave.association.beliefs import believe
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
@@ -229,11 +232,39 @@ def test_grows_beyond_its_first_room():
     assert_same(sequences(window, window.tree()), sequences(window, window.tree()))
 
 
-@pytest.mark.parametrize("name", GrowthLimits.__dataclass_fields__)
+@pytest.mark.parametrize("name", sorted({*GrowthLimits.__dataclass_fields__} - {"negligible"}))
 @pytest.mark.parametrize("value", [0, -1, np.nan])
 def test_refuses_limits_that_leave_nothing(name, value):
     with pytest.raises(InvalidInputError, match=name):
         GrowthLimits(**{name: value})
+
+
+@pytest.mark.parametrize("value", [-0.1, 1.0, np.nan])
+def test_refuses_what_is_no_share_of_a_track(value):
+    with pytest.raises(InvalidInputError, match="negligible"):
+        GrowthLimits(negligible=value)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forgets_no_more_than_it_tells_and_leaves_the_rest_as_it_was(seed):
+    window = Windows(seed, n_known=2, times=[0.0, 1.0, 2.0, 3.0])
+    whole = window.tree()
+    probability = believe(whole).probability
+    best = np.argsort(-probability, kind="stable")[:2]
+    chances = dict(zip(sequences(window, whole), probability, strict=True))
+    before, tree = sequences(window, whole), window.tree()
+    tree.nodes.chosen[: tree.n_nodes] = 0
+    tree.nodes.chosen[best] = 1
+    tree.limits = replace(tree.limits, negligible=0.05)
+    told = tree.forget(probability)
+    after = sequences(window, tree)
+    assert 0 < len(after) < len(before)
+    assert_same(after, {key: before[key] for key in after})
+    assert tree.nodes.chosen[: tree.n_nodes].sum() == 2
+    assert tree.n_families == whole.n_families == told.shape[0]
+    assert tree.n_pruned == whole.n_pruned + len(before) - len(after)
+    assert told.max() <= 0.05
+    assert told.sum() == pytest.approx(sum(chances[key] for key in before.keys() - after.keys()))
 
 
 def test_an_empty_scan_charges_every_sequence_a_miss():

@@ -1,6 +1,7 @@
 """Objects that report themselves, each at intervals of its own."""
 
 import numpy as np
+import pytest
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.scans import Scan
@@ -10,7 +11,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 
-def followed(ships, end, rng):
+def followed(ships, end, rng, negligible=0.0):
     """Return the track of each ship's reports: of a place, an interval and a first time each."""
     heard = sorted(
         (float(time) + rng.uniform(0.0, 0.3), ship)
@@ -21,7 +22,7 @@ def followed(ships, end, rng):
         motion=ConstantVelocity(process_noise=1e-6, max_speed=0.5),
         sensors=[Sensor("ais", 8.0, 0.05, 1e-9, scans=False)],
         window=24,
-        limits=GrowthLimits(new_margin=20.0, new_keep=30, new_ceiling=25.0),
+        limits=GrowthLimits(new_margin=20.0, new_keep=30, new_ceiling=25.0, negligible=negligible),
         lifecycle=Lifecycle(
             survival=1 - 1e-6, new_target_density=1e-9, initial_target_density=1e-7
         ),
@@ -48,9 +49,13 @@ def share_of_own(found):
     return kept / sum(map(len, found))
 
 
-def test_neighbours_at_a_quay_are_told_apart_by_when_they_report():
+@pytest.mark.parametrize("negligible", [0.0, 0.005])
+def test_neighbours_at_a_quay_are_told_apart_by_when_they_report(negligible):
     ships = [(0.0, 30.0, 1.0), (20.0, 30.0, 6.0)]
-    shares = [share_of_own(followed(ships, 600.0, np.random.default_rng(seed))) for seed in (1, 2)]
+    shares = [
+        share_of_own(followed(ships, 600.0, np.random.default_rng(seed), negligible))
+        for seed in (1, 2)
+    ]
     assert min(shares) > 0.9
 
 

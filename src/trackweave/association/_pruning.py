@@ -189,6 +189,37 @@ def keep_ancestors(parent: IntArray, n_nodes: int, keep: np.ndarray) -> None:
 
 
 @jit
+def sum_below(parent: IntArray, value: FloatArray) -> FloatArray:
+    """Return for each node the sum of its own value and those of all its descendants."""
+    total = value.copy()
+    for node in range(parent.shape[0] - 1, -1, -1):
+        if parent[node] >= 0:
+            total[parent[node]] += total[node]
+    return total
+
+
+@jit
+def forget_least(
+    order: IntArray, parent: IntArray, family: IntArray, probability: FloatArray,
+    kept: np.ndarray, forgotten: FloatArray, most: float,
+) -> None:  # fmt: skip
+    """Mark as kept, besides those marked, all but the least probable nodes of each family.
+
+    In ``order`` every node stands before its parent, and a parent stays if a child does. How
+    much of each family is ``forgotten``, at most ``most``, is written.
+    """
+    for node in order:
+        own = family[node]
+        gone = forgotten[own] + probability[node]
+        if not kept[node] and gone <= most:
+            forgotten[own] = gone
+        else:
+            kept[node] = True
+            if parent[node] >= 0:
+                kept[parent[node]] = True
+
+
+@jit
 def raise_ancestors(parent: IntArray, value: FloatArray) -> None:
     """Give every ancestor at most the value of its descendants, in place."""
     for node in range(parent.shape[0] - 1, -1, -1):

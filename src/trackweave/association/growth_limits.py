@@ -1,5 +1,6 @@
 """What bounds the growth of an association tree."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
@@ -35,11 +36,16 @@ class GrowthLimits:
         Greatest number of sequences looked at together.
 
         The worst ranked give way, never a track's best. What no scan concerns is not among them.
+    negligible
+        How probable a track's sequences are together that are forgotten after a search.
+
+        The least probable ones, of a track from before the window; 0 for none.
 
     Raises
     ------
     InvalidInputError
-        If a value is no positive number, or a count is not whole.
+        If a value is no positive number, a count is not whole, or what is negligible no
+        probability.
 
     Examples
     --------
@@ -58,6 +64,9 @@ class GrowthLimits:
     max_nodes: Annotated[
         int, Key("a whole number from 1 to 100000000", 1, 10**8, is_open=True)
     ] = 500_000
+    negligible: Annotated[
+        float, Key("a number from 0 to below 1", 0, math.nextafter(1.0, 0.0))
+    ] = 0.0
 
     def __post_init__(self) -> None:
         settle(self)
@@ -80,10 +89,11 @@ class GrowthLimits:
         """Return what serves where no sensor looks.
 
         Beside an object that is known, its neighbour's reports are worth much to it, until their
-        times tell them apart: a right sequence stays behind for minutes.
+        times tell them apart: a right sequence stays behind for minutes. In a harbour nearly all
+        are tied to each other by sequences that hardly anything speaks for.
 
         Returns
         -------
-        Wider limits for what begins in the window.
+        Wider limits for what begins in the window, and what is negligible is forgotten.
         """
-        return cls(new_margin=15.0, new_keep=30, new_ceiling=20.0)
+        return cls(new_margin=15.0, new_keep=30, new_ceiling=20.0, negligible=0.005)

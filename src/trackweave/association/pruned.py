@@ -13,7 +13,7 @@ from trackweave.association.beliefs import Beliefs
 from trackweave.association.certificate import Certificate, Status
 from trackweave.association.tree import AssociationTree
 
-__all__ = ["PrunedProbability", "judged", "pruned_shares"]
+__all__ = ["PrunedProbability", "forget_negligible", "judged", "pruned_shares"]
 
 ENOUGH = 0.01
 """A hypothesis counts as the best of all where no family lost more of its probability."""
@@ -29,19 +29,37 @@ class PrunedProbability(NamedTuple):
     sum: float  # The sum of all shares
 
 
+NOTHING = PrunedProbability(0.0, 0.0)
+
+
+def forget_negligible(tree: AssociationTree | None, beliefs: Beliefs | None) -> PrunedProbability:
+    """Forget what a search found negligible, before the tree grows on; return how much it was."""
+    # Without beliefs nothing is known to be negligible.
+    if tree is None or beliefs is None or tree.limits.negligible == 0.0:
+        return NOTHING
+    share = tree.forget(beliefs.probability)
+    return PrunedProbability(float(share.max(initial=0.0)), float(share.sum()))
+
+
 def judged(
-    tree: AssociationTree, beliefs: Beliefs | None, certificate: Certificate
+    tree: AssociationTree,
+    beliefs: Beliefs | None,
+    certificate: Certificate,
+    forgotten: PrunedProbability = NOTHING,
 ) -> tuple[PrunedProbability | None, Certificate]:
     """Return what a tree left out at its last scan, and forget it; and the certificate."""
     # Every sequence is ranked with the prices of now, which its beliefs left in the tree; without
-    # beliefs nothing tells how much. The certificate, that of an answer over the sequences kept,
-    # has another status where that is too much to speak of the rest.
+    # beliefs nothing tells how much. What was forgotten before the scan came is told with it.
+    # The certificate, that of an answer over the sequences kept, has another status where that is
+    # too much to speak of the rest.
     told = None
     if beliefs is not None:
         share = pruned_shares(tree, beliefs)
-        told = PrunedProbability(float(share.max(initial=0.0)), float(share.sum()))
+        # The family that lost most at one may have lost most at the other.
+        worst = min(1.0, float(share.max(initial=0.0)) + forgotten.worst)
+        told = PrunedProbability(worst, float(share.sum()) + forgotten.sum)
     elif tree.cut is None or not tree.cut.family.shape[0]:
-        told = PrunedProbability(0.0, 0.0)
+        told = NOTHING
     tree.cut = None
     # Nothing tells of reports that no sequence looked at.
     is_enough = told is not None and told.worst <= ENOUGH and not tree.is_crowded

@@ -26,8 +26,10 @@ from trackweave.association._pruning import (
     behind_best,
     best_of,
     crossings,
+    forget_least,
     hold_out,
     keep_below,
+    sum_below,
 )
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
@@ -216,6 +218,20 @@ class AssociationTree(NodeRoom):
         self._compact(keep)
         self._begin_at(np.flatnonzero(is_root), base)
         self._forget_empty_families()
+
+    def forget(self, probability: FloatArray) -> FloatArray:
+        """Forget the least probable sequences; return how much that is of each family's."""
+        # The last answer stays, and what begins in the window: beside a known object the right
+        # one is improbable for minutes. A sequence goes with all that grew on it.
+        nodes, n = self.nodes, self.n_nodes
+        parent, family = nodes.parent[:n], nodes.family[:n]
+        kept, forgotten = (parent < 0) | (nodes.chosen[:n] == 1), np.zeros(self.n_families)
+        kept |= self.track[family] < 0
+        order = n - 1 - np.argsort(sum_below(parent, probability)[::-1], kind="stable")
+        forget_least(order, parent, family, probability, kept, forgotten, self.limits.negligible)
+        self.n_pruned += n - int(np.count_nonzero(kept))
+        self._compact(kept)
+        return forgotten
 
     def keep(self, kept: NDArray[np.bool_]) -> None:
         """Drop all other nodes, no ancestors of those kept, and families without nodes."""

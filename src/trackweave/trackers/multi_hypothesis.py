@@ -14,7 +14,7 @@ from trackweave.association.beliefs import Beliefs, believe
 from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, Status
-from trackweave.association.pruned import judged
+from trackweave.association.pruned import forget_negligible, judged
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -237,6 +237,7 @@ class MultiHypothesisTracker(ScanByScan):
         if self.is_late(arrival):
             return self.left_out(arrival, haste)
         n_pruned = self._tree.n_pruned if self._tree else 0
+        forgotten = forget_negligible(self._tree, self._beliefs)
         final = self._slide(scans[-1])
         for number, scan in enumerate(scans, start=1):
             ends = (number == 1, number == len(scans))
@@ -247,9 +248,8 @@ class MultiHypothesisTracker(ScanByScan):
         answer = self._search(problem, rng=haste.rng, hint=hint, stop=alarm)
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
-        if self._averaging:
-            self._beliefs = believe(tree, answer.node_probability)
-        pruned, certificate = judged(tree, self._beliefs, answer.certificate)
+        self._beliefs = believe(tree, answer.node_probability) if self._averaging else None
+        pruned, certificate = judged(tree, self._beliefs, answer.certificate, forgotten)
         amendments = self._ledger.update(
             tree, answer.nodes, self._slots, self._concerned, self._beliefs
         )
