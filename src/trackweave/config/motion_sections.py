@@ -9,6 +9,8 @@ from trackweave.config.fields import Expected, Section, Speed, one_of
 __all__ = ["MODELS", "ImmSection", "ModeSection", "MotionSection"]
 
 MODELS = ("constant-velocity", "constant-acceleration", "coordinated-turn", "random-walk")
+# What gives way to tracks that contradict it clearly.
+DOUBTED = ("process_noise",)
 _WORDS = ", ".join(f'"{name}"' for name in (*MODELS, "imm"))
 
 ProcessNoise = Annotated[
@@ -111,3 +113,15 @@ class MotionSection(_Moving):
 
     imm: ImmSection | None = None
     """The ways to move between which objects change, where the model is imm."""
+
+    trust: (
+        Annotated[
+            bool
+            | list[
+                Annotated[str, one_of(DOUBTED), Field(json_schema_extra={"enum": list(DOUBTED)})]
+            ],
+            Expected('true, false, or a list of keys: "process_noise"'),
+        ]
+        | None
+    ) = None
+    """Whether what is told is kept where tracks contradict it: of all keys, or of those named."""
