@@ -19,12 +19,13 @@ KEY = "motion.process_noise"
 LINKS = 800
 # So many breaks, and one in so many tracks, beyond chance, are put to the trial. It must bring a
 # process noise so many times larger, which leaves half of the breaks at most.
-FEWEST_BREAKS, BREAKING, TIMES, LEFT = 4, 0.15, 4.0, 0.5
+FEWEST_BREAKS, BREAKING, TIMES, LEFT = 2, 0.15, 4.0, 0.5
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
 # it, another track begins, as near as it can have come. What ends or begins within so many pauses
 # of the ends of the recording may go on beyond it.
 AFTER, BEFORE, CUT = 5.0, 3.0, 8.0
 SIGMAS = 6.0
+LEAST = 1e-12
 # As many as by chance are found where the ends are moved, so many times as far as that.
 MOVED = 3.0
 WEIGHT = 60.0
@@ -57,7 +58,8 @@ class MotionDoubts:
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
-        if self._is_on_trial and not _is_larger(settings, self._told):
+        process = _process(settings)
+        if self._is_on_trial and process < max(TIMES * self._told, LEAST):
             return self._settle(is_used=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
@@ -68,12 +70,12 @@ class MotionDoubts:
             return False
         broken, chance = _breaks(case)
         if self._is_on_trial:
-            self._learned, self._left = settings.motion.process_noise, broken
+            self._learned, self._left = process, broken
             return self._settle(is_used=broken <= LEFT * self._broken)
         self._due = 2 * n_assigned
         if broken - chance < max(FEWEST_BREAKS, BREAKING * len(case.groups)):
             return False
-        self._told, self._is_on_trial = settings.motion.process_noise, True
+        self._told, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = broken, len(case.groups), n_assigned
         return True
 
@@ -94,7 +96,7 @@ class MotionDoubts:
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
                 f"the {self._learned:g} of which reports speak: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
-                weight=WEIGHT + abs(float(np.log(self._learned / max(self._told, 1e-12)))),
+                weight=WEIGHT + abs(float(np.log(self._learned / max(self._told, LEAST)))),
                 told=self._told,
                 seen=self._learned,
             )
@@ -108,10 +110,10 @@ class MotionDoubts:
         return [{"key": KEY, "told": self._told, "learned": self._learned, "used": used}]
 
 
-def _is_larger(settings: Settings, told: float) -> bool:
-    """Tell whether what reports speak of is clearly more than what was told."""
+def _process(settings: Settings) -> float:
+    """Return the process noise of objects that move in one way, 0 of others."""
     motion = settings.motion
-    return isinstance(motion, ConstantVelocity) and motion.process_noise >= TIMES * told
+    return motion.process_noise if isinstance(motion, ConstantVelocity) else 0.0
 
 
 def _is_open(case: Case) -> bool:
