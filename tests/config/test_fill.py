@@ -328,7 +328,7 @@ def test_clutter_per_scan_of_a_radar_is_spread_over_range_and_azimuth(
         ({"measurement": "position"}, 'measurement: "position"; expected "range-azimuth", as its'),
         ({"sigma": 10.0}, "sigma: 10.0; expected {range_m = …, azimuth_deg = …}, because its"),
         ({"sigma": {"bearing_deg": 1.0}}, "sigma: {bearing_deg = 1.0}; expected {range_m = …, az"),
-        ({"rotation": "clockwise"}, 'rotation: "clockwise"; expected "none", because its reports'),
+        ({"rotation": "clockwise"}, 'rotation: "clockwise"; expected a scan_period with it'),
     ],
 )
 def test_refuses_what_does_not_fit_the_reports(section: dict[str, object], said: str) -> None:

@@ -54,6 +54,43 @@ def test_is_told_that_a_beam_does_not_turn() -> None:
     assert observe(table(radar()), configuration)["default"].rotation is None
 
 
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"rotation": "counter-clockwise", "scan_period": 4.0},
+        {"rotation": "counter-clockwise"},
+        {"rotation": "clockwise", "scan_period": 6.5},
+        {"scan_period": 6.5},
+    ],
+)
+def test_a_turn_that_reports_show_otherwise_is_theirs_and_said(told: dict) -> None:
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    turn = settings.sensors[0].rotation
+    assert turn is not None
+    assert turn.direction == 1
+    assert settings.sensors[0].scan_period == pytest.approx(turn.period)
+    assert turn.period == pytest.approx(4.0, rel=1e-3)
+    said = [note for note in settings.notes if "its reports show" in note]
+    wrong = {"rotation": "counter-clockwise", "scan_period": 6.5}
+    for key in told.items() & wrong.items():
+        assert sum(f'trust = ["{key[0]}"] in [sensors.default]' in note for note in said) == 1
+
+
+@pytest.mark.parametrize("trust", [True, ["scan_period"]])
+def test_a_period_that_is_trusted_is_kept(trust: object) -> None:
+    told = {"scan_period": 6.5, "rotation": "clockwise", "trust": trust}
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    assert settings.sensors[0].scan_period == 6.5
+    assert settings.sensors[0].rotation.period == 6.5
+
+
+@pytest.mark.parametrize("trust", [True, ["rotation"]])
+def test_a_sense_that_is_trusted_is_kept(trust: object) -> None:
+    told = {"rotation": "counter-clockwise", "scan_period": 4.0, "trust": trust}
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    assert settings.sensors[0].rotation.direction == -1
+
+
 def test_a_turn_that_is_given_needs_few_reports() -> None:
     section = {"rotation": "counter-clockwise", "scan_period": 5.0}
     configuration = load_configuration({"sensors": {"default": section}})

@@ -15,7 +15,7 @@ from trackweave.models.strength import StrengthModel
 
 __all__ = ["DOUBTED", "Sensor"]
 
-DOUBTED = ("sigma",)
+DOUBTED = ("sigma", "scan_period", "rotation")
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 
 
@@ -58,8 +58,8 @@ class Sensor:
         not. An empty scan always does.
     trust
         Whether ``track`` keeps what is told of it even where its reports contradict that: True
-        for all, or the names of fields, of which only "sigma" ever gives way. A tracker that is
-        given scans one by one always keeps what it was told.
+        for all, or the names of fields, of which "sigma", "scan_period" and "rotation" may give
+        way. A tracker that is given scans one by one always keeps what it was told.
 
     Raises
     ------

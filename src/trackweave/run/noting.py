@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.config.fill import Settings
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import is_period, section_of
+from trackweave.config.sensing import is_period, section_of, sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.coverage import FieldOfView
@@ -118,15 +118,22 @@ def _notes_on_turns(
     """Return sentences on beams that do not turn as told, or not steadily."""
     notes = []
     for name, seen in observed.items():
-        turn, told = seen.rotation, section_of(configuration, name).scan_period
+        said, turn = section_of(configuration, name), seen.rotation
         if turn is None:
             continue
+        told = said.scan_period
+        if said.rotation not in (None, sense_of(turn)):
+            notes.append(
+                f"sensor {name}: rotation told {said.rotation}, its reports show a beam that "
+                f"turns {sense_of(turn)}; that is used; correct it, or "
+                f"{_to_keep('rotation', name)}"
+            )
         shown = f"{turn.period:.5g} s"
         varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
         if told is not None and not is_period(told, turn):
             notes.append(
                 f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
-                "that is used"
+                f"that is used; correct it, or {_to_keep('scan_period', name)}"
             )
         elif varying:
             notes.append(
@@ -139,3 +146,7 @@ def _notes_on_turns(
                 f"turn steadily in {shown}; better give a `scan` column"
             )
     return notes
+
+
+def _to_keep(key: str, name: str) -> str:
+    return f'give trust = ["{key}"] in [sensors.{name}] to keep what is told'

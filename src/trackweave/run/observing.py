@@ -9,7 +9,8 @@ from trackweave.arrays import FloatArray
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
-from trackweave.config.sensing import section_of, view_keys
+from trackweave.config.sensing import is_period, section_of, view_keys
+from trackweave.config.sensor_sections import SensorSection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -140,9 +141,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
         turns, is_sure = _rotation(
-            section_of(configuration, name).model_dump(
-                include={"rotation", "scan_period", "scans"}
-            ),
+            section_of(configuration, name),
             reports.time[rows],
             _azimuth(kind, measured, platform[rows]),
             numbered=reports.scan is not None,
@@ -198,27 +197,37 @@ def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) 
 
 
 def _rotation(
-    said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
+    said: SensorSection, time: FloatArray, azimuth: FloatArray, *, numbered: bool
 ) -> tuple[Rotation | None, bool]:
     """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
-    word, period = said["rotation"], said["scan_period"]
-    if word == "none" or said["scans"] is False:
+    word, given = said.rotation, said.scan_period
+    if word == "none" or said.scans is False:
         return None, True
-    given = float(period) if isinstance(period, int | float) else None
-    direction = None
-    if word is not None:
-        direction = 1 if word == "clockwise" else -1
-    else:
-        moments, sizes = np.unique(time, return_counts=True)
-        if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
-            return None, True
+    moments, sizes = np.unique(time, return_counts=True)
+    is_lone = not numbered and moments.size >= FEWEST_MOMENTS and np.median(sizes) <= 1
+    if word is None and not is_lone:
+        return None, True
+    direction = None if word is None else 1 if word == "clockwise" else -1
     found = rotation_of(time, azimuth, period=given, direction=direction)
-    if found is not None:
-        return found, not wanders(time, azimuth, found)
-    if given is None or direction is None:
-        return None, True
-    # Too few reports to tell the phase still belong to turns.
-    return Rotation(given, 0.0, direction), False
+    if found is None and is_lone and (given, direction) != (None, None):
+        # Perhaps it turns otherwise than is told.
+        found = rotation_of(
+            time, azimuth, direction=direction if _is_trusted(said, "rotation") else None
+        )
+    if found is None:
+        # Too few reports to tell the phase still belong to turns.
+        if given is None or direction is None:
+            return None, True
+        return Rotation(given, 0.0, direction), False
+    if given is not None and _is_trusted(said, "scan_period") and not is_period(given, found):
+        start = float(time[0])
+        phase = found.azimuth(start) - found.direction * 2 * np.pi * start / given
+        return Rotation(given, float(phase % (2 * np.pi)), found.direction), False
+    return found, not wanders(time, azimuth, found)
+
+
+def _is_trusted(said: SensorSection, key: str) -> bool:
+    return said.trust is True or (isinstance(said.trust, list) and key in said.trust)
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:

@@ -7,7 +7,7 @@ from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.coverage import out_of_view
 from trackweave.run.diagnostics.repeats import copied_sensors, single_times
-from trackweave.run.diagnostics.scans import lone_reports, sparse_scans
+from trackweave.run.diagnostics.scans import lone_reports, sparse_scans, unseen_turns
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
 from trackweave.run.diagnostics.told import clutter, detection, motion, noise
 from trackweave.run.diagnostics.units import azimuths_in_radians
@@ -16,6 +16,7 @@ __all__ = ["CHECKS", "diagnose"]
 
 CHECKS: tuple[Check, ...] = (
     single_times,
+    unseen_turns,
     copied_sensors,
     lone_reports,
     sparse_scans,
@@ -44,6 +45,8 @@ def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
         found += what_reports_tell(case)
     if any(finding.weight >= A_CAUSE for finding in found):
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
+        if "turn" in causes:
+            found = [each for each in found if each.cause not in {"lone reports", "scan period"}]
     elif "field of view" in causes:
         found = [finding for finding in found if finding.cause != "detection_probability"]
     found += overruled
@@ -53,16 +56,18 @@ def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
 
 def _together(found: Iterable[Finding]) -> list[Finding]:
     """Return findings with one for each cause; where other sensors share it, it names them."""
-    first: dict[str, Finding] = {}
-    others: dict[str, list[str]] = {}
+    first: dict[tuple[str, str | None], Finding] = {}
+    others: dict[tuple[str, str | None], list[str]] = {}
     for finding in found:
-        if finding.cause not in first:
-            first[finding.cause] = finding
+        # Beams that turn elsewhere do so each about its own place.
+        key = (finding.cause, finding.sensor if finding.cause == "turn" else None)
+        if key not in first:
+            first[key] = finding
         elif finding.sensor is not None:
-            others.setdefault(finding.cause, []).append(finding.sensor)
+            others.setdefault(key, []).append(finding.sensor)
     told = []
-    for cause, finding in first.items():
-        names = [name for name in dict.fromkeys(others.get(cause, [])) if name != finding.sensor]
+    for key, finding in first.items():
+        names = [name for name in dict.fromkeys(others.get(key, [])) if name != finding.sensor]
         if names:
             listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if names[3:] else "")
             finding = replace(finding, sentence=f"{finding.sentence} (likewise {listed})")
