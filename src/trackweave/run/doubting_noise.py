@@ -58,6 +58,7 @@ class NoiseDoubts:
         self._sigmas: dict[str, Any] = {}
         self._factors: dict[str, Factors] = {}
         self._on_trial: set[str] = set()
+        self._trusted: set[str] = set()
         self._verdicts: dict[str, _Verdict] = {}
         self._n_trials = 0
         self._due: float = LINKS
@@ -109,6 +110,8 @@ class NoiseDoubts:
                 self._on_trial.add(name)
             else:
                 self._enter(name, times, {}, n_tracks)
+                if doubtful and is_trusted:
+                    self._trusted.add(name)
         if self._on_trial:
             self._n_trials, self._due = self._n_trials + 1, LINKS
         return bool(self._on_trial)
@@ -157,22 +160,30 @@ class NoiseDoubts:
         return replace(settings, sources={**settings.sources, **learned})
 
     def findings(self) -> list[Finding]:
-        """Return a sentence on each sensor whose noise is not used as told."""
+        """Return a sentence on each sensor whose noise is contradicted, used as told or not."""
         return [
             Finding(
                 "sigma",
                 name,
                 f"sensor {name}: sigma is told as {show_value(found.told)}, but along "
-                f"{found.n_tracks} tracks its reports scatter by {show_value(found.learned)}: "
-                f"{show_value(found.used)} is used; correct it, or give "
-                f'trust = ["sigma"] in [sensors.{name}] to keep what is told',
+                f"{found.n_tracks} tracks its reports scatter by {show_value(found.learned)}"
+                f"{self._what_is_used(name)}",
                 weight=WEIGHT + abs(float(np.log(found.times))),
                 told=_number(found.told),
-                seen=_number(found.used),
+                seen=_number(found.learned if name in self._trusted else found.used),
             )
             for name, found in self._verdicts.items()
-            if name in self._factors
+            if name in self._factors or name in self._trusted
         ]
+
+    def _what_is_used(self, name: str) -> str:
+        """Return the rest of a sentence on a sensor's noise."""
+        if name in self._trusted:
+            return " at least, and more of them lie too far off to be in tracks; it is trusted"
+        return (
+            f": {show_value(self._verdicts[name].used)} is used; correct it, or give "
+            f'trust = ["sigma"] in [sensors.{name}] to keep what is told'
+        )
 
     def as_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of each sensor that was judged."""

@@ -37,3 +37,31 @@ def test_names_a_turn_of_which_is_told_that_there_is_none() -> None:
 
 def test_says_nothing_of_a_turn_that_is_followed() -> None:
     assert track(passes()).run["diagnostics"] == []
+
+
+def test_names_scans_where_objects_that_report_by_themselves_are_told_to_be_scanned() -> None:
+    rng = np.random.default_rng(1)
+    rows = []
+    for number in range(8):
+        heading, pause = rng.uniform(0, 2 * np.pi), rng.choice([7.0, 10.0, 30.0])
+        for time in np.arange(rng.uniform(0, pause), 600.0, pause):
+            seen = 900.0 * number + 5.0 * time * np.array([np.cos(heading), np.sin(heading)])
+            rows.append((np.floor(time), *(seen + rng.normal(0, 8.0, 2)).tolist()))
+    reports = pl.DataFrame(rows, schema=["time", "x", "y"], orient="row").sort("time")
+    told = {"sensors": {"default": {"sigma": 8.0, "scans": True}}}
+    first = track(reports, told).run["diagnostics"][0]
+    assert first["cause"] == "scans"
+    assert "give scans = false" in first["sentence"]
+
+
+def test_false_alarms_beside_good_tracks_are_no_question() -> None:
+    rng = np.random.default_rng(1)
+    time = np.repeat(np.arange(60.0), 5)
+    way = np.stack([10.0 * time, np.tile(np.arange(5) * 400.0, 60)], axis=1)
+    false = np.column_stack([rng.uniform(-200, 1800, (480, 2))])
+    place = np.concatenate([way + rng.normal(0, 5.0, way.shape), false])
+    times = np.concatenate([time, np.repeat(np.arange(60.0), 8)])
+    reports = pl.DataFrame({"time": times, "x": place[:, 0], "y": place[:, 1]}).sort("time")
+    result = track(reports)
+    assert result.assignments["track"].count() < 0.5 * len(reports)
+    assert result.run["diagnostics"] == []

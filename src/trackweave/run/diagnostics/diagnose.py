@@ -6,8 +6,14 @@ from dataclasses import replace
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.coverage import out_of_view
+from trackweave.run.diagnostics.leftover import is_random
 from trackweave.run.diagnostics.repeats import copied_sensors, single_times
-from trackweave.run.diagnostics.scans import lone_reports, sparse_scans, unseen_turns
+from trackweave.run.diagnostics.scans import (
+    lone_reports,
+    reporting_objects,
+    sparse_scans,
+    unseen_turns,
+)
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
 from trackweave.run.diagnostics.told import clutter, detection, motion, noise
 from trackweave.run.diagnostics.units import azimuths_in_radians
@@ -17,6 +23,7 @@ __all__ = ["CHECKS", "diagnose"]
 CHECKS: tuple[Check, ...] = (
     single_times,
     unseen_turns,
+    reporting_objects,
     copied_sensors,
     lone_reports,
     sparse_scans,
@@ -45,11 +52,17 @@ def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
         found += what_reports_tell(case)
     if any(finding.weight >= A_CAUSE for finding in found):
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
-        if "turn" in causes:
+        if causes & {"turn", "scans"}:
             found = [each for each in found if each.cause not in {"lone reports", "scan period"}]
-    elif "field of view" in causes:
+    elif causes & {"field of view", "scan period"}:
         found = [finding for finding in found if finding.cause != "detection_probability"]
     found += overruled
+    # Reports outside too narrow a gate seem not to have come.
+    narrow = {f.sensor for f in found if f.cause == "sigma" and (f.seen or 0) > (f.told or 0)}
+    found = [f for f in found if f.cause != "detection_probability" or f.sensor not in narrow]
+    # What lies beside tracks may be just what it is taken for.
+    if {finding.cause for finding in found} == {"few assigned"} and is_random(case):
+        return []
     # How few reports are in tracks tells nothing of why: any cause beside it is told before.
     return _together(sorted(found, key=lambda f: (f.cause == "few assigned", -f.weight)))
 

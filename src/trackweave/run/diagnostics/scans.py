@@ -8,13 +8,14 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.sensing import sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import digits
+from trackweave.estimation.lone import judged
 from trackweave.estimation.rotation import follows, rotation_of
 from trackweave.estimation.turning_place import place_of_turn
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["lone_reports", "sparse_scans", "unseen_turns"]
+__all__ = ["lone_reports", "reporting_objects", "sparse_scans", "unseen_turns"]
 
 # From so many moments on it can be told how a sensor's reports come.
 FEWEST_MOMENTS = 10
@@ -22,7 +23,7 @@ FEWEST_MOMENTS = 10
 # farther apart more than a miss.
 WITHIN_TURN = 1.5
 # It explains whatever tracks show.
-A_TURN = 95.0
+A_CAUSE = 95.0
 
 
 def lone_reports(case: Case) -> Iterator[Finding]:
@@ -79,9 +80,28 @@ def _turn(sensor: Sensor, turn: Rotation, change: str, where: str = "") -> Findi
         sensor.name,
         f"sensor {sensor.name}: its reports come as from a beam that turns {sense_of(turn)} in "
         f"{turn.period:.4g} s{where}; {change} in [sensors.{sensor.name}]",
-        weight=A_TURN,
+        weight=A_CAUSE,
         seen=turn.period,
     )
+
+
+def reporting_objects(case: Case) -> Iterator[Finding]:
+    """Yield sensors that are told to scan, and whose objects report by themselves."""
+    for index in case.examined:
+        sensor = case.sensors[index]
+        is_told = case.is_told(f"sensors.{sensor.name}.scans") and sensor.scans is True
+        if not is_told or case.reports.kind_of(index) is not MeasurementKind.POSITION:
+            continue
+        seen = judged(case.reports, index)[0]
+        if seen.scans is False:
+            yield Finding(
+                "scans",
+                sensor.name,
+                f"sensor {sensor.name}: scans is told as true, but {seen.n_objects} objects keep "
+                "pauses of their own between reports, as in AIS: give scans = false, or leave it "
+                "out, so that no silence counts as a miss",
+                weight=A_CAUSE,
+            )
 
 
 def sparse_scans(case: Case) -> Iterator[Finding]:
