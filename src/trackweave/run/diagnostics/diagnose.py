@@ -57,9 +57,10 @@ def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
     elif causes & {"field of view", "scan period"}:
         found = [finding for finding in found if finding.cause != "detection_probability"]
     found += overruled
-    # Reports outside too narrow a gate seem not to have come.
+    # Reports outside too narrow a gate seem not to have come, or to be of nobody.
     narrow = {f.sensor for f in found if f.cause == "sigma" and (f.seen or 0) > (f.told or 0)}
-    found = [f for f in found if f.cause != "detection_probability" or f.sensor not in narrow]
+    spoilt = {"detection_probability", "clutter"}
+    found = [f for f in found if f.cause not in spoilt or f.sensor not in narrow]
     # What lies beside tracks may be just what it is taken for.
     if {finding.cause for finding in found} == {"few assigned"} and is_random(case):
         return []
