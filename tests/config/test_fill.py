@@ -49,8 +49,8 @@ def filled(values: dict[str, object], preset: str | None = None) -> Settings:
 
 
 def test_a_sensor_of_which_no_report_is_may_be_another_by_name() -> None:
-    said = [note for note in filled({"sensors": {"a": {"sigma": 1.0}}}).notes if "sensors.a" in note]
-    assert said == ["sensors.a: no report is from this sensor; did you mean A?"]
+    settings = filled({"sensors": {"a": {"sigma": 1.0}}})
+    assert "sensors.a: no report is from this sensor; did you mean A?" in settings.notes
 
 
 def test_an_empty_configuration_is_estimated_and_usual() -> None:
