@@ -203,3 +203,18 @@ def test_a_reach_that_nobody_told_is_estimated_and_said() -> None:
     settings, _ = settle(two_radars(1500.0), load_configuration(told))
     assert settings.sensors[0].field_of_view.max_range == 9e8
     assert not any("no field_of_view is given" in note for note in settings.notes)
+
+
+def test_a_speed_too_small_for_a_few_objects_is_said() -> None:
+    rng = np.random.default_rng(6)
+    heading = rng.uniform(0, 2 * np.pi, 22)
+    speed = np.where(np.arange(22) < 19, 8.0, 160.0)
+    velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    start = rng.uniform(-5000, 5000, (22, 2))
+    time = np.repeat(np.arange(0.0, 80.0, 2.0), 22)
+    place = (start + velocity * time.reshape(-1, 22, 1)).reshape(-1, 2)
+    seen = place + rng.normal(0, 12.0, place.shape)
+    reports = table(pl.DataFrame({"time": time, "x": seen[:, 0], "y": seen[:, 1]}))
+    for told, is_said in ((20.0, True), (180.0, False)):
+        settings, _ = settle(reports, load_configuration({"motion": {"max_speed": told}}))
+        assert any("a few objects seem to move at" in note for note in settings.notes) == is_said

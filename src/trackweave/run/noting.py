@@ -10,11 +10,14 @@ from trackweave.config.sections import Configuration
 from trackweave.config.sensing import is_period, section_of, sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation import Estimates
 from trackweave.models.coverage import FieldOfView
 from trackweave.run.placing import platforms_of
 
-__all__ = ["notes_on_sensors"]
+__all__ = ["note_on_speed", "notes_on_sensors"]
 
+# A speed that is told is too small for some where these are so many times as fast.
+FASTER = 1.3
 # Sensors no farther apart than this stand at one place [m].
 SAME_PLACE = 1.0
 
@@ -34,6 +37,17 @@ def notes_on_sensors(
         *_notes_on_places(reports, observed, places),
         *_notes_on_sigma(reports, configuration),
         *_notes_on_views(filled),
+    ]
+
+
+def note_on_speed(configuration: Configuration, estimates: Estimates | None) -> list[str]:
+    """Return a sentence where some objects seem faster than any is told to be."""
+    told = configuration.motion.max_speed
+    if told is None or estimates is None or estimates.speed_of_few < FASTER * told:
+        return []
+    return [
+        f"motion.max_speed is told as {told:g} m/s, but a few objects seem to move at "
+        f"{estimates.speed_of_few:.3g} m/s, and are lost if they do; correct it"
     ]
 
 

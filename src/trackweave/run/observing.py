@@ -18,7 +18,7 @@ from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
-from trackweave.run.noting import notes_on_sensors
+from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 
@@ -74,6 +74,7 @@ def settle(
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
+    notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
