@@ -25,15 +25,25 @@ def write_scene(folder: Path, n_targets: int) -> tuple[Path, Path]:
     return truth, tracks
 
 
-def test_lists_each_target_with_its_tracks(run: Run, tmp_path: Path) -> None:
-    truth, tracks = write_scene(tmp_path, 4)
-    done = run("evaluate", "--truth", truth, "--tracks", tracks, "--window", 3)
-    assert done.exit_code == 0, done.stderr
-    assert "window: 3" in done.stderr
-    assert "target T3: tracked 2 of 4 s, 60.0 % of positions, rmse 3 m, switches 0" in done.stderr
-    assert "fragmentations 0, tracks 13" in done.stderr
-    assert "target T0: tracked 0 of 4 s, 0.0 % of positions, rmse –" in done.stderr
-    assert "targets: [" not in done.stderr
+class Heard(Voice):
+    """Keeps the rows of tables that a terminal would show."""
+
+    def __init__(self) -> None:
+        super().__init__(quiet=False)
+        self.rows: dict[str, str] = {}
+
+    def table(self, title: str, rows: list[tuple[str, str]]) -> None:
+        self.rows.update(rows)
+
+
+def test_lists_each_target_with_its_tracks(tmp_path: Path) -> None:
+    voice = Heard()
+    run_evaluate(voice, *write_scene(tmp_path, 4), None, window=3)
+    assert voice.rows["window"] == "3"
+    third = "tracked 2 of 4 s, 60.0 % of positions, rmse 3 m, switches 0, fragmentations 0"
+    assert voice.rows["target T3"] == f"{third}, tracks 13"
+    assert voice.rows["target T0"].startswith("tracked 0 of 4 s, 0.0 % of positions, rmse –")
+    assert "targets" not in voice.rows
 
 
 def test_json_nests_the_targets(run: Run, tmp_path: Path) -> None:

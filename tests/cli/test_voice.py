@@ -42,9 +42,10 @@ def test_a_quiet_terminal_gets_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert screen.getvalue() == ""
 
 
-def test_a_file_gets_plain_lines(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_gets_lines_and_no_table(capsys: pytest.CaptureFixture[str]) -> None:
     voice = Voice(quiet=False)
     with voice.progress("tracking") as advance:
         assert advance is None
     voice.table("Result", [("switches", "0")])
-    assert capsys.readouterr().err == "switches: 0\n"
+    voice.say("hello")
+    assert capsys.readouterr().err == "hello\n"

@@ -48,6 +48,11 @@ def filled(values: dict[str, object], preset: str | None = None) -> Settings:
     return fill(load_configuration(values), ESTIMATES, ("A", "B"), preset=preset)
 
 
+def test_a_sensor_of_which_no_report_is_may_be_another_by_name() -> None:
+    settings = filled({"sensors": {"a": {"sigma": 1.0}}})
+    assert "sensors.a: no report is from this sensor; did you mean A?" in settings.notes
+
+
 def test_an_empty_configuration_is_estimated_and_usual() -> None:
     settings = filled({})
     assert settings.motion.max_speed == 25.0
@@ -328,7 +333,7 @@ def test_clutter_per_scan_of_a_radar_is_spread_over_range_and_azimuth(
         ({"measurement": "position"}, 'measurement: "position"; expected "range-azimuth", as its'),
         ({"sigma": 10.0}, "sigma: 10.0; expected {range_m = …, azimuth_deg = …}, because its"),
         ({"sigma": {"bearing_deg": 1.0}}, "sigma: {bearing_deg = 1.0}; expected {range_m = …, az"),
-        ({"rotation": "clockwise"}, 'rotation: "clockwise"; expected "none", because its reports'),
+        ({"rotation": "clockwise"}, 'rotation: "clockwise"; expected a scan_period with it'),
     ],
 )
 def test_refuses_what_does_not_fit_the_reports(section: dict[str, object], said: str) -> None:

@@ -77,6 +77,13 @@ def test_replaces_only_the_files_of_the_earlier_run(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+def test_the_picture_of_the_earlier_run_goes_with_it(tmp_path):
+    OutputDirectory(tmp_path, "track").write(OLD, RUN)
+    (tmp_path / "plot.png").write_bytes(b"the earlier run")
+    OutputDirectory(tmp_path, "track").write(NEW, RUN)
+    assert names(tmp_path) == ["assignments.csv", "run.json", "tracks.csv"]
+
+
 def test_leaves_the_permissions_to_the_user(tmp_path):
     OutputDirectory(tmp_path / "run", "track").write(NEW, RUN)
     (tmp_path / "by_hand").mkdir()

@@ -91,6 +91,8 @@ def test_keeps_what_is_trusted_and_still_tells_what_is_seen(trust: Any) -> None:
     assert run["sources"]["sensors.default.sigma"] == "file"
     assert run["told"][0]["used"] == sigma_in(run) == NOISE / 2
     assert run["told"][0]["learned"] > 1.3 * NOISE / 2
+    assert [each["cause"] for each in run["diagnostics"]] == ["sigma"]
+    assert "it is trusted" in run["notes"][0]
 
 
 def test_of_ranges_and_azimuths_changes_the_one_that_is_wrong() -> None:

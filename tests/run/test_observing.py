@@ -54,6 +54,43 @@ def test_is_told_that_a_beam_does_not_turn() -> None:
     assert observe(table(radar()), configuration)["default"].rotation is None
 
 
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"rotation": "counter-clockwise", "scan_period": 4.0},
+        {"rotation": "counter-clockwise"},
+        {"rotation": "clockwise", "scan_period": 6.5},
+        {"scan_period": 6.5},
+    ],
+)
+def test_a_turn_that_reports_show_otherwise_is_theirs_and_said(told: dict) -> None:
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    turn = settings.sensors[0].rotation
+    assert turn is not None
+    assert turn.direction == 1
+    assert settings.sensors[0].scan_period == pytest.approx(turn.period)
+    assert turn.period == pytest.approx(4.0, rel=1e-3)
+    said = [note for note in settings.notes if "its reports show" in note]
+    wrong = {"rotation": "counter-clockwise", "scan_period": 6.5}
+    for key in told.items() & wrong.items():
+        assert sum(f'trust = ["{key[0]}"] in [sensors.default]' in note for note in said) == 1
+
+
+@pytest.mark.parametrize("trust", [True, ["scan_period"]])
+def test_a_period_that_is_trusted_is_kept(trust: object) -> None:
+    told = {"scan_period": 6.5, "rotation": "clockwise", "trust": trust}
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    assert settings.sensors[0].scan_period == 6.5
+    assert settings.sensors[0].rotation.period == 6.5
+
+
+@pytest.mark.parametrize("trust", [True, ["rotation"]])
+def test_a_sense_that_is_trusted_is_kept(trust: object) -> None:
+    told = {"rotation": "counter-clockwise", "scan_period": 4.0, "trust": trust}
+    settings, _ = settle(table(radar()), load_configuration({"sensors": {"default": told}}))
+    assert settings.sensors[0].rotation.direction == -1
+
+
 def test_a_turn_that_is_given_needs_few_reports() -> None:
     section = {"rotation": "counter-clockwise", "scan_period": 5.0}
     configuration = load_configuration({"sensors": {"default": section}})
@@ -166,3 +203,18 @@ def test_a_reach_that_nobody_told_is_estimated_and_said() -> None:
     settings, _ = settle(two_radars(1500.0), load_configuration(told))
     assert settings.sensors[0].field_of_view.max_range == 9e8
     assert not any("no field_of_view is given" in note for note in settings.notes)
+
+
+def test_a_speed_too_small_for_a_few_objects_is_said() -> None:
+    rng = np.random.default_rng(6)
+    heading = rng.uniform(0, 2 * np.pi, 22)
+    speed = np.where(np.arange(22) < 19, 8.0, 160.0)
+    velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    start = rng.uniform(-5000, 5000, (22, 2))
+    time = np.repeat(np.arange(0.0, 80.0, 2.0), 22)
+    place = (start + velocity * time.reshape(-1, 22, 1)).reshape(-1, 2)
+    seen = place + rng.normal(0, 12.0, place.shape)
+    reports = table(pl.DataFrame({"time": time, "x": seen[:, 0], "y": seen[:, 1]}))
+    for told, is_said in ((20.0, True), (180.0, False)):
+        settings, _ = settle(reports, load_configuration({"motion": {"max_speed": told}}))
+        assert any("a few objects seem to move at" in note for note in settings.notes) == is_said

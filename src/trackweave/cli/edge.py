@@ -198,10 +198,8 @@ class Voice:
             yield
 
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
-        """Print a small table on a terminal, and its rows as lines elsewhere."""
+        """Print a small table, on a terminal alone: elsewhere ``--json`` is what to read."""
         if not self.on_terminal:
-            for name, value in rows:
-                self.say(f"{name}: {value}")
             return
         from rich.console import Console
         from rich.table import Table

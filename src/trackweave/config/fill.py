@@ -7,6 +7,7 @@ from typing import Any, Literal
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
 from trackweave.config.load import Configuration, without_deadline
+from trackweave.config.messages import suggest
 from trackweave.config.moving import motion_of
 from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.config.plots import (
@@ -31,6 +32,8 @@ __all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
 ESTIMATED = (
     ("motion", "process_noise"), ("motion", "max_speed"), ("lifecycle", "new_target_density"),
 )  # fmt: skip
+# Of more sensors than this no list helps.
+MOST_NAMED = 20
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -132,7 +135,10 @@ def fill(
     tracker, doubts = tracker_of_ledger(ledger)
     plots = plots_of_ledger(ledger, sensors, lifecycle)
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
-    notes = [f"sensors.{name}: no report is from this sensor" for name in unused]
+    notes = [
+        f"sensors.{name}: no report is from this sensor; {suggest(name, names[:MOST_NAMED])}"
+        for name in unused
+    ]
     notes += [*(estimates.notes if estimates else ()), *_doubts(ledger, estimates)]
     notes += doubts + _overruled(ledger, preset) + preset_notes(preset)
     if getattr(search, "settle", True) is False:

@@ -23,5 +23,6 @@ def show_value(value: Any) -> str:
 
 def suggest(key: str, known: Sequence[str]) -> str:
     """Return what to write instead of an unknown word."""
-    near = difflib.get_close_matches(key, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"expected one of {', '.join(known)}"
+    small = {word.lower(): word for word in known}
+    near = difflib.get_close_matches(key.lower(), small, n=1)
+    return f"did you mean {small[near[0]]}?" if near else f"expected one of {', '.join(known)}"

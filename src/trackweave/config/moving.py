@@ -43,6 +43,7 @@ def motion_of(
     if model in {_VELOCITY, _TURN, "imm"}:
         ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
     ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
+    ledger.choose((*path, "trust"), default=False)
     return (
         _imm(ledger, period, ways or {}) if model == "imm" else _mode(ledger, path, model, period)
     )

@@ -20,7 +20,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["is_period", "sensor_of", "view_keys"]
+__all__ = ["is_period", "sense_of", "sensor_of", "view_keys"]
 
 USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # What is taken where neither the file nor the reports tell.
@@ -198,21 +198,26 @@ def _rotation(
     if ledger.said(("sensors", name, "scans")) is False:
         turning = likely = None
     period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
-    word = None
-    if turning is not None:
-        word = "clockwise" if turning.direction > 0 else "counter-clockwise"
-    word = ledger.choose(("sensors", name, "rotation"), word, "none")
+    seen_word = None if turning is None else sense_of(turning)
+    word = ledger.choose(("sensors", name, "rotation"), seen_word, "none")
     if word == "none":
         return None, period
+    if seen_word is not None and word != seen_word:
+        ledger.enter(("sensors", name, "rotation"), seen_word, "estimated")
     if turning is not None and period and not is_period(period, turning):
         # The reports' own times and directions measure it better than any data sheet.
         period = ledger.enter(("sensors", name, "scan_period"), turning.period, "estimated")
     if turning is None:
         raise InvalidInputError(
-            f'sensors.{name}.rotation: "{word}"; expected "none", because its reports do not '
-            f"turn that way{'' if period else ' and no scan_period is given'}"
+            f'sensors.{name}.rotation: "{word}"; expected a scan_period with it, because its '
+            "reports show no turn, or none of it"
         )
     return turning, period
+
+
+def sense_of(turning: Rotation) -> str:
+    """Return the word for the sense in which a beam turns."""
+    return "clockwise" if turning.direction > 0 else "counter-clockwise"
 
 
 def is_period(told: float, turning: Rotation) -> bool:

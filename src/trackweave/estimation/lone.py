@@ -81,11 +81,7 @@ def lone_reports(
     lasting = threads.lasting(LASTING)
     # At a quay the seldom are taken for one another; those that report often are sure.
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
-    most = _scatter(time, position, quick) if sigma is None else None
-    sigma, process = _noise(time, position, quick, sigma, rate)
-    if sigma is not None and most is not None and sigma > most:
-        # Threads that change from one object to another lie off by more than noise.
-        sigma, process = _noise(time, position, quick, most, rate)
+    sigma, process = _told_noise(time, position, quick, sigma, rate)
     speed = _speed(time, position, lasting)
     moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
     if sigma is not None and len(moving) < len(quick):
@@ -136,6 +132,27 @@ def _stands(
     square = float(np.dot(centred, centred))
     moved = float(np.linalg.norm(centred @ position / square))
     return bool(moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0)))
+
+
+def _told_noise(
+    time: FloatArray,
+    position: FloatArray,
+    threads: list[IntArray],
+    told: float | None,
+    false_rate: float,
+) -> tuple[float | None, float | None]:
+    """Return sigma, that told where there is one, and process noise along threads."""
+    sigma, process = _noise(time, position, threads, None, false_rate)
+    most = _scatter(time, position, threads)
+    if sigma is not None and most is not None and sigma > most:
+        # Threads that change from one object to another lie off by more than noise.
+        sigma, process = _noise(time, position, threads, most, false_rate)
+    if told is None:
+        return sigma, process
+    # Beside a noise that is told, such changes would seem to be turns.
+    beside = _noise(time, position, threads, told, false_rate)[1]
+    known = [each for each in (process, beside) if each is not None]
+    return told, min(known, default=None)
 
 
 def _noise(

@@ -6,7 +6,7 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.following import followed_rotation
 from trackweave.models.rotation import Rotation
 
-__all__ = ["rotation_of", "wanders"]
+__all__ = ["follows", "rotation_of", "wanders"]
 
 FEWEST_REPORTS = 12
 # From so many successive reports the turn is found; then it is followed through the others.
@@ -87,9 +87,14 @@ def _wandering(
         found = followed_rotation(time, azimuth, rate, phase)
         if found is None or found.turned(time[-1]) - found.turned(time[0]) < LEAST_TURNS_FOLLOWED:
             continue
-        if np.mean(np.abs(_off(time, azimuth, found)) < NEAR) >= LEAST_SHARE:
+        if follows(time, azimuth, found):
             return found
     return None
+
+
+def follows(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
+    """Tell whether reports came from where a beam was that turns so."""
+    return bool(np.mean(np.abs(_off(time, azimuth, rotation)) < NEAR) >= LEAST_SHARE)
 
 
 def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:

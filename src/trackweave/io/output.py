@@ -27,7 +27,8 @@ RECORD = "run.json"
 STAGING_PREFIX = ".trackweave-staging-"
 ABANDONED_S = 3600.0
 """Nobody writes for so long: what is older was left by a killed run."""
-# What each command writes besides the record. No other file is ever replaced or removed.
+# What each command writes besides the record. No other file is ever replaced or removed,
+# but for the picture of a run.
 _SIMULATED = frozenset({"reports.csv", "truth.csv"})
 _TRACKED = frozenset({"tracks.csv", "assignments.csv", "history.csv"})
 FILES = {
@@ -37,6 +38,8 @@ FILES = {
     "fuse": frozenset({"associations.csv", "tracks.csv"}),
     "reproduce": frozenset({"report.md"}),
 }
+# What `plot` draws of them, which tells of another run once they are replaced.
+DRAWN = {"track": "plot.png", "demo": "plot.png"}
 # A study's figures and their numbers, beside its report: it alone knows which there are.
 _OF_STUDY = re.compile(r"[a-z0-9-]+\.(csv|png)")
 
@@ -169,6 +172,8 @@ class OutputDirectory:
                 (new / name).replace(target / name)
             for name in set(old) - set(contents):
                 (target / name).unlink()
+            if old and self.command in DRAWN:
+                (target / DRAWN[self.command]).unlink(missing_ok=True)
 
     def _create(self, target: Path, contents: Mapping[str, bytes]) -> None:
         missing = [parent for parent in target.parents if not parent.exists()]

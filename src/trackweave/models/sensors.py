@@ -17,7 +17,7 @@ from trackweave.models.strength import StrengthModel
 
 __all__ = ["DOUBTED", "Sensor"]
 
-DOUBTED = ("sigma",)
+DOUBTED = ("sigma", "scan_period", "rotation")
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
 CHANCE = PROBABILITY.said("a number between 0 and 1, both excluded")
@@ -64,8 +64,8 @@ class Sensor:
     trust
         Whether what is told is kept where reports contradict it: of all keys, or of those named.
 
-        Only "sigma" ever gives way, in ``track``. A tracker that is given scans one by one always
-        keeps what it was told.
+        Only "sigma", "scan_period" and "rotation" ever give way, in ``track``. A tracker that is
+        given scans one by one always keeps what it was told.
 
     Raises
     ------

@@ -1,78 +1,32 @@
-"""Whether a run's first tracks contradict the noise that was told, and what is used instead."""
+"""What of a configuration a run's first tracks contradict, and what is used instead."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
-from trackweave.config.messages import show_value
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import digits
-from trackweave.run.diagnostics import Case, Finding
-from trackweave.run.diagnostics.scatter import scatter_of, without_motion
+from trackweave.run.diagnostics import Finding
+from trackweave.run.doubting_motion import MotionDoubts
+from trackweave.run.doubting_noise import NoiseDoubts
 
 __all__ = ["Doubts"]
 
-# Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
-# together where they have them before so many are, and at the end of a run by so many triples.
-LINKS, ENOUGH, MOST_LINKS, FEWEST = 400, 150, 3200, 60
-SHORT, LONG = 1, 3
-# What scatters so many times more than told is looked at again with gates that are wider: those of
-# a sigma that is too small leave out the very reports that tell. So much then is a contradiction.
-DOUBTFUL, WIDER, CLEAR = 1.3, 2.0, 1.4
-# Scatter that is mostly motion says little of noise.
-MOSTLY_NOISE = 0.3
-MOST_TRIALS = 3
-WEIGHT = 50.0
-
-Factors = dict[str, float]
-"""How many times as large as told something is, by column; under "" for all of a position."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Verdict:
-    """What was told of a sensor's noise, seen along tracks, and used; as in a file."""
-
-    told: Any
-    learned: Any
-    used: Any
-    times: float
-    n_tracks: int
-
 
 class Doubts:
-    """What was told of sensors' noise, against what the first tracks of a run show.
+    """What was told of noise and of motion, against what the first tracks of a run show.
 
-    A run goes on until its tracks hold some hundred reports of a sensor. Where these scatter about
-    as told, it simply goes on. Where they scatter more, it begins again with a noise whose gates
-    leave nothing out, and once that has told how much, with what was seen. A noise that was told
-    too large is left: it costs hardly anything, and may stand for an extent.
+    Noise comes first: where too little is told of it, tracks break off whatever objects do.
     """
 
     def __init__(self, configuration: Configuration) -> None:
         self._told = configuration
-        self._sigmas: dict[str, Any] = {}
-        self._factors: dict[str, Factors] = {}
-        self._on_trial: set[str] = set()
-        self._verdicts: dict[str, _Verdict] = {}
-        self._n_trials = 0
-        self._due: float = LINKS
+        self._noise, self._motion = NoiseDoubts(), MotionDoubts()
 
     @property
     def configuration(self) -> Configuration:
-        """What the next attempt takes: as read, but for the noise that is doubted."""
-        if not self._factors:
-            return self._told
-        sensors = self._told.table("sensors")
-        for name, factors in self._factors.items():
-            sigma = _scaled(self._sigmas[name], factors)
-            sensors[name] = {**sensors.get(name, {}), "sigma": sigma}
-        return self._told.changed(sensors=sensors)
+        """What the next attempt takes: as read, but for what is doubted."""
+        return self._motion.applied(self._noise.applied(self._told))
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
@@ -80,137 +34,20 @@ class Doubts:
         """Look at the tracks so far; tell whether ``configuration`` changed, to begin again."""
         # ``track`` is that of each report as far as it is known, -1 for none; ``at_end`` no more
         # come.
-        n_assigned = int(np.count_nonzero(track >= 0))
-        if not at_end and n_assigned < self._due:
+        if self._noise.contradict(reports, settings, track, at_end=at_end):
+            return True
+        if not (self._noise.is_settled or at_end):
             return False
-        self._due = 2 * n_assigned
-        case = Case(reports, settings, track, None)
-        least = FEWEST if at_end else ENOUGH
-        seen = {case.reports.sensors[i]: _times(case, i, least) for i in self._open(case)}
-        if not seen:
-            self._due = np.inf
-            return False
-        shown = {name: times for name, times in seen.items() if times is not None}
-        n_tracks = len(case.groups)
-        if self._on_trial:
-            return self._settle_trial(shown, n_tracks, at_end=at_end)
-        if len(shown) < len(seen) and n_assigned < MOST_LINKS and not at_end:
-            return False
-        for name, times in shown.items():
-            self._sigmas[name] = settings.values["sensors"][name]["sigma"]
-            is_trusted = next(s for s in settings.sensors if s.name == name).trusts("sigma")
-            doubtful = {c: WIDER * t for c, t in times.items() if t >= DOUBTFUL}
-            if doubtful and not is_trusted and self._n_trials < MOST_TRIALS:
-                self._factors[name] = doubtful
-                self._on_trial.add(name)
-            else:
-                self._enter(name, times, {}, n_tracks)
-        if self._on_trial:
-            self._n_trials, self._due = self._n_trials + 1, LINKS
-        return bool(self._on_trial)
-
-    def _settle_trial(self, shown: Mapping[str, Factors], n_tracks: int, *, at_end: bool) -> bool:
-        """Take what tracks show with wide gates, once they show it of all that are on trial."""
-        if not at_end and not self._on_trial <= set(shown):
-            return False
-        for name in self._on_trial:
-            wide = self._factors.pop(name)
-            if name not in shown:
-                self._enter(name, {}, {}, n_tracks)
-                continue
-            times = {column: wide.get(column, 1.0) * t for column, t in shown[name].items()}
-            clear = {column: t for column, t in times.items() if column in wide and t >= CLEAR}
-            self._enter(name, times, clear, n_tracks)
-        self._on_trial, self._due = set(), LINKS
-        return True
-
-    def _enter(self, name: str, times: Factors, clear: Factors, n_tracks: int) -> None:
-        """Decide on a sensor: what is clear is used, the rest stays as told."""
-        told = self._sigmas[name]
-        if clear:
-            self._factors[name] = clear
-        self._verdicts[name] = _Verdict(
-            told, _scaled(told, times), _scaled(told, clear), max(clear.values(), default=1.0),
-            n_tracks,
-        )  # fmt: skip
-
-    def _open(self, case: Case) -> Iterator[int]:
-        """Yield the sensors whose noise was told and that are not judged yet."""
-        for index in case.examined:
-            name = case.reports.sensors[index]
-            has_own = np.isfinite(case.reports.sigma[case.rows[index]]).any()
-            if (
-                name not in self._verdicts
-                and case.is_told(f"sensors.{name}.sigma")
-                and case.tells_place(index)
-                and not has_own
-            ):
-                yield index
+        return self._motion.contradict(reports, settings, track, at_end=at_end)
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        learned = {f"sensors.{name}.sigma": "estimated" for name in self._factors}
-        return replace(settings, sources={**settings.sources, **learned})
+        return self._noise.entered(settings)
 
     def findings(self) -> list[Finding]:
-        """Return a sentence on each sensor whose noise is not used as told."""
-        return [
-            Finding(
-                "sigma",
-                name,
-                f"sensor {name}: sigma is told as {show_value(found.told)}, but along "
-                f"{found.n_tracks} tracks its reports scatter by {show_value(found.learned)}: "
-                f"{show_value(found.used)} is used; correct it, or give "
-                f'trust = ["sigma"] in [sensors.{name}] to keep what is told',
-                weight=WEIGHT + abs(float(np.log(found.times))),
-                told=_number(found.told),
-                seen=_number(found.used),
-            )
-            for name, found in self._verdicts.items()
-            if name in self._factors
-        ]
+        """Return a sentence on each value that is not used as told."""
+        return [*self._noise.findings(), *self._motion.findings()]
 
     def as_record(self) -> list[dict[str, Any]]:
-        """Return what was told, learned and used of each sensor that was judged."""
-        return [
-            {
-                "key": f"sensors.{name}.sigma",
-                "told": found.told,
-                "learned": found.learned,
-                "used": found.used,
-            }
-            for name, found in self._verdicts.items()
-        ]
-
-
-def _times(case: Case, index: int, least: int) -> Factors | None:
-    """Return how many times its sigma a sensor's reports scatter; None where too few tell."""
-    short, long = (scatter_of(case, index, stride, case.groups) for stride in (SHORT, LONG))
-    if min(len(short), len(long)) < least:
-        return None
-    kind = case.reports.kind_of(index)
-    told = case.sensors[index].sigmas(case.reports.dim)[:2] ** 2
-    near, far = short.usual() / told, long.usual() / told
-    if kind is MeasurementKind.POSITION:
-        near, far = near.mean(keepdims=True), far.mean(keepdims=True)
-    own = without_motion(short, long, near, far)
-    own = np.where(own > MOSTLY_NOISE * near, own, np.minimum(near, 1.0))
-    columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
-    return {column: float(np.sqrt(square)) for column, square in zip(columns, own, strict=False)}
-
-
-def _scaled(sigma: Any, factors: Factors) -> Any:
-    """Return a noise as in a file, so many times as large."""
-    if isinstance(sigma, Mapping):
-        whole = factors.get("", 1.0)
-        return {c: _rounded(value, factors.get(c, whole)) for c, value in sigma.items()}
-    return _rounded(sigma, factors.get("", 1.0))
-
-
-def _rounded(value: float, factor: float) -> float:
-    return value if factor == 1.0 else digits(value * factor, 3)
-
-
-def _number(sigma: Any) -> float:
-    """Return the one number of a noise, or that of its first column."""
-    return float(next(iter(sigma.values())) if isinstance(sigma, Mapping) else sigma)
+        """Return what was told, learned and used of each value that was judged."""
+        return [*self._noise.as_record(), *self._motion.as_record()]

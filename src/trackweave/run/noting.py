@@ -7,14 +7,17 @@ import numpy as np
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period
+from trackweave.config.sensing import is_period, sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation import Estimates
 from trackweave.models.coverage import FieldOfView
 from trackweave.run.placing import platforms_of
 
-__all__ = ["notes_on_sensors"]
+__all__ = ["note_on_speed", "notes_on_sensors"]
 
+# A speed that is told is too small for some where these are so many times as fast.
+FASTER = 1.3
 # Sensors no farther apart than this stand at one place [m].
 SAME_PLACE = 1.0
 
@@ -34,6 +37,17 @@ def notes_on_sensors(
         *_notes_on_places(reports, observed, places),
         *_notes_on_sigma(reports, configuration),
         *_notes_on_views(filled),
+    ]
+
+
+def note_on_speed(configuration: Configuration, estimates: Estimates | None) -> list[str]:
+    """Return a sentence where some objects seem faster than any is told to be."""
+    told = configuration.said("motion", "max_speed")
+    if told is None or estimates is None or estimates.speed_of_few < FASTER * told:
+        return []
+    return [
+        f"motion.max_speed is told as {told:g} m/s, but a few objects seem to move at "
+        f"{estimates.speed_of_few:.3g} m/s, and are lost if they do; correct it"
     ]
 
 
@@ -118,15 +132,22 @@ def _notes_on_turns(
     """Return sentences on beams that do not turn as told, or not steadily."""
     notes = []
     for name, seen in observed.items():
-        turn, told = seen.rotation, configuration.sensor(name).get("scan_period")
+        said, turn = configuration.sensor(name), seen.rotation
         if turn is None:
             continue
+        told = said.get("scan_period")
+        if said.get("rotation") not in (None, sense_of(turn)):
+            notes.append(
+                f"sensor {name}: rotation told {said['rotation']}, its reports show a beam that "
+                f"turns {sense_of(turn)}; that is used; correct it, or "
+                f"{_to_keep('rotation', name)}"
+            )
         shown = f"{turn.period:.5g} s"
         varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
         if told is not None and not is_period(told, turn):
             notes.append(
                 f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
-                "that is used"
+                f"that is used; correct it, or {_to_keep('scan_period', name)}"
             )
         elif varying:
             notes.append(
@@ -139,3 +160,7 @@ def _notes_on_turns(
                 f"turn steadily in {shown}; better give a `scan` column"
             )
     return notes
+
+
+def _to_keep(key: str, name: str) -> str:
+    return f'give trust = ["{key}"] in [sensors.{name}] to keep what is told'

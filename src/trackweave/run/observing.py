@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import view_keys
+from trackweave.config.sensing import is_period, view_keys
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -17,7 +18,7 @@ from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
-from trackweave.run.noting import notes_on_sensors
+from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 
@@ -74,6 +75,7 @@ def settle(
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
+    notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
@@ -196,27 +198,38 @@ def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) 
 
 
 def _rotation(
-    said: Mapping[str, object], time: FloatArray, azimuth: FloatArray, *, numbered: bool
+    said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray, *, numbered: bool
 ) -> tuple[Rotation | None, bool]:
     """Return how a beam turns, as told or shown by lone reports, and whether these show it."""
-    word, period = said.get("rotation"), said.get("scan_period")
+    word, given = said.get("rotation"), said.get("scan_period")
     if word == "none" or said.get("scans") is False:
         return None, True
-    given = float(period) if isinstance(period, int | float) else None
-    direction = None
-    if word is not None:
-        direction = 1 if word == "clockwise" else -1
-    else:
-        moments, sizes = np.unique(time, return_counts=True)
-        if numbered or moments.size < FEWEST_MOMENTS or np.median(sizes) > 1:
-            return None, True
-    found = rotation_of(time, azimuth, period=given, direction=direction)
-    if found is not None:
-        return found, not wanders(time, azimuth, found)
-    if given is None or direction is None:
+    moments, sizes = np.unique(time, return_counts=True)
+    is_lone = not numbered and moments.size >= FEWEST_MOMENTS and np.median(sizes) <= 1
+    if word is None and not is_lone:
         return None, True
-    # Too few reports to tell the phase still belong to turns.
-    return Rotation(given, 0.0, direction), False
+    direction = None if word is None else 1 if word == "clockwise" else -1
+    found = rotation_of(time, azimuth, period=given, direction=direction)
+    if found is None and is_lone and (given, direction) != (None, None):
+        # Perhaps it turns otherwise than is told.
+        found = rotation_of(
+            time, azimuth, direction=direction if _is_trusted(said, "rotation") else None
+        )
+    if found is None:
+        # Too few reports to tell the phase still belong to turns.
+        if given is None or direction is None:
+            return None, True
+        return Rotation(given, 0.0, direction), False
+    if given is not None and _is_trusted(said, "scan_period") and not is_period(given, found):
+        start = float(time[0])
+        phase = found.azimuth(start) - found.direction * 2 * np.pi * start / given
+        return Rotation(given, float(phase % (2 * np.pi)), found.direction), False
+    return found, not wanders(time, azimuth, found)
+
+
+def _is_trusted(said: Mapping[str, Any], key: str) -> bool:
+    trust = said.get("trust", False)
+    return trust if isinstance(trust, bool) else key in trust
 
 
 def filled(kind: MeasurementKind, measured: FloatArray) -> float:

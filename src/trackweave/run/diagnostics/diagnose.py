@@ -6,8 +6,14 @@ from dataclasses import replace
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.coverage import out_of_view
+from trackweave.run.diagnostics.leftover import is_random
 from trackweave.run.diagnostics.repeats import copied_sensors, single_times
-from trackweave.run.diagnostics.scans import lone_reports, sparse_scans
+from trackweave.run.diagnostics.scans import (
+    lone_reports,
+    reporting_objects,
+    sparse_scans,
+    unseen_turns,
+)
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
 from trackweave.run.diagnostics.told import clutter, detection, motion, noise
 from trackweave.run.diagnostics.units import azimuths_in_radians
@@ -16,6 +22,8 @@ __all__ = ["CHECKS", "diagnose"]
 
 CHECKS: tuple[Check, ...] = (
     single_times,
+    unseen_turns,
+    reporting_objects,
     copied_sensors,
     lone_reports,
     sparse_scans,
@@ -44,25 +52,36 @@ def diagnose(case: Case, overruled: Sequence[Finding] = ()) -> list[Finding]:
         found += what_reports_tell(case)
     if any(finding.weight >= A_CAUSE for finding in found):
         found = [finding for finding in found if finding.cause not in CONSEQUENCES]
-    elif "field of view" in causes:
+        if causes & {"turn", "scans"}:
+            found = [each for each in found if each.cause not in {"lone reports", "scan period"}]
+    elif causes & {"field of view", "scan period"}:
         found = [finding for finding in found if finding.cause != "detection_probability"]
     found += overruled
+    # Reports outside too narrow a gate seem not to have come, or to be of nobody.
+    narrow = {f.sensor for f in found if f.cause == "sigma" and (f.seen or 0) > (f.told or 0)}
+    spoilt = {"detection_probability", "clutter"}
+    found = [f for f in found if f.cause not in spoilt or f.sensor not in narrow]
+    # What lies beside tracks may be just what it is taken for.
+    if {finding.cause for finding in found} == {"few assigned"} and is_random(case):
+        return []
     # How few reports are in tracks tells nothing of why: any cause beside it is told before.
     return _together(sorted(found, key=lambda f: (f.cause == "few assigned", -f.weight)))
 
 
 def _together(found: Iterable[Finding]) -> list[Finding]:
     """Return findings with one for each cause; where other sensors share it, it names them."""
-    first: dict[str, Finding] = {}
-    others: dict[str, list[str]] = {}
+    first: dict[tuple[str, str | None], Finding] = {}
+    others: dict[tuple[str, str | None], list[str]] = {}
     for finding in found:
-        if finding.cause not in first:
-            first[finding.cause] = finding
+        # Beams that turn elsewhere do so each about its own place.
+        key = (finding.cause, finding.sensor if finding.cause == "turn" else None)
+        if key not in first:
+            first[key] = finding
         elif finding.sensor is not None:
-            others.setdefault(finding.cause, []).append(finding.sensor)
+            others.setdefault(key, []).append(finding.sensor)
     told = []
-    for cause, finding in first.items():
-        names = [name for name in dict.fromkeys(others.get(cause, [])) if name != finding.sensor]
+    for key, finding in first.items():
+        names = [name for name in dict.fromkeys(others.get(key, [])) if name != finding.sensor]
         if names:
             listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if names[3:] else "")
             finding = replace(finding, sentence=f"{finding.sentence} (likewise {listed})")

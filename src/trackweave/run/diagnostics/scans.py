@@ -5,16 +5,25 @@ from collections.abc import Iterator
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.sensing import sense_of
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.estimation import digits
+from trackweave.estimation.lone import judged
+from trackweave.estimation.rotation import follows, rotation_of
+from trackweave.estimation.turning_place import place_of_turn
+from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["lone_reports", "sparse_scans"]
+__all__ = ["lone_reports", "reporting_objects", "sparse_scans", "unseen_turns"]
 
 # From so many moments on it can be told how a sensor's reports come.
 FEWEST_MOMENTS = 10
 # Moments this many times nearer than the scan period are within a turn, and this many times
 # farther apart more than a miss.
 WITHIN_TURN = 1.5
+# It explains whatever tracks show.
+A_CAUSE = 95.0
 
 
 def lone_reports(case: Case) -> Iterator[Finding]:
@@ -33,6 +42,65 @@ def lone_reports(case: Case) -> Iterator[Finding]:
                 f"report {why}; for a rotating sensor give its rotation and scan_period, or a "
                 "`scan` column",
                 weight=40.0,
+            )
+
+
+def unseen_turns(case: Case) -> Iterator[Finding]:
+    """Yield sensors whose lone reports are those of a turn that nobody told, or elsewhere."""
+    if case.reports.scan is not None:
+        return
+    for index in case.examined:
+        sensor, own = case.sensors[index], case.rows[index]
+        time = case.reports.time[own]
+        moments, sizes = np.unique(time, return_counts=True)
+        is_lone = moments.size >= FEWEST_MOMENTS and np.median(sizes) <= 1
+        is_silent = sensor.scans is False and case.is_told(f"sensors.{sensor.name}.scans")
+        if not is_lone or is_silent or not case.tells_place(index):
+            continue
+        place = case.position[own]
+        azimuth = np.arctan2(*(place - case.platform[own]).T)
+        if sensor.rotation is not None and follows(time, azimuth, sensor.rotation):
+            continue
+        is_denied = case.is_told(f"sensors.{sensor.name}.rotation") and sensor.rotation is None
+        found = rotation_of(time, azimuth) if is_denied else None
+        if found is not None:
+            yield _turn(sensor, found, 'leave rotation = "none" out')
+        elif case.reports.kind_of(index) is MeasurementKind.POSITION and sensor.position is None:
+            elsewhere = place_of_turn(time, place)
+            if elsewhere is not None:
+                east, north = (digits(float(number)) for number in elsewhere[0])
+                where = f"about {east:g}, {north:g} m, not about 0, 0"
+                change = f"give where it stands, such as position = [{east}, {north}]"
+                yield _turn(sensor, elsewhere[1], change, f" {where}")
+
+
+def _turn(sensor: Sensor, turn: Rotation, change: str, where: str = "") -> Finding:
+    return Finding(
+        "turn",
+        sensor.name,
+        f"sensor {sensor.name}: its reports come as from a beam that turns {sense_of(turn)} in "
+        f"{turn.period:.4g} s{where}; {change} in [sensors.{sensor.name}]",
+        weight=A_CAUSE,
+        seen=turn.period,
+    )
+
+
+def reporting_objects(case: Case) -> Iterator[Finding]:
+    """Yield sensors that are told to scan, and whose objects report by themselves."""
+    for index in case.examined:
+        sensor = case.sensors[index]
+        is_told = case.is_told(f"sensors.{sensor.name}.scans") and sensor.scans is True
+        if not is_told or case.reports.kind_of(index) is not MeasurementKind.POSITION:
+            continue
+        seen = judged(case.reports, index)[0]
+        if seen.scans is False:
+            yield Finding(
+                "scans",
+                sensor.name,
+                f"sensor {sensor.name}: scans is told as true, but {seen.n_objects} objects keep "
+                "pauses of their own between reports, as in AIS: give scans = false, or leave it "
+                "out, so that no silence counts as a miss",
+                weight=A_CAUSE,
             )
 
 

@@ -1,0 +1,35 @@
+"""What lone reports tell of how objects move."""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.estimation.lone import lone_reports
+from trackweave.estimation.threads import threads_of
+
+
+def side_by_side(seed: int = 1) -> tuple[FloatArray, FloatArray]:
+    """Return when and where twelve straight ships, and three beside them, report themselves."""
+    rng = np.random.default_rng(seed)
+    rows, ways = [], []
+    for number in range(15):
+        if number < 12:
+            start, heading = rng.uniform(-3000, 3000, 2), rng.uniform(0, 2 * np.pi)
+            velocity = rng.uniform(3, 11) * np.array([np.cos(heading), np.sin(heading)])
+            ways.append((start, velocity, rng.choice([6.0, 10.0, 30.0])))
+        start, velocity, pause = ways[number % 12]
+        beside = np.array([30.0, -25.0]) * (number >= 12)
+        time = rng.uniform(0, pause)
+        while time < 1200.0:
+            seen = start + beside + velocity * time + rng.normal(0, 5.0, 2)
+            rows.append((np.floor(time), *seen))
+            time += pause * rng.uniform(0.95, 1.05)
+    table = np.array(sorted(rows))
+    return table[:, 0], table[:, 1:]
+
+
+def test_a_noise_that_is_told_makes_no_turns_of_ships_side_by_side() -> None:
+    time, position = side_by_side()
+    found = lone_reports(time, position, threads_of(time, position), 5.0)
+    assert found.sigma == 5.0
+    assert found.process_noise is not None
+    assert found.process_noise < 0.02

@@ -1,0 +1,80 @@
+"""What is told of the process noise, and what becomes of it where tracks break off."""
+
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+from trackweave import track
+
+SIGMA, SCANS, N_OBJECTS = 3.0, 60, 8
+TURN_EVERY, TURN = 12, np.radians(50.0)
+
+
+def reports(*, turning: bool, seed: int = 1) -> pl.DataFrame:
+    """Return reports of eight objects, which turn sharply every twelve scans or never."""
+    rng = np.random.default_rng(seed)
+    heading = rng.uniform(0.0, 2.0 * np.pi, N_OBJECTS)
+    place = 600.0 * np.stack(np.divmod(np.arange(N_OBJECTS), 3), axis=1)
+    rows = []
+    for time in range(SCANS):
+        if turning:
+            turns = (time + np.arange(N_OBJECTS)) % TURN_EVERY == 0
+            heading = heading + TURN * turns * rng.choice([-1.0, 1.0], N_OBJECTS)
+        place = place + 10.0 * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        seen = place + SIGMA * rng.normal(size=place.shape)
+        rows += [(float(time), *at.tolist()) for at in seen[rng.random(N_OBJECTS) < 0.95]]
+    return pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
+
+
+def told(process: float, **more: Any) -> dict[str, Any]:
+    """Return all that an engineer would tell of these objects and their sensor."""
+    sensor = {
+        "sigma": SIGMA,
+        "detection_probability": 0.95,
+        "clutter_density": 1e-8,
+        "scan_period": 1.0,
+    }
+    return {
+        "motion": {"process_noise": process, "max_speed": 15.0, **more},
+        "lifecycle": {"new_target_density": 1e-8},
+        "sensors": {"default": sensor},
+    }
+
+
+def process_in(run: dict[str, Any]) -> float:
+    return run["configuration"]["motion"]["process_noise"]
+
+
+def test_replaces_a_process_noise_under_which_tracks_break_in_turns() -> None:
+    result = track(reports(turning=True), told(0.005))
+    run = result.run
+    judged = {each["key"]: each for each in run["told"]}["motion.process_noise"]
+    assert judged["told"] == 0.005
+    assert judged["used"] == judged["learned"] == process_in(run) > 0.1
+    assert run["sources"]["motion.process_noise"] == "estimated"
+    assert run["diagnostics"][0]["cause"] == "process_noise"
+    assert 'trust = ["process_noise"] in [motion]' in run["notes"][0]
+    assert result.history["track"].n_unique() <= N_OBJECTS + 2
+
+
+@pytest.mark.parametrize("trust", [True, ["process_noise"]])
+def test_keeps_a_process_noise_that_is_trusted(trust: Any) -> None:
+    run = track(reports(turning=True), told(0.005, trust=trust)).run
+    assert process_in(run) == 0.005
+    assert run["sources"]["motion.process_noise"] == "file"
+
+
+@pytest.mark.parametrize("process", [1e-4, 0.01, 1.0])
+def test_keeps_a_process_noise_under_which_no_track_breaks(process: float) -> None:
+    run = track(reports(turning=False), told(process)).run
+    assert process_in(run) == process
+    assert "motion.process_noise" not in {each["key"] for each in run["told"]}
+
+
+def test_a_run_that_learned_its_process_noise_is_the_run_that_was_told_none() -> None:
+    table, untold = reports(turning=True), told(0.005)
+    del untold["motion"]["process_noise"]
+    learned, free = track(table, told(0.005)), track(table, untold)
+    assert learned.assignments.equals(free.assignments)
