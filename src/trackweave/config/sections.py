@@ -27,8 +27,11 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = [
-    "MODELS", "ConfigurationSection", "FrameSection", "FusionSection", "LiveSection",
-    "MotionSection", "OutputSection", "PlotsSection", "TrackerSection"
+    "MODELS", "ConfigurationSection", "FieldOfViewSection", "FrameSection", "FusionSection",
+    "GrowthSection", "ImmSection", "LifecycleSection", "LiveSection", "ModeSection",
+    "MotionSection", "OutputSection", "PlotsSection", "SearchSection", "SensorSection",
+    "SensorsSection", "SigmaTable", "SolverSection", "StatisticSection", "StrengthSection",
+    "TrackerSection", "WindowSection",
 ]  # fmt: skip
 
 MODELS = {
