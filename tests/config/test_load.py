@@ -102,7 +102,7 @@ def test_half_a_sigma_table_is_an_error_of_its_key(sigma: str, said: str, tmp_pa
     ("text", "said"),
     [
         ("[motion]\nprocess_noise = 1e300", "expected a number ≥ 0 in m²/s³, at most 1e+12"),
-        ("[window]\ndepth = 51", "expected a whole number from 1 to 50"),
+        ("[window]\ndepth = 201", "expected a whole number from 1 to 200"),
         ("[motion]\nprocess_noise = -1.0", "expected a number ≥ 0 in m²/s³"),
     ],
 )
@@ -202,7 +202,7 @@ def test_a_configuration_is_taken_as_it_is() -> None:
         ('[lifecycle]\nconfirm = "4/3"', 'lifecycle.confirm: "4/3"; expected text of the form'),
         ('[lifecycle]\nconfirm = "all"', 'lifecycle.confirm: "all"; expected text of the form'),
         ("[lifecycle]\nsurvival = 1.0", "lifecycle.survival: 1.0; expected a number between"),
-        ("[window]\ndepth = 0", "window.depth: 0; expected a whole number from 1 to 50"),
+        ("[window]\ndepth = 0", "window.depth: 0; expected a whole number from 1 to 200"),
         ("[frame]\norigin = [91.0, 0.0]", "frame.origin: [91.0, 0.0]; expected [latitude"),
         (
             "[sensors.A]\nclutter_density = 1.0\nclutter_per_scan = 2.0",

@@ -42,7 +42,7 @@ class Window:
     15
     """
 
-    depth: Annotated[int, Key("a whole number from 1 to 50", 1, 50)] = 5
+    depth: Annotated[int, Key("a whole number from 1 to 200", 1, 200)] = 5
     max_scans: Annotated[int, Key("a whole number from 1 to 200", 1, 200)] = 15
 
     def __post_init__(self) -> None:
