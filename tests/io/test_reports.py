@@ -9,8 +9,8 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.formats.reading import read_reports
 from trackweave.io.frames_out import reports_frame
-from trackweave.io.reports import read_reports
 from trackweave.io.truth import read_truth
 
 

@@ -1,12 +1,13 @@
 """What a format is: how it is found, what it becomes, and what becomes of its faults."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 import polars as pl
 
+from trackweave.domain.facts import Facts, Place, Skipped, Skips
 from trackweave.domain.frames import LocalFrame
 
 __all__ = [
@@ -24,83 +25,6 @@ __all__ = [
 
 HEAD_BYTES = 65_536
 """As much of a file's beginning as ``recognise`` is shown."""
-MOST_LISTED = 1000
-"""As many skipped records are listed; all are counted."""
-_LONGEST_REASON = 120
-
-
-@dataclass(frozen=True, slots=True)
-class Skipped:
-    """A record that could not be decoded.
-
-    Parameters
-    ----------
-    offset
-        Where in the file or stream it begins [bytes].
-    what
-        What was wrong with it, in a few words.
-    """
-
-    offset: int
-    what: str
-
-
-@dataclass(slots=True)
-class Skips:
-    """The records that a decoder could not use: all are counted, the first are listed.
-
-    Parameters
-    ----------
-    count
-        How many there are.
-    listed
-        The first of them.
-    """
-
-    count: int = 0
-    listed: list[Skipped] = field(default_factory=list)
-
-    def add(self, offset: int, what: str) -> None:
-        """Enter a record, by where it begins [bytes] and what is wrong with it."""
-        self.count += 1
-        if len(self.listed) < MOST_LISTED:
-            self.listed.append(Skipped(int(offset), what[:_LONGEST_REASON]))
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where a sensor stands.
-
-    Parameters
-    ----------
-    latitude_deg, longitude_deg
-        WGS-84 [degrees].
-    altitude_m
-        Height above the ellipsoid [m].
-    """
-
-    latitude_deg: float
-    longitude_deg: float
-    altitude_m: float = 0.0
-
-
-@dataclass(slots=True)
-class Facts:
-    """What a file tells beside its reports.
-
-    Parameters
-    ----------
-    places
-        Where sensors stand, by the names that the column ``sensor`` has. They count as told.
-    scan_periods
-        Seconds of a turn, by the same names. They count as told.
-    notes
-        Sentences that a user should read: what was assumed, what was left out and why.
-    """
-
-    places: dict[str, Place] = field(default_factory=dict)
-    scan_periods: dict[str, float] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
 
 class Decoder(Protocol):
@@ -115,7 +39,9 @@ class Decoder(Protocol):
     ``Datetime("us", "UTC")`` where the day is known), a measurement, and what else there is, such
     as ``sensor``, ``identity``, ``strength``, ``height_m``, ``scan``, ``target``. Columns that are
     not of a reports table pass through to the assignments; a later table may have columns that an
-    earlier had not. A code for "not available" is null, or for a position of AIS 91 and 181.
+    earlier had not. A code for "not available" is null, or for a position of AIS 91 and 181. A
+    ``time`` is null where nothing tells it: the reader of a file leaves such rows out and says how
+    many, a live service puts the time of receipt.
     """
 
     skips: Skips
@@ -193,8 +119,9 @@ class Format:
     carries, loses
         What comes through and what does not, in a few words each.
     recognise
-        Whether a file with such a beginning (at most ``HEAD_BYTES``) and such a name is of this
-        format. The content decides; a name alone may confirm it and must not be needed.
+        Whether a file with such a beginning (at most ``HEAD_BYTES``, unpacked where it is gzip
+        data) and such a name is of this format. The content decides; a name alone may confirm it
+        and must not be needed. Of a directory the beginning is empty, and the name its path.
     decoder
         Makes a decoder, with the values of ``options`` as keyword arguments; None where the format
         is only written.
@@ -206,6 +133,8 @@ class Format:
         Writes a run; None where the format is only read.
     extra
         The extra with which the libraries come that reading or writing needs; None for none.
+    is_table
+        Whether ``trackweave.io`` reads it as a table, in place of a decoder.
     """
 
     name: str
@@ -219,6 +148,12 @@ class Format:
     folder: Callable[[Path], tuple[pl.DataFrame, Facts]] | None = None
     writer: Writer | None = None
     extra: str | None = None
+    is_table: bool = False
+
+    @property
+    def can_read(self) -> bool:
+        """Whether files of it can be read."""
+        return self.is_table or self.decoder is not None or self.folder is not None
 
     def settings(self) -> dict[str, Any]:
         """Return what a decoder is told where a user tells nothing."""

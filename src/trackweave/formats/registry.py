@@ -11,7 +11,9 @@ from trackweave.formats.format import Format
 __all__ = ["format_named", "formats", "recognised"]
 
 # Modules here, in the order in which they are asked whether a file is theirs; each has a FORMAT.
-_OURS: tuple[str, ...] = ()
+_OURS: tuple[str, ...] = ("parquet", "mot")
+# Whatever has a header of columns; somebody else's format of text may be more particular.
+_LAST: tuple[str, ...] = ("csv",)
 
 
 @cache
@@ -25,16 +27,14 @@ def formats() -> dict[str, Format]:
     -------
     Formats in the order in which they are asked whether a file is theirs.
     """
-    found = {}
-    for module in _OURS:
-        ours: Format = import_module(f"trackweave.formats.{module}").FORMAT
-        found[ours.name] = ours
+    found = _imported(_OURS)
+    last = _imported(_LAST)
     for group in ("trackweave.readers", "trackweave.writers"):
         for entry in entry_points(group=group):
             foreign = _loaded(entry)
             if foreign is None or found.get(foreign.name) is foreign:
                 continue
-            if foreign.name in found:
+            if foreign.name in {**found, **last}:
                 warnings.warn(
                     f"format {foreign.name} of {entry.value}: not used, there is one of that name",
                     UserWarning,
@@ -42,7 +42,7 @@ def formats() -> dict[str, Format]:
                 )
                 continue
             found[foreign.name] = foreign
-    return found
+    return {**found, **last}
 
 
 def format_named(name: str, *, writes: bool = False) -> Format:
@@ -65,7 +65,9 @@ def format_named(name: str, *, writes: bool = False) -> Format:
         If there is none of that name, or it cannot do that.
     """
     able = {
-        each.name: each for each in formats().values() if (each.writer if writes else _reads(each))
+        each.name: each
+        for each in formats().values()
+        if (each.writer if writes else each.can_read)
     }
     if name not in able:
         what = "written" if writes else "read"
@@ -83,8 +85,9 @@ def recognised(head: bytes, name: str) -> Format | None:
     return None
 
 
-def _reads(each: Format) -> bool:
-    return each.decoder is not None or each.folder is not None
+def _imported(modules: tuple[str, ...]) -> dict[str, Format]:
+    ours: list[Format] = [import_module(f"trackweave.formats.{name}").FORMAT for name in modules]
+    return {each.name: each for each in ours}
 
 
 def _loaded(entry: EntryPoint) -> Format | None:

@@ -21,7 +21,7 @@ from typing import Any
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
 
-__all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile"]
+__all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile", "write_folder"]
 
 RECORD = "run.json"
 STAGING_PREFIX = ".trackweave-staging-"
@@ -37,6 +37,8 @@ FILES = {
     "fuse": frozenset({"associations.csv", "tracks.csv"}),
     "reproduce": frozenset({"report.md"}),
 }
+# Further formats of tracks; some are folders of files.
+_OF_FORMAT = re.compile(r"tracks[a-z0-9.-]+(/(?!\.\.?(/|$))[A-Za-z0-9_.-]+)*")
 # A study's figures and their numbers, beside its report: it alone knows which there are.
 _OF_STUDY = re.compile(r"[a-z0-9-]+\.(csv|png)")
 
@@ -62,14 +64,17 @@ class OutputDirectory:
         self.path = Path(path)
         self.command = command
 
-    def check(self, inputs: Iterable[str | os.PathLike[str] | None] = ()) -> None:
+    def check(
+        self, inputs: Iterable[str | os.PathLike[str] | None] = (), further: Iterable[str] = ()
+    ) -> None:
         """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
+        # ``further`` are names of files that the command writes this time.
         with _translated(self.path):
             target = self._target()
             if target.is_dir():
                 old = self._old_files(target)
                 self._spare(target, [Path(path) for path in inputs if path is not None])
-                self._refuse_strangers(target, FILES[self.command], old)
+                self._refuse_strangers(target, {*FILES[self.command], *further}, old)
             place = target
             while not place.exists():
                 place = place.parent
@@ -100,8 +105,10 @@ class OutputDirectory:
         return self.path.resolve()
 
     def _writes(self, name: str) -> bool:
+        patterns = {"reproduce": _OF_STUDY, "track": _OF_FORMAT}
+        pattern = patterns.get(self.command)
         return name in FILES[self.command] or (
-            self.command == "reproduce" and _OF_STUDY.fullmatch(name) is not None
+            pattern is not None and pattern.fullmatch(name) is not None
         )
 
     def _contents(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
@@ -139,7 +146,7 @@ class OutputDirectory:
                 f"directory, or an earlier run of `trackweave {self.command}`"
             )
         ours = {name for name in names if self._writes(name)} | {RECORD}
-        return sorted(name for name in ours & present if (target / name).is_file())
+        return sorted(name for name in ours if (target / name).is_file())
 
     def _spare(self, target: Path, inputs: Iterable[Path]) -> None:
         """Refuse to replace or remove what the run reads."""
@@ -166,9 +173,14 @@ class OutputDirectory:
         # Inside the target: it may be the only place on its disk where we may write.
         with _staged(target, contents) as new:
             for name in sorted(contents, key=lambda name: name == RECORD):
+                if "/" in name:
+                    (target / name).parent.mkdir(parents=True, exist_ok=True)
                 (new / name).replace(target / name)
             for name in set(old) - set(contents):
                 (target / name).unlink()
+                for folder in (target / name).relative_to(target).parents[:-1]:
+                    with contextlib.suppress(OSError):  # it may hold what is not ours
+                        (target / folder).rmdir()
 
     def _create(self, target: Path, contents: Mapping[str, bytes]) -> None:
         missing = [parent for parent in target.parents if not parent.exists()]
@@ -233,6 +245,17 @@ class OutputFile:
         return target
 
 
+def write_folder(path: Path, contents: Mapping[str, bytes]) -> None:
+    """Write files to a new or empty directory, all of them or none."""
+    with _translated(path), _signals_held():
+        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise OutputError(f"{path}: there already; expected a new or empty directory")
+        target = path.resolve()
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _staged(target.parent, contents) as new:
+            new.rename(target)
+
+
 @contextlib.contextmanager
 def _staged(folder: Path, contents: Mapping[str, bytes]) -> Iterator[Path]:
     """Write files to a hidden directory in a folder and yield it; it is gone afterwards."""
@@ -245,6 +268,8 @@ def _staged(folder: Path, contents: Mapping[str, bytes]) -> Iterator[Path]:
         new = staging / "new"  # with the permissions that the user's mask gives
         new.mkdir()
         for name, content in contents.items():
+            if "/" in name:
+                (new / name).parent.mkdir(parents=True, exist_ok=True)
             with (new / name).open("xb") as file:
                 file.write(content)
                 file.flush()

@@ -3,15 +3,18 @@
 import gzip
 import os
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import IO, TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import IntArray
+from trackweave.domain.facts import Facts, Skips
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
 
@@ -22,8 +25,11 @@ __all__ = [
     "TableSource",
     "file_ending",
     "load_table",
+    "opened",
     "read_bytes",
+    "table_in",
     "with_time",
+    "within_calendars",
 ]
 
 OnBadRow: TypeAlias = Literal["fail", "skip"]
@@ -62,6 +68,10 @@ class RawTable:
     """What the table itself calls its column ``time``."""
     is_text: bool = False
     """Whether cells are text because the file knows nothing else."""
+    facts: Facts = field(default_factory=Facts)
+    """What the recording tells beside its reports."""
+    undecoded: Skips = field(default_factory=Skips)
+    """Records of a binary file or a stream that could not be decoded."""
 
     def __len__(self) -> int:
         return len(self.row)
@@ -69,19 +79,37 @@ class RawTable:
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on what a user should know of how the columns were understood."""
-        if self.time_name == TIME:
-            return ()
-        return (f"column {self.time_name}: taken for time, for there is no column time",)
+        notes = [*self.facts.notes]
+        for name, place in self.facts.places.items():
+            where = f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
+            notes.append(f"sensor {name}: the recording tells where it stands, {where}")
+        if self.time_name != TIME:
+            notes.append(f"column {self.time_name}: taken for time, for there is no column time")
+        if self.undecoded.count:
+            first = self.undecoded.listed[0]
+            notes.append(
+                f"{self.undecoded.count:,} records could not be decoded and were left out; the "
+                f"first at byte {first.offset}: {first.what}"
+            )
+        return tuple(notes)
 
 
 def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
     """Return the raw columns of a .csv, .csv.gz or .parquet file, or of a table in memory."""
+    if isinstance(source, RawTable):
+        return source
     if isinstance(source, str | os.PathLike):
-        table = _load_file(Path(source))
+        path = Path(source)
+        table = table_in(read_bytes(path), str(path), file_ending(path))
     else:
         from trackweave.io.frames_in import from_native
 
         table = from_native(source)
+    return within_calendars(table, may_be_empty=may_be_empty)
+
+
+def within_calendars(table: RawTable, *, may_be_empty: bool = False) -> RawTable:
+    """Return a table without rows whose days no calendar has; refuse one without any rows."""
     for column in table.columns.get_columns():
         table = _within_calendar(table, column.name)
     if len(table) == 0 and not table.skipped and not may_be_empty:
@@ -109,11 +137,20 @@ def file_ending(path: Path) -> str:
 
 def read_bytes(path: Path) -> bytes:
     """Return a file's content, or say why it cannot be had."""
+    with opened(path):
+        return path.read_bytes()
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file, or say why it cannot be read."""
     if "\0" in str(path):
         raise DataFormatError(f"{str(path)!r}: not a file name")
     try:
         if path.is_file():
-            return path.read_bytes()
+            with path.open("rb") as file:
+                yield file
+            return
         # Opening a pipe would wait for ever.
         if path.is_dir():
             raise DataFormatError(f"{path}: a directory; expected a file")
@@ -125,9 +162,8 @@ def read_bytes(path: Path) -> bytes:
         raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
 
 
-def _load_file(path: Path) -> RawTable:
-    name, data = str(path), read_bytes(path)
-    ending = file_ending(path)
+def table_in(data: bytes, name: str, ending: str) -> RawTable:
+    """Return the columns of a file's content, as one with such an ending is written."""
     if ending == ".parquet":
         return _parse_parquet(data, name)
     if ending == ".csv.gz":

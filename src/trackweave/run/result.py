@@ -16,6 +16,7 @@ from trackweave.config.fill import Settings
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
+from trackweave.formats.format import Output
 from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import assignments_frame, tracks_frame
 from trackweave.io.marking import marked
@@ -226,6 +227,13 @@ class TrackingResult(Result, Generic[Table]):
         own = {"tracks": self.tracks, "assignments": self.assignments, "history": self.history}
         frames: Any = own if self.values.reports.kind == "polars" else self.values.frames()
         return {f"{name}.csv": encode_table(frames[name], f"{name}.csv") for name in own}
+
+    def output(self) -> Output:
+        """Return what writers of further formats take."""
+        frames = self.values.frames()
+        return Output(
+            frames["tracks"], frames["history"], frames["assignments"], self.values.frame
+        )
 
     def _facts(self) -> dict[str, str]:
         totals, told = self.run["totals"], self.run["input"]
