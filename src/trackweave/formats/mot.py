@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.formats.format import Format, Option
-from trackweave.formats.lines import Cells, Lines, table_of
+from trackweave.formats.lines import Cells, Lines, most_lines, table_of
 
 __all__ = ["FORMAT", "MotDecoder"]
 
@@ -71,10 +71,7 @@ class MotDecoder(Lines):
 
 
 def _recognise(head: bytes, name: str) -> bool:
-    lines = [line.strip() for line in head.split(b"\n")[:20]]
-    whole = [line for line in lines[: -1 if len(head.split(b"\n")) <= 20 else None] if line]
-    whole = whole or [line for line in lines if line]
-    return bool(whole) and all(_is_box(line) for line in whole)
+    return most_lines(head, _is_box)
 
 
 def _is_box(line: bytes) -> bool:
