@@ -20,8 +20,9 @@ _LAYOUTS = {
     1: _CLASS_A, 2: _CLASS_A, 3: _CLASS_A, 9: _AIRCRAFT, 18: _CLASS_B, 19: _CLASS_B,
     27: _LONG_RANGE,
 }  # fmt: skip
-# Of long range a message ends after 96 bits; the others' longer ones are read this far.
-_FEWEST_BITS = {27: 94}
+# As far as each is read, and any message that says whose it is.
+_FEWEST_BITS = {**dict.fromkeys(_LAYOUTS, 137), 27: 94}
+_NAMED_BITS = 38
 _NO_LATITUDE, _NO_LONGITUDE = 91.0, 181.0
 
 
@@ -48,11 +49,10 @@ def positions_in(payload: pl.Series, fill: IntArray) -> tuple[pl.DataFrame, IntA
     every = np.array(texts.to_list(), dtype=f"S{PAYLOAD}").view(np.uint8)
     codes: IntArray = every.reshape(-1, PAYLOAD).astype(np.int64)
     kind[:] = _six_bits(codes[:, 0])
-    some = np.flatnonzero(np.isin(kind, list(_LAYOUTS)))
     length = 6 * payload.str.len_bytes().to_numpy().astype(np.int64) - fill
-    fewest = np.array([_FEWEST_BITS.get(k, 137) for k in range(64)])[kind[some]]
-    is_short = length[some] < fewest
-    some, short = some[~is_short], some[is_short]
+    is_short = length < np.array([_FEWEST_BITS.get(k, _NAMED_BITS) for k in range(64)])[kind]
+    is_wanted = np.isin(kind, list(_LAYOUTS))
+    some, short = np.flatnonzero(is_wanted & ~is_short), np.flatnonzero(is_short)
     each = (_six_bits(codes[some])[:, :, np.newaxis] >> np.arange(5, -1, -1)) & 1
     bits: FloatArray = each.reshape(len(some), 6 * PAYLOAD).astype(np.float64)
     values = np.full((len(some), 5), np.nan)

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from trackweave.formats.format import Format, Option
+from trackweave.formats.format import Format, Option, Output
 from trackweave.formats.lines import Cells, Lines, most_lines, table_of
+from trackweave.formats.track_rows import boxed_rows, chosen_rows
 
 __all__ = ["FORMAT", "KittiDecoder"]
 
@@ -116,10 +117,37 @@ def _are_numbers(cells: list[bytes]) -> bool:
         return False
 
 
+def _write(output: Output) -> dict[str, bytes]:
+    """Return boxes with their tracks, as results are handed in; what is not known is -10 or -1."""
+    rows = boxed_rows(output, _BOX, "kitti")
+    places = chosen_rows(output).select("time", "track", "x", "y")
+    rows = rows.drop("x", "y", strict=False).join(places, on=["time", "track"], how="left")
+    rows = rows.sort("frame", "track", maintain_order=True)
+
+    def told(name: str, otherwise: float) -> pl.Expr:
+        known = pl.col(name) if name in rows.columns else pl.lit(None)
+        return known.cast(pl.Float64).fill_null(otherwise).round(6).alias(name)
+
+    kind = pl.col("class") if "class" in rows.columns else pl.lit("Car")
+    table = rows.select(
+        pl.col("frame").cast(pl.Int64),
+        pl.col("track").cast(pl.Int64),
+        kind.cast(pl.String).fill_null("Car").alias("class"),
+        pl.lit(-1).alias("truncated"),
+        pl.lit(-1).alias("occluded"),
+        pl.lit(-10).alias("alpha"),
+        *(told(name, -1.0) for name in (*_BOX, *_SOLID)),
+        told("x", -1000.0), told("down_m", -1000.0), told("y", -1000.0), told("heading", -10.0),
+        told("strength", 1.0),
+    )  # fmt: skip
+    text = table.write_csv(include_header=False, separator=" ")
+    return {"tracks.kitti.txt": text.encode("utf-8")}
+
+
 FORMAT = Format(
     name="kitti",
     title="KITTI tracking labels, results and detections (AB3DMOT)",
-    endings=(".txt",),
+    endings=(".kitti.txt", ".txt"),
     carries="place on the ground, box in the image, size, heading, score, kind; identities as "
     "target",
     loses="the moving car's own path, which is in other files",
@@ -129,4 +157,5 @@ FORMAT = Format(
         Option("frame_rate", 10.0, "frames a second"),
         Option("kind", "all", "which objects count, such as Car"),
     ),
+    writer=_write,
 )
