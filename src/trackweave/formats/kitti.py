@@ -81,6 +81,7 @@ class KittiDecoder(Lines):
         }
         if layout["track"] is not None:
             columns["target"] = cells.number(layout["track"]).cast(pl.Int64, strict=False)
+            columns["truncated"], columns["occluded"] = cells.number(3), cells.number(4)
         good = mine & frame.is_between(0, 1e12).fill_null(value=False).to_numpy()
         for numbers in (right, ahead):
             good &= (numbers.abs() < _FARTHEST).fill_null(value=False).to_numpy()
