@@ -262,4 +262,4 @@ class RowChecks:
 
     def _own_name(self, column: str) -> str:
         """Return what the table itself calls a column."""
-        return self._table.time_name if column == "time" else column
+        return self._table.own_names.get(column, column)

@@ -17,7 +17,7 @@ from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import choose_frame, frame_about, require_origin
-from trackweave.io.tables import OnBadRow, RawTable, with_time
+from trackweave.io.tables import OnBadRow, RawTable, with_our_names
 from trackweave.io.times import with_common_times
 
 __all__ = ["ONLY_SENSOR", "reports_in"]
@@ -40,7 +40,7 @@ def reports_in(
     """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
-    table, frame = with_time(table), None
+    table, frame = with_our_names(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
     checks = RowChecks(table)
