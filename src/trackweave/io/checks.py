@@ -81,7 +81,7 @@ class RowChecks:
     @property
     def listed_columns(self) -> str:
         """The columns' names as messages show them."""
-        names = [self._own_name(name) for name in self.names]
+        names = [self.own_name(name) for name in self.names]
         listed = ", ".join(repr(name)[1:-1] or "(without a name)" for name in names)
         return f"the columns are {listed:.200}"
 
@@ -112,6 +112,12 @@ class RowChecks:
             return
         same = [found for found in self.names if found.lower() == name]
         found = f"only {same[0]}" if same else "missing"
+        # Such as range_km where range_m is expected.
+        alike = [
+            other for other in self.names if other.lower().split("_")[0] == name.split("_")[0]
+        ]
+        if alike and not same:
+            found = f"only {alike[0]}, of another unit"
         raise DataFormatError(
             f"{self.name}, column {name}: {found}; expected {expected} ({self.listed_columns})"
         )
@@ -258,8 +264,8 @@ class RowChecks:
     def _bad_row(self, place: int) -> BadRow:
         column, expected = self._reasons[self._complaint[place]]
         found = cell_text(self.column(column), place)
-        return BadRow(int(self._table.row[place]), self._own_name(column), found, expected)
+        return BadRow(int(self._table.row[place]), self.own_name(column), found, expected)
 
-    def _own_name(self, column: str) -> str:
+    def own_name(self, column: str) -> str:
         """Return what the table itself calls a column."""
         return self._table.own_names.get(column, column)

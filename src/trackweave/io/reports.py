@@ -16,6 +16,7 @@ from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
+from trackweave.io.plausible import ask_back, questions
 from trackweave.io.positions import choose_frame, frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, with_our_names
 from trackweave.io.times import with_common_times
@@ -50,6 +51,7 @@ def reports_in(
     if frame is None and frame_projection != "tangent" and not has_plane:
         frame = frame_about(checks, frame_projection)
     checks.require("time", "seconds or ISO 8601 times")
+    ask_back(checks)
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
     measured = read_measured(checks, sensor_names, frame)
@@ -76,7 +78,13 @@ def reports_in(
         _reports_of(checks, table, read, (usable, moment)),
         iso_time=iso_time,
         skipped=skipped,
-        notes=(*table.notes, *measured.notes, *moved, *_note_on_unavailable(checks)),
+        notes=(
+            *table.notes,
+            *measured.notes,
+            *moved,
+            *_note_on_unavailable(checks),
+            *questions(checks),
+        ),
         unavailable=unavailable,
         facts=table.facts,
         undecoded=table.undecoded,
