@@ -51,7 +51,7 @@ def test_ranges_shorter_than_heights_are_asked_about():
 
 def test_a_column_of_another_unit_is_named():
     told = refusal({"time": [0.0], "range_km": [80.0], "azimuth_deg": [10.0]})
-    assert "only range_km, of another unit" in told
-    assert "column time: only time_ms, of another unit" in refusal(
+    assert "only range_km, which may be of another unit" in told
+    assert "column time: only time_ms, which may be of another unit" in refusal(
         {"time_ms": [0.0], "x": [1.0], "y": [2.0]}
     )

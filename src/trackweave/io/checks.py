@@ -27,6 +27,7 @@ _SKIPPING = '--on-bad-row skip (in Python on_bad_row="skip")'
 
 # 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
 _LATEST_S = 1e11
+_OTHER_UNITS = ("km", "nm", "nmi", "mi", "ft", "rad", "ms", "us", "ns", "min", "h")
 LONGEST_NAME = 256
 """Bytes of a name, which arrays hold as often as it is used; what is longer is no name."""
 
@@ -113,11 +114,11 @@ class RowChecks:
         same = [found for found in self.names if found.lower() == name]
         found = f"only {same[0]}" if same else "missing"
         # Such as range_km where range_m is expected.
-        alike = [
-            other for other in self.names if other.lower().split("_")[0] == name.split("_")[0]
-        ]
+        stem = name.removesuffix("_m").removesuffix("_deg")
+        units = {f"{stem}_{unit}" for unit in _OTHER_UNITS} | ({stem} - {name})
+        alike = [other for other in self.names if other.lower() in units]
         if alike and not same:
-            found = f"only {alike[0]}, of another unit"
+            found = f"only {alike[0]}, which may be of another unit"
         raise DataFormatError(
             f"{self.name}, column {name}: {found}; expected {expected} ({self.listed_columns})"
         )

@@ -72,6 +72,5 @@ def _filled(checks: RowChecks, name: str) -> FloatArray:
 def _refuse(checks: RowChecks, name: str, expected: str) -> None:
     column = checks.column(name)
     found = cell_text(column, int(np.flatnonzero(~column.is_null().to_numpy())[0]))
-    raise DataFormatError(
-        f"{checks.name}, column {checks.own_name(name)}: {found}; expected {expected}"
-    )
+    place = f"{checks.name}, column {checks.own_name(name)}"
+    raise DataFormatError(f"{place}: {found}; expected {expected}")
