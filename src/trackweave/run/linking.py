@@ -5,8 +5,9 @@ from typing import Any, TypeVar
 
 import polars as pl
 
+from trackweave.arrays import require_instance
 from trackweave.errors import InvalidInputError
-from trackweave.fields import checked_count, checked_number
+from trackweave.fields import checked_count, checked_members, checked_number
 from trackweave.io.frames_in import from_native
 from trackweave.run.tracking import track
 
@@ -68,9 +69,10 @@ def link(
     )
     if not 0 < reach < 1e9:
         raise InvalidInputError(f"search_range: {search_range!r}; expected a number > 0")
-    raw = from_native(features)
-    given = raw.columns
-    names = list(pos_columns or [name for name in _NAMES if name in given.columns])
+    given = from_native(features).columns
+    require_instance(t_column, str, "t_column")
+    names = [] if pos_columns is None else checked_members(pos_columns, str, "pos_columns")
+    names = names or [name for name in _NAMES if name in given.columns]
     missing = [name for name in (*names, t_column) if name not in given.columns]
     if missing or len(names) not in (2, 3):
         raise InvalidInputError(
