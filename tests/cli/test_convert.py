@@ -131,6 +131,8 @@ def test_a_truth_of_any_format_is_what_tracks_are_compared_with(run: Run, tmp_pa
     (tmp_path / "gt.txt").write_text("\n".join(true))
     out = tmp_path / "out"
     assert run("track", tmp_path / "det.txt", "--out", out, "--quiet").exit_code == 0
-    done = run("evaluate", "--truth", tmp_path / "gt.txt", "--tracks", out / "tracks.csv", "--json")
+    done = run(
+        "evaluate", "--truth", tmp_path / "gt.txt", "--tracks", out / "tracks.csv", "--json"
+    )
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout)["n_truth"] == 2
