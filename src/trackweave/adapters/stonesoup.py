@@ -24,6 +24,7 @@ from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR, reports_in
 from trackweave.io.tables import load_table
+from trackweave.randomness import generator_of
 from trackweave.run.result import TrackingResult
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
@@ -110,7 +111,7 @@ class StoneSoupTracker(Tracker):  # type: ignore[misc]
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._tracker: Any = MultiHypothesisTracker.from_config(self.config)
-        self._rng = np.random.default_rng(self.seed)
+        self._rng = generator_of(self.seed)
         self._steps: Iterator[tuple[datetime, set[Any]]] = iter(self.detector)
         self._known: dict[int, Track] = {}
         self._live: set[Track] = set()
