@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.formats.reading import read_reports as read_reports
     from trackweave.fusion.associator import Association as Association
     from trackweave.fusion.associator import TrackAssociator as TrackAssociator
     from trackweave.fusion.bias import BiasModel as BiasModel
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from trackweave.fusion.registration import register as register
     from trackweave.fusion.statistic import Statistic as Statistic
     from trackweave.io.problem_file import read_problem as read_problem
-    from trackweave.io.reports import read_reports as read_reports
     from trackweave.io.tracks_in import LocalTracks as LocalTracks
     from trackweave.io.tracks_in import read_local_tracks as read_local_tracks
     from trackweave.io.truth import read_tracks as read_tracks
@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from trackweave.run.fusing import FusionResult as FusionResult
     from trackweave.run.fusing import fuse as fuse
     from trackweave.run.judging import evaluate as evaluate
+    from trackweave.run.linking import link as link
     from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Auto as Auto
@@ -166,10 +167,11 @@ _HOMES = {
     "combine": "trackweave.fusion.combine",
     "evaluate": "trackweave.run.judging",
     "fuse": "trackweave.run.fusing",
+    "link": "trackweave.run.linking",
     "plots_of": "trackweave.association.scan_plots",
     "read_local_tracks": "trackweave.io.tracks_in",
     "read_problem": "trackweave.io.problem_file",
-    "read_reports": "trackweave.io.reports",
+    "read_reports": "trackweave.formats.reading",
     "read_tracks": "trackweave.io.truth",
     "read_truth": "trackweave.io.truth",
     "register": "trackweave.fusion.registration",

@@ -7,8 +7,8 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
+from trackweave.formats.reading import read_reports
 from trackweave.io.frames_out import assignments_frame, reports_frame, tracks_frame, truth_frame
-from trackweave.io.reports import read_reports
 from trackweave.io.tracks_in import read_priors
 from trackweave.io.truth import read_truth
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import DataFormatError
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 
 FOLDER = Path(tempfile.mkdtemp(prefix="trackweave-mangled-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)

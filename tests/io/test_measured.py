@@ -9,8 +9,8 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import DataFormatError
+from trackweave.formats.reading import read_reports
 from trackweave.io.frames_out import reports_frame
-from trackweave.io.reports import read_reports
 
 
 def read(text: str, **options):

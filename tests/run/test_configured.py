@@ -7,7 +7,7 @@ import pytest
 import trackweave as tw
 from oracles.scenes import scene
 from trackweave.errors import InvalidInputError
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 from trackweave.run.scans import complete_scans
 
 SENSOR = {

@@ -14,7 +14,7 @@ from cli.conftest import Run, run  # noqa: F401 the fixture
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
 from trackweave.domain.reports import ReportTable
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 from trackweave.run.doubles import Settled, doubles_of
 from trackweave.run.observing import observe
 

@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 from trackweave.run.lone_stamps import is_lone
 
 DAY = 86_400.0

@@ -8,7 +8,7 @@ from trackweave.config import load_configuration
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 from trackweave.run.observing import observe, settle
 
 SENSOR = {"detection_probability": 0.9, "clutter_density": 1e-6, "scan_period": 4.0}

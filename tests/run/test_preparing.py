@@ -7,7 +7,7 @@ import polars as pl
 
 from trackweave.config import load_configuration
 from trackweave.domain.scans import Scan
-from trackweave.io.reports import read_reports
+from trackweave.formats.reading import read_reports
 from trackweave.run.course import course_of
 from trackweave.run.preparing import REPORTS, few_of, prepare, without_pauses
 from trackweave.run.tracking import settings_for

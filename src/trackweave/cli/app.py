@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from trackweave.cli.converting import convert, formats
 from trackweave.cli.edge import (
     DEBUG,
     carry_out,
@@ -17,6 +18,7 @@ from trackweave.cli.edge import (
 )
 from trackweave.cli.fusing import fuse, reproduce
 from trackweave.cli.options import (
+    FromOption,
     JsonOption,
     OnBadRow,
     OutOption,
@@ -94,6 +96,7 @@ def init(
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or leave it out and go on.")
     ] = "fail",
+    from_format: FromOption = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -104,7 +107,10 @@ def init(
     """
     from trackweave.cli.init import run_init
 
-    carry_out(run_init, reports, out, json=json, quiet=quiet, force=force, on_bad_row=on_bad_row)
+    carry_out(
+        run_init, reports, out, json=json, quiet=quiet, force=force, on_bad_row=on_bad_row,
+        told=from_format,
+    )  # fmt: skip
 
 
 @app.command()
@@ -133,12 +139,18 @@ def track(
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or list it in run.json and go on.")
     ] = "fail",
+    from_format: FromOption = None,
+    also: Annotated[
+        str | None,
+        typer.Option(help="Further formats to write, such as geojson,kml; `formats` lists them."),
+    ] = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Turn a file of reports into tracks.
+    """Turn reports into tracks.
 
-    Needs the columns time and x,y[,z] (metres), lat,lon[,alt_m], bearing_deg or
+    Takes any format that `formats` lists, found by its content. A table needs the columns time
+    and x,y[,z] (metres), lat,lon[,alt_m], bearing_deg or
     range_m,azimuth_deg[,elevation_deg][,range_rate_mps]; optional are sensor, its place
     (sensor_x,sensor_y), noise (sigma_x and so on), identity, strength, report, scan and others,
     which pass through. Writes tracks.csv (what was known after each scan), assignments.csv
@@ -152,6 +164,7 @@ def track(
     carry_out(
         run_track, reports, out, json=json, quiet=quiet, config=config, preset=preset,
         priors=priors, seed=seed, deadline_ms=deadline_ms, on_bad_row=on_bad_row,
+        told=from_format, also=also,
     )  # fmt: skip
 
 
@@ -297,6 +310,8 @@ def plot(
     )  # fmt: skip
 
 
+app.command()(convert)
+app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
 

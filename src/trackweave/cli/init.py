@@ -11,27 +11,34 @@ from trackweave.config.fill import Settings
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
+from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
-from trackweave.io.reports import read_reports
 from trackweave.io.tables import OnBadRow
 from trackweave.run.doubles import doubles_of
+from trackweave.run.facts import with_facts
 from trackweave.run.observing import settle
 
 __all__ = ["run_init"]
 
 
 def run_init(
-    voice: Voice, reports: Path, out: Path, *, force: bool = False, on_bad_row: OnBadRow = "fail"
+    voice: Voice,
+    reports: list[Path],
+    out: Path,
+    *,
+    force: bool = False,
+    on_bad_row: OnBadRow = "fail",
+    told: str | None = None,
 ) -> dict[str, Any]:
     """Estimate a configuration, write it with comments, and return what was found."""
     place = OutputFile(out)
-    place.check([reports])
+    place.check(reports)
     if out.exists() and not force:
         raise OutputError(f"{out}: there already; --force replaces it")
-    table = read_reports(reports, on_bad_row=on_bad_row)
+    table = read_reports(reports, told=told, on_bad_row=on_bad_row)
     if len(table) == 0:
-        raise InvalidInputError(f"{reports}: no rows; expected at least one report")
-    configuration = load_configuration(None)
+        raise InvalidInputError(f"{reports[0]}: no rows; expected at least one report")
+    configuration = with_facts(load_configuration(None), table)
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
     )
@@ -61,12 +68,13 @@ def _found(settings: Settings, out: Path) -> dict[str, Any]:
     }
 
 
-def _head(source: Path, reports: ReportTable) -> list[str]:
+def _head(sources: list[Path], reports: ReportTable) -> list[str]:
     """Return what is said at the top of the file."""
     span = float(reports.time[-1] - reports.time[0])
     n_sensors = len(reports.sensors)
+    names = ", ".join(source.name for source in sources)
     return [
-        f"Written by trackweave init from {source.name}: {len(reports)} reports of "
+        f"Written by trackweave init from {names}: {len(reports)} reports of "
         f"{n_sensors} sensor{'' if n_sensors == 1 else 's'} in {span:.6g} s.",
         "Behind each value stands where it came from: estimated from these reports, or the "
         "default. An estimate is a start, and no replacement for a data sheet: write down what "

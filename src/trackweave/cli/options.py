@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 __all__ = [
+    "FromOption",
     "JsonOption",
     "OnBadRow",
     "OutOption",
@@ -35,5 +36,17 @@ def required(metavar: str, explained: str) -> Any:
 
 
 ReportsArgument = Annotated[
-    Path, required("REPORTS", "Reports: a .csv, .csv.gz or .parquet file.")
+    list[Path],
+    required(
+        "REPORTS",
+        "Reports: a file of any format that `formats` lists, - for standard input, or several "
+        "files of one network of sensors.",
+    ),
+]
+FromOption = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        help="Format of the input, where its content does not tell; `formats` lists them.",
+    ),
 ]

@@ -10,8 +10,8 @@ from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
+from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
-from trackweave.io.reports import read_reports
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
@@ -93,6 +93,7 @@ def _read_reports(path: Path, run: RunFiles) -> ReportTable:
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
     return read_reports(
         path,
+        told=run.record["input"].get("format"),
         frame_origin=origin,
         frame_projection="tangent" if frame is None else frame.projection,
         on_bad_row="skip",  # as the run may have done

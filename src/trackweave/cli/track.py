@@ -8,8 +8,9 @@ from trackweave.cli.edge import Voice, shown
 from trackweave.config import load_configuration
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
+from trackweave.formats.reading import read_reports
+from trackweave.formats.writing import try_on, writers_named, written
 from trackweave.io.output import OutputDirectory
-from trackweave.io.reports import read_reports
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.record import with_file, with_seed
@@ -19,7 +20,7 @@ __all__ = ["run_track", "what_was_assumed"]
 
 def run_track(
     voice: Voice,
-    reports: Path,
+    reports: list[Path],
     out: Path,
     *,
     config: Path | None,
@@ -28,11 +29,14 @@ def run_track(
     seed: int | None,
     deadline_ms: float | None,
     on_bad_row: OnBadRow,
+    told: str | None = None,
+    also: str | None = None,
 ) -> dict[str, Any]:
-    """Track a file of reports and write what was found; return the run's totals."""
+    """Track reports and write what was found; return the run's totals."""
     begin = perf_counter()
+    further = writers_named(also)
     place = OutputDirectory(out, "track")
-    place.check([reports, config, priors])
+    place.check([*reports, config, priors], [f"tracks{each.endings[0]}" for each in further])
     if deadline_ms is not None and not 0 < deadline_ms < float("inf"):
         raise InvalidInputError(
             f"--deadline-ms: {deadline_ms}; expected a number > 0 of milliseconds"
@@ -42,10 +46,12 @@ def run_track(
     origin = configuration.said("frame", "origin")
     table = read_reports(
         reports,
+        told=told,
         frame_origin=None if origin is None else (origin[0], origin[1]),
         frame_projection=configuration.said("frame", "projection") or "tangent",
         on_bad_row=on_bad_row,
     )
+    try_on(further, table)
     # Before a search to the letter of a document takes minutes, not after.
     early = preset_notes(preset)
     for line in early:
@@ -60,9 +66,9 @@ def run_track(
             deadline=None if deadline_ms is None else deadline_ms / 1e3,
             progress=progress,
         )
-    record = with_file(result.run, reports)
+    record = with_file(result.run, *reports, told=told)
     record = with_seed(record, used, None if seed is None else "command line")
-    place.write(result.files(), record)
+    place.write({**result.files(), **written(further, result.output())}, record)
     late = [note for note in record["notes"] if note not in early]
     for line in [*what_was_assumed(record), *late]:
         voice.say(line)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.facts import Facts, Skips
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -116,6 +117,10 @@ class ReportTable:
         they are of no scan; None where there are none.
     report_type
         The polars type of the whole numbers that all identifiers are, None where they are text.
+    facts
+        What the recording tells beside its reports.
+    undecoded
+        Records of a binary file or a stream that could not be decoded.
 
     Examples
     --------
@@ -152,6 +157,8 @@ class ReportTable:
     row: IntArray | None = None
     report_type: Any = None
     unavailable: "ReportTable | None" = None
+    facts: Facts = field(default_factory=Facts)
+    undecoded: Skips = field(default_factory=Skips)
 
     __repr__ = summary
 

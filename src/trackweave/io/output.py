@@ -21,7 +21,7 @@ from typing import Any
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.io.run_json import encode_json
 
-__all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile"]
+__all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile", "write_folder"]
 
 RECORD = "run.json"
 STAGING_PREFIX = ".trackweave-staging-"
@@ -40,6 +40,8 @@ FILES = {
 }
 # What `plot` draws of them, which tells of another run once they are replaced.
 DRAWN = {"track": "plot.png", "demo": "plot.png"}
+# Further formats of tracks; some are folders of files.
+_OF_FORMAT = re.compile(r"tracks[a-z0-9.-]+(/(?!\.\.?(/|$))[A-Za-z0-9_.-]+)*")
 # A study's figures and their numbers, beside its report: it alone knows which there are.
 _OF_STUDY = re.compile(r"[a-z0-9-]+\.(csv|png)")
 
@@ -65,14 +67,17 @@ class OutputDirectory:
         self.path = Path(path)
         self.command = command
 
-    def check(self, inputs: Iterable[str | os.PathLike[str] | None] = ()) -> None:
+    def check(
+        self, inputs: Iterable[str | os.PathLike[str] | None] = (), further: Iterable[str] = ()
+    ) -> None:
         """Refuse a place where ``write`` would fail, or lose an input, before any work is done."""
+        # ``further`` are names of files that the command writes this time.
         with _translated(self.path):
             target = self._target()
             if target.is_dir():
                 old = self._old_files(target)
                 self._spare(target, [Path(path) for path in inputs if path is not None])
-                self._refuse_strangers(target, FILES[self.command], old)
+                self._refuse_strangers(target, {*FILES[self.command], *further}, old)
             place = target
             while not place.exists():
                 place = place.parent
@@ -103,8 +108,10 @@ class OutputDirectory:
         return self.path.resolve()
 
     def _writes(self, name: str) -> bool:
+        patterns = {"reproduce": _OF_STUDY, "track": _OF_FORMAT}
+        pattern = patterns.get(self.command)
         return name in FILES[self.command] or (
-            self.command == "reproduce" and _OF_STUDY.fullmatch(name) is not None
+            pattern is not None and pattern.fullmatch(name) is not None
         )
 
     def _contents(self, files: Mapping[str, bytes], record: Mapping[str, Any]) -> dict[str, bytes]:
@@ -142,7 +149,7 @@ class OutputDirectory:
                 f"directory, or an earlier run of `trackweave {self.command}`"
             )
         ours = {name for name in names if self._writes(name)} | {RECORD}
-        return sorted(name for name in ours & present if (target / name).is_file())
+        return sorted(name for name in ours if (target / name).is_file())
 
     def _spare(self, target: Path, inputs: Iterable[Path]) -> None:
         """Refuse to replace or remove what the run reads."""
@@ -169,9 +176,14 @@ class OutputDirectory:
         # Inside the target: it may be the only place on its disk where we may write.
         with _staged(target, contents) as new:
             for name in sorted(contents, key=lambda name: name == RECORD):
+                if "/" in name:
+                    (target / name).parent.mkdir(parents=True, exist_ok=True)
                 (new / name).replace(target / name)
             for name in set(old) - set(contents):
                 (target / name).unlink()
+                for folder in (target / name).relative_to(target).parents[:-1]:
+                    with contextlib.suppress(OSError):  # it may hold what is not ours
+                        (target / folder).rmdir()
             if old and self.command in DRAWN:
                 (target / DRAWN[self.command]).unlink(missing_ok=True)
 
@@ -238,6 +250,17 @@ class OutputFile:
         return target
 
 
+def write_folder(path: Path, contents: Mapping[str, bytes]) -> None:
+    """Write files to a new or empty directory, all of them or none."""
+    with _translated(path), _signals_held():
+        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise OutputError(f"{path}: there already; expected a new or empty directory")
+        target = path.resolve()
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _staged(target.parent, contents) as new:
+            new.rename(target)
+
+
 @contextlib.contextmanager
 def _staged(folder: Path, contents: Mapping[str, bytes]) -> Iterator[Path]:
     """Write files to a hidden directory in a folder and yield it; it is gone afterwards."""
@@ -250,6 +273,8 @@ def _staged(folder: Path, contents: Mapping[str, bytes]) -> Iterator[Path]:
         new = staging / "new"  # with the permissions that the user's mask gives
         new.mkdir()
         for name, content in contents.items():
+            if "/" in name:
+                (new / name).parent.mkdir(parents=True, exist_ok=True)
             with (new / name).open("xb") as file:
                 file.write(content)
                 file.flush()

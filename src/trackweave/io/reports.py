@@ -16,11 +16,12 @@ from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
-from trackweave.io.positions import frame_about, require_origin
-from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
+from trackweave.io.plausible import ask_back, questions
+from trackweave.io.positions import choose_frame, frame_about, require_origin
+from trackweave.io.tables import OnBadRow, RawTable, with_our_names
 from trackweave.io.times import with_common_times
 
-__all__ = ["ONLY_SENSOR", "read_reports", "reports_in"]
+__all__ = ["ONLY_SENSOR", "reports_in"]
 
 # The name of the sensor of a table without a column for it, as in [sensors.default].
 ONLY_SENSOR = "default"
@@ -30,75 +31,6 @@ _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
 
 
-def read_reports(
-    source: TableSource,
-    *,
-    frame_origin: tuple[float, float] | None = None,
-    frame_projection: Projection = "tangent",
-    on_bad_row: OnBadRow = "fail",
-) -> ReportTable:
-    """Read reports and check every value.
-
-    Columns: ``time`` (seconds, or ISO 8601; ``t`` or ``frame`` where there is none); a
-    measurement, ``x,y[,z]`` [m] or ``lat,lon[,alt_m]`` [degrees, m] or
-    ``range_m,azimuth_deg[,elevation_deg][,range_rate_mps]`` or ``bearing_deg``, of one kind per
-    sensor; optionally ``sensor``, the report's own noise ``sigma_x,sigma_y[,sigma_z]`` [m] or
-    ``sigma_range_m,sigma_azimuth_deg,…`` (empty cells leave it to the sensor, but x and y go
-    together), where the sensor was, ``sensor_x,sensor_y,…``, ``identity``, ``strength``,
-    ``height_m``, ``report`` (an identifier, else the row's number), ``scan`` (a whole number)
-    and ``target``. All columns but the measurement, also unknown ones, are carried along. Where
-    a table has both ``x,y`` and ``lat,lon``, ``lat,lon`` are the position when ``frame_origin``
-    is given and ``x,y`` when not; a row with a position is one, whatever else it holds.
-
-    Rows whose latitude is 91 or whose longitude is 181, which AIS sends for "not available", are
-    in ``unavailable`` of the result.
-
-    Latitudes and longitudes are laid on the plane that touches the ellipsoid at ``frame_origin``.
-    Tracking is in three dimensions only where every report has an altitude. The altitude itself
-    is then z, and the horizontal position is that of the point below on the ellipsoid, so that it
-    does not depend on altitude.
-
-    Parameters
-    ----------
-    source
-        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table.
-    frame_origin
-        Latitude and longitude [degrees] of the plane's origin; None to take the median position,
-        rounded to 1e-4 degrees.
-    frame_projection
-        "tangent" for the plane that touches the Earth, "stereographic" for wide areas.
-    on_bad_row
-        "fail" to refuse a table with a bad row; "skip" to leave bad rows out and list them in
-        ``skipped`` of the result.
-
-    Returns
-    -------
-    The reports, sorted by time, then sensor, then row.
-
-    Raises
-    ------
-    InvalidInputError
-        If the source is no table, or the origin no position.
-    DataFormatError
-        If the table is not one of reports, or has a bad row; the message names file, row and
-        column, what was there and what was expected.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> import trackweave as tw
-    >>> reports = tw.read_reports(pl.DataFrame({"time": [2.0, 1.0], "x": [7, 5], "y": [1, 1]}))
-    >>> reports.time, reports.row  # sorted by time, and where each row came from
-    (array([1., 2.]), array([2, 1]))
-    """
-    return reports_in(
-        load_table(source),
-        frame_origin=frame_origin,
-        frame_projection=frame_projection,
-        on_bad_row=on_bad_row,
-    )
-
-
 def reports_in(
     table: RawTable,
     *,
@@ -106,17 +38,20 @@ def reports_in(
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
 ) -> ReportTable:
-    """Return the reports that raw columns hold; parameters and errors as ``read_reports``."""
+    """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
-    table, frame = with_time(table), None
+    table, frame = with_our_names(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
     checks = RowChecks(table)
     has_plane = {"x", "y"} <= set(checks.names)
+    if frame is None and not has_plane and "lat" not in checks.names:
+        frame = _frame_of_places(table, frame_projection)
     if frame is None and frame_projection != "tangent" and not has_plane:
         frame = frame_about(checks, frame_projection)
     checks.require("time", "seconds or ISO 8601 times")
+    ask_back(checks)
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
     measured = read_measured(checks, sensor_names, frame)
@@ -143,9 +78,29 @@ def reports_in(
         _reports_of(checks, table, read, (usable, moment)),
         iso_time=iso_time,
         skipped=skipped,
-        notes=(*table.notes, *measured.notes, *moved, *_note_on_unavailable(checks)),
+        notes=(
+            *table.notes,
+            *measured.notes,
+            *moved,
+            *_note_on_unavailable(checks),
+            *questions(checks),
+        ),
         unavailable=unavailable,
+        facts=table.facts,
+        undecoded=table.undecoded,
     )
+
+
+def _frame_of_places(table: RawTable, projection: Projection) -> LocalFrame | None:
+    """Return a plane about where sensors are known to stand, None where that is not known."""
+    places = list(table.facts.places.values())
+    if not places:
+        return None
+    latitude, longitude = (
+        np.array([getattr(place, name) for place in places])
+        for name in ("latitude_deg", "longitude_deg")
+    )
+    return replace(choose_frame(latitude, longitude), projection=projection)
 
 
 class _Read(NamedTuple):

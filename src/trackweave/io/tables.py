@@ -3,15 +3,18 @@
 import gzip
 import os
 import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import IO, TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import IntArray
+from trackweave.domain.facts import Facts, Skips
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
 
@@ -22,8 +25,11 @@ __all__ = [
     "TableSource",
     "file_ending",
     "load_table",
+    "opened",
     "read_bytes",
-    "with_time",
+    "table_in",
+    "with_our_names",
+    "within_calendars",
 ]
 
 OnBadRow: TypeAlias = Literal["fail", "skip"]
@@ -39,8 +45,15 @@ _PER_DAY = {None: 1.0, "ms": 86_400e3, "us": 86_400e6, "ns": 86_400e9}
 # The years 1 to 9999, in days from 1970, and as long a duration as Python has.
 _YEARS, _DURATION = (-719_162, 2_932_895), (-999_999_999, 999_999_999)
 ENDINGS = (".csv", ".csv.gz", ".parquet")
-TIME = "time"
-TIME_TOO = ("t", "frame")  # what others call it; the first that is there counts
+KNOWN_AS = {
+    "time": ("t", "timestamp", "datetime", "frame"),
+    "lat": ("latitude",),
+    "lon": ("longitude", "lng"),
+    "x": ("position_x",),
+    "y": ("position_y",),
+    "z": ("position_z",),
+}
+"""What others call our columns, in small letters; the first that is there counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,30 +71,64 @@ class RawTable:
     has; ``columns`` is without them."""
     kind: str = "polars"
     """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
-    time_name: str = TIME
-    """What the table itself calls its column ``time``."""
+    own_names: Mapping[str, str] = field(default_factory=dict)
+    """What the table itself calls columns that were renamed to ours."""
     is_text: bool = False
     """Whether cells are text because the file knows nothing else."""
+    facts: Facts = field(default_factory=Facts)
+    """What the recording tells beside its reports."""
+    undecoded: Skips = field(default_factory=Skips)
+    """Records of a binary file or a stream that could not be decoded."""
+    files: tuple[tuple[str, int], ...] = ()
+    """Of several files together, what each is called, and how many rows come before its own."""
 
     def __len__(self) -> int:
         return len(self.row)
 
+    def message_of(self, bad: BadRow) -> str:
+        """Return the sentence that tells of a bad row, with its own file and number."""
+        name, before = self.name, 0
+        for each, count in self.files:
+            if count < bad.row:
+                name, before = each, count
+        return replace(bad, row=bad.row - before).message(name)
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on what a user should know of how the columns were understood."""
-        if self.time_name == TIME:
-            return ()
-        return (f"column {self.time_name}: taken for time, for there is no column time",)
+        notes = [*self.facts.notes]
+        for name, place in self.facts.places.items():
+            where = f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
+            notes.append(f"sensor {name}: the recording tells where it stands, {where}")
+        notes += [
+            f"column {own}: taken for {name}, for there is no column {name}"
+            for name, own in self.own_names.items()
+        ]
+        if self.undecoded.count:
+            first = self.undecoded.listed[0]
+            notes.append(
+                f"{self.undecoded.count:,} records could not be decoded and were left out; the "
+                f"first at byte {first.offset}: {first.what}"
+            )
+        return tuple(notes)
 
 
 def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
     """Return the raw columns of a .csv, .csv.gz or .parquet file, or of a table in memory."""
+    if isinstance(source, RawTable):
+        return source
     if isinstance(source, str | os.PathLike):
-        table = _load_file(Path(source))
+        path = Path(source)
+        table = table_in(read_bytes(path), str(path), file_ending(path))
     else:
         from trackweave.io.frames_in import from_native
 
         table = from_native(source)
+    return within_calendars(table, may_be_empty=may_be_empty)
+
+
+def within_calendars(table: RawTable, *, may_be_empty: bool = False) -> RawTable:
+    """Return a table without rows whose days no calendar has; refuse one without any rows."""
     for column in table.columns.get_columns():
         table = _within_calendar(table, column.name)
     if len(table) == 0 and not table.skipped and not may_be_empty:
@@ -89,13 +136,16 @@ def load_table(source: TableSource, *, may_be_empty: bool = False) -> RawTable:
     return table
 
 
-def with_time(table: RawTable) -> RawTable:
-    """Return a table whose column ``t`` or ``frame`` is called ``time``, unless it has one."""
+def with_our_names(table: RawTable) -> RawTable:
+    """Return a table whose columns that others call otherwise are called as ours."""
     names = table.columns.columns
-    found = [name for name in TIME_TOO if name in names]
-    if TIME in names or not found:
-        return table
-    return replace(table, columns=table.columns.rename({found[0]: TIME}), time_name=found[0])
+    own: dict[str, str] = {}
+    for ours, others in KNOWN_AS.items():
+        found = [name for other in others for name in names if name.lower() == other]
+        if ours not in names and found:
+            own[ours] = found[0]
+    renamed = table.columns.rename({theirs: ours for ours, theirs in own.items()})
+    return replace(table, columns=renamed, own_names={**table.own_names, **own})
 
 
 def file_ending(path: Path) -> str:
@@ -109,11 +159,20 @@ def file_ending(path: Path) -> str:
 
 def read_bytes(path: Path) -> bytes:
     """Return a file's content, or say why it cannot be had."""
+    with opened(path):
+        return path.read_bytes()
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file, or say why it cannot be read."""
     if "\0" in str(path):
         raise DataFormatError(f"{str(path)!r}: not a file name")
     try:
         if path.is_file():
-            return path.read_bytes()
+            with path.open("rb") as file:
+                yield file
+            return
         # Opening a pipe would wait for ever.
         if path.is_dir():
             raise DataFormatError(f"{path}: a directory; expected a file")
@@ -125,9 +184,8 @@ def read_bytes(path: Path) -> bytes:
         raise DataFormatError(f"{path}: cannot be read ({err.strerror or err})") from err
 
 
-def _load_file(path: Path) -> RawTable:
-    name, data = str(path), read_bytes(path)
-    ending = file_ending(path)
+def table_in(data: bytes, name: str, ending: str) -> RawTable:
+    """Return the columns of a file's content, as one with such an ending is written."""
     if ending == ".parquet":
         return _parse_parquet(data, name)
     if ending == ".csv.gz":

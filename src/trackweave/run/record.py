@@ -38,6 +38,7 @@ def record_of(
             "assigned_reports": len(assignment),
             "late_reports": len(log.late),
             "skipped_rows": len(reports.skipped),
+            "undecoded_records": reports.undecoded.count,
             "merged_reports": len(merged),
             "scans": len(log.scans),
             "empty_scans": sum(scan["reports"] == 0 for scan in log.scans),
@@ -52,6 +53,9 @@ def record_of(
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
             for bad in reports.skipped
+        ],
+        "undecoded_records": [
+            {"offset": each.offset, "what": each.what} for each in reports.undecoded.listed
         ],
         "scans": log.scans,
         "amendments": [
@@ -97,9 +101,13 @@ def _mean_gap(size: FloatArray, distance: FloatArray) -> float:
     return relative_gap(float(size.sum()), float(size.sum() - distance.sum()))
 
 
-def with_file(record: dict[str, Any], path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return a record with the file of the reports, as it was given, wherever that lies."""
-    return {**record, "input": {**record["input"], "file": str(path)}}
+def with_file(
+    record: dict[str, Any], *paths: str | os.PathLike[str], told: str | None = None
+) -> dict[str, Any]:
+    """Return a record with the files of the reports, as given, and their format where told."""
+    names = [str(path) for path in paths]
+    source = {"file": names[0] if len(names) == 1 else names}
+    return {**record, "input": {**record["input"], **source, "format": told}}
 
 
 def with_seed(
@@ -117,6 +125,7 @@ def _input(reports: ReportTable) -> dict[str, Any]:
     frame = reports.frame
     return {
         "file": None,
+        "format": None,
         "sensors": list(reports.sensors),
         "dimensions": reports.dim,
         "first_time": float(reports.time[0]),

@@ -2,7 +2,7 @@
 
 import os
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +18,11 @@ from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
 from trackweave.io.marking import marked, table_of, with_index
 from trackweave.io.reports import reports_in
-from trackweave.io.tables import OnBadRow, load_table
+from trackweave.io.tables import OnBadRow
 from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.attempts import Attempt, attempt_of
@@ -29,6 +30,7 @@ from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.doubting import Doubts
+from trackweave.run.facts import with_facts
 from trackweave.run.history import smoothed_history
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
@@ -44,7 +46,7 @@ Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
 
 @overload
 def track(
-    reports: str | os.PathLike[str],
+    reports: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     config: Config = None,
     *,
     preset: str | None = None,
@@ -94,8 +96,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     Parameters
     ----------
     reports
-        A path of a CSV or Parquet file, a pandas, polars or Arrow table, or what
-        ``read_reports`` returns. At least one report, in any order. Never changed.
+        A path of a file of any format that ``trackweave formats`` lists, or several (one network
+        of sensors), a pandas, polars or Arrow table, or what ``read_reports`` returns. At least
+        one report, in any order. Never changed.
     config
         A path of a TOML file, or its content as a mapping. Keys left out are estimated from the
         reports or take defaults; ``run`` says which and with what value.
@@ -139,6 +142,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
     every, came = report_table(reports, configuration, on_bad_row)
+    configuration = with_facts(configuration, every)
     begun = _prior_table(priors, every)
     doubts, state, done = Doubts(configuration), generator.bit_generator.state, None
     while done is None:
@@ -177,9 +181,10 @@ def _handed_back(
     record: dict[str, Any], values: RunValues, given: tuple[Any, ...], came: Any
 ) -> TrackingResult[Any]:
     """Return a run's results in the kind of table that came in."""
-    inputs = tuple(each for each in given if isinstance(each, str | os.PathLike))
-    if isinstance(given[0], str | os.PathLike):
-        record = with_file(record, given[0])
+    files = given[0] if isinstance(given[0], list | tuple) else given[:1]
+    inputs = tuple(e for e in (*files, *given[1:]) if isinstance(e, str | os.PathLike))
+    if is_recording(given[0]):
+        record = with_file(record, *files)
     table, frames = values.reports, values.frames()
     native = {name: to_native(frame, table.kind) for name, frame in frames.items()}
     native["assignments"] = with_index(native["assignments"], came, table)
@@ -293,8 +298,8 @@ def report_table(
         table = reports
     else:
         origin = configuration.said("frame", "origin")
-        raw = load_table(reports)
-        if isinstance(reports, str | os.PathLike):
+        raw = load(reports)
+        if is_recording(reports):
             came = table_of(raw)
         else:
             from trackweave.io.frames_in import native_of

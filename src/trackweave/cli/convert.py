@@ -1,0 +1,133 @@
+"""The command ``convert``."""
+
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from trackweave.cli.edge import Voice
+from trackweave.errors import InvalidInputError
+from trackweave.formats.format import Format, Output
+from trackweave.formats.reading import load
+from trackweave.formats.registry import format_named, formats
+from trackweave.io.columns import typed_column
+from trackweave.io.encoding import encode_table
+from trackweave.io.output import RECORD, OutputFile, write_folder
+from trackweave.io.run_files import TABLES, read_run
+from trackweave.io.tables import RawTable, load_table, with_our_names
+from trackweave.io.times import datetime_column, read_times
+
+__all__ = ["run_convert"]
+
+
+def run_convert(
+    voice: Voice,
+    source: Path,
+    out: Path,
+    *,
+    told: str | None = None,
+    to: str | None = None,
+    hide_identities: bool = False,
+) -> dict[str, Any]:
+    """Turn one format into another; return what was read and written."""
+    target = _target(out, to)
+    if not out.is_dir():
+        OutputFile(out).check([source])
+    notes, undecoded = tuple[str, ...](), 0
+    if source.is_dir() and (source / RECORD).is_file():
+        output = _of_run(source)
+        table = output.tracks
+    else:
+        raw = with_our_names(load(source, told))
+        table, notes, undecoded = _typed(raw), raw.notes, raw.undecoded.count
+        if hide_identities:
+            table = _hidden(table)
+        output = Output(table)
+    if target.is_table:
+        ending = next(
+            e for e in target.endings[::-1] if out.name.endswith(e) or e == target.endings[0]
+        )
+        files = {out.name: encode_table(table, f"x{ending}")}
+    else:
+        assert target.writer is not None
+        if "track" not in table.columns:
+            output = Output(_truth(table, str(source)))
+        files = dict(target.writer(output))
+    _write(files, out)
+    for note in notes:
+        voice.say(note)
+    voice.say(f"written: {out}")
+    return {
+        "out": str(out),
+        "to": target.name,
+        "rows": len(table),
+        "undecoded_records": undecoded,
+        "notes": list(notes),
+    }
+
+
+def _write(files: dict[str, bytes], out: Path) -> None:
+    if len(files) == 1:
+        OutputFile(out).write(next(iter(files.values())))
+        return
+    # In the folder that was asked for, without the name of the one that a run has.
+    tops = {name.partition("/")[0] for name in files}
+    whole = len(tops) == 1
+    write_folder(out, {n.partition("/")[2] if whole else n: data for n, data in files.items()})
+
+
+def _target(out: Path, to: str | None) -> Format:
+    """Return the format to write, by what was told or by the name's ending."""
+    if to is not None:
+        return format_named(to, writes=True)
+    able = [each for each in formats().values() if each.writer is not None]
+    name = out.name.lower()
+    fits = [(len(e), each) for each in able for e in each.endings if name.endswith(e)]
+    longest = max((length for length, _ in fits), default=0)
+    best = [each for length, each in fits if length == longest]
+    if len(best) == 1:
+        return best[0]
+    endings = ", ".join(each.endings[0] for each in able)
+    raise InvalidInputError(f"--out: {out}; expected a name that ends in {endings}, or --to")
+
+
+def _typed(raw: RawTable) -> pl.DataFrame:
+    """Return a table's columns as numbers and times where they are some."""
+    columns = raw.columns
+    if raw.is_text:
+        columns = pl.DataFrame({each.name: typed_column(each) for each in columns.get_columns()})
+    for name in {"time", "last_update"} & set(columns.columns):
+        times = read_times(columns[name])
+        if times.iso and columns[name].dtype == pl.String and not times.numbers.missing.any():
+            columns = columns.with_columns(datetime_column(name, times.numbers.values))
+    return columns
+
+
+def _of_run(folder: Path) -> Output:
+    frame = read_run(folder).frame
+    tracks, history, assignments = (
+        _typed(load_table(folder / name, may_be_empty=True)) for name in TABLES
+    )
+    return Output(tracks, history, assignments, frame)
+
+
+def _hidden(table: pl.DataFrame) -> pl.DataFrame:
+    if "identity" not in table.columns:
+        raise InvalidInputError("--hide-identities: the input tells no identity")
+    return table.drop("target", strict=False).rename({"identity": "target"})
+
+
+def _truth(reports: pl.DataFrame, name: str) -> pl.DataFrame:
+    """Return reports that say whose they are as tracks, numbered as they first appear."""
+    if "target" not in reports.columns:
+        raise InvalidInputError(
+            f"{name}: reports that do not say whose they are (no column target); expected tracks, "
+            "for which `trackweave track --also` is"
+        )
+    known = reports.filter(pl.col("target").is_not_null()).rename({"target": "name"})
+    if known["name"].dtype.is_integer() and known["name"].min() >= 0:  # type: ignore[operator]
+        known = known.with_columns(track=pl.col("name").cast(pl.Int64))
+    else:
+        known = known.with_row_index("track").with_columns(pl.col("track").min().over("name"))
+        known = known.with_columns(pl.col("track").rank("dense").cast(pl.Int64))
+    return known.with_columns(status=pl.lit("confirmed")).sort("time", "track")

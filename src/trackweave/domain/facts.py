@@ -1,0 +1,89 @@
+"""What a recording tells beside its reports, and what of it could not be read."""
+
+from dataclasses import dataclass, field
+
+__all__ = ["Facts", "Place", "Skipped", "Skips"]
+
+MOST_LISTED = 1000
+"""As many skipped records are listed; all are counted."""
+_LONGEST_REASON = 120
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """A record that could not be decoded.
+
+    Parameters
+    ----------
+    offset
+        Where in the file or stream it begins [bytes].
+    what
+        What was wrong with it, in a few words.
+    """
+
+    offset: int
+    what: str
+
+
+@dataclass(slots=True)
+class Skips:
+    """The records that a decoder could not use: all are counted, the first are listed.
+
+    Parameters
+    ----------
+    count
+        How many there are.
+    listed
+        The first of them.
+    """
+
+    count: int = 0
+    listed: list[Skipped] = field(default_factory=list)
+
+    def add(self, offset: int, what: str) -> None:
+        """Enter a record, by where it begins [bytes] and what is wrong with it."""
+        self.count += 1
+        if len(self.listed) < MOST_LISTED:
+            self.listed.append(Skipped(int(offset), what[:_LONGEST_REASON]))
+
+    def take(self, others: "Skips", name: str) -> None:
+        """Enter those of another file, called by its name."""
+        self.count += others.count
+        room = max(0, MOST_LISTED - len(self.listed))
+        self.listed += [Skipped(s.offset, f"{name}: {s.what}") for s in others.listed[:room]]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a sensor stands.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg
+        WGS-84 [degrees].
+    altitude_m
+        Height above the ellipsoid [m].
+    """
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float = 0.0
+
+
+@dataclass(slots=True)
+class Facts:
+    """What a recording tells beside its reports.
+
+    Parameters
+    ----------
+    places
+        Where sensors stand, by the names that the column ``sensor`` has. They count as told.
+    scan_periods
+        Seconds of a turn, by the same names. They count as told.
+    notes
+        Sentences that a user should read: what was assumed, what was left out and why.
+    """
+
+    places: dict[str, Place] = field(default_factory=dict)
+    scan_periods: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)

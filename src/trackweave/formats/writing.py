@@ -1,0 +1,49 @@
+"""Tracks in further formats."""
+
+from collections.abc import Iterable
+
+import polars as pl
+
+from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
+from trackweave.formats.format import Format, Output
+from trackweave.formats.registry import format_named
+from trackweave.io.frames_out import assignments_frame
+
+__all__ = ["try_on", "writers_named", "written"]
+
+
+def writers_named(names: str | None) -> list[Format]:
+    """Return the formats that a list with commas names, each of which can be written."""
+    if names is None:
+        return []
+    each = [name.strip() for name in names.split(",")]
+    twice = next((name for name in each if each.count(name) > 1), None)
+    if twice is not None:
+        raise InvalidInputError(f"format {twice!r:.60}: twice; expected each name once")
+    return [format_named(name, writes=True) for name in each]
+
+
+def try_on(further: Iterable[Format], reports: ReportTable) -> None:
+    """Refuse formats that cannot say what tracks of these reports will be, before they are made.
+
+    Raises
+    ------
+    InvalidInputError
+        If a format needs places on the Earth, or boxes, and there are none.
+    """
+    found = assignments_frame(reports, {})
+    columns = {"track": pl.Int64, "status": pl.String, "x": pl.Float64, "y": pl.Float64}
+    if reports.frame is not None:
+        columns |= {"lat": pl.Float64, "lon": pl.Float64}
+    tracks = pl.DataFrame(schema={"time": found.schema["time"], **columns})
+    written(further, Output(tracks, tracks, found, reports.frame))
+
+
+def written(further: Iterable[Format], output: Output) -> dict[str, bytes]:
+    """Return the files of further formats, by name."""
+    files: dict[str, bytes] = {}
+    for each in further:
+        assert each.writer is not None
+        files |= each.writer(output)
+    return files
