@@ -22,6 +22,7 @@ import numpy as np
 import polars as pl
 from bench_data import BESIDE, CACHE, Bench
 from recordings_data import HIDDEN, example
+from recordings_formats import cells, kitti_detections, mot_detections
 from runs import CONFIGURATION, configuration_for, priors_of, reports_of
 
 from trackweave import (
@@ -95,18 +96,18 @@ def bench(shared: Path) -> Iterator[tuple[str, Run]]:
 
 
 def recordings(shared: Path) -> Iterator[tuple[str, Run]]:
-    """Yield recordings whose readers lie in examples/, with nothing told."""
+    """Yield recordings, with nothing told."""
     data = shared / "data"
     for number in (2, 13):
         reports, _ = example("autoferry").read(data / "autoferry" / f"scenario{number}")
         yield f"autoferry {number}", partial(_hidden, reports)
-    yield "cells", partial(_hidden, example("cells").read(data / "cell_btrack")[0])
+    yield "cells", partial(_hidden, cells(data / "cell_btrack")[0])
     joyride, _ = example("joyride").read(data / "ntnu_joyride" / "joyride.mat")
     yield "joyride", partial(_hidden, joyride)
     for kind in ("Car", "Pedestrian"):
-        boxes = example("kitti").read_detections(data / "kitti" / "0002", kind)
+        boxes = kitti_detections(data / "kitti" / "0002", kind)
         yield f"kitti {kind}", partial(_hidden, boxes)
-    people = example("mot").read_detections(data / "mot_tud_campus" / "dets" / "det" / "det.txt")
+    people = mot_detections(data / "mot_tud_campus" / "dets" / "det" / "det.txt")
     yield "people", partial(_hidden, people)
 
 

@@ -20,6 +20,7 @@ from bench_data import CACHE, Bench, add_arguments
 from eight_scenes import MUST, NEAREST, made, ways
 from recordings_data import HIDDEN, Run, by_hand, example, follow
 from recordings_data import add_arguments as add_recordings
+from recordings_formats import cells, kitti_detections, kitti_truth, mot_detections, mot_truth
 from recordings_points import NEAR_M, SENSORS, _truth_table
 from runs import CONFIGURATION, configuration_for, reports_of, rows_of
 from text_tables import command, heading, table
@@ -166,7 +167,7 @@ def _aircraft(data: Path, told: Mapping[str, Any]) -> Row:
 
 
 def _cells_of(data: Path, told: Mapping[str, Any]) -> Row:
-    reports, _ = example("cells").read(data / "cell_btrack")
+    reports, _ = cells(data / "cell_btrack")
     return _of_reports(reports, told)
 
 
@@ -197,17 +198,17 @@ def _joyride(data: Path, told: Mapping[str, Any]) -> Row:
 
 
 def _people(data: Path, told: Mapping[str, Any]) -> Row:
-    reader, folder = example("mot"), data / "mot_tud_campus"
-    reports = boxes_of.cornered(reader.read_detections(folder / "dets" / "det" / "det.txt"))
-    truth = boxes_of.true_boxes(boxes_of.cornered(reader.read_truth(folder / "gt.txt")))
+    folder = data / "mot_tud_campus"
+    reports = boxes_of.cornered(mot_detections(folder / "dets" / "det" / "det.txt"))
+    truth = boxes_of.true_boxes(boxes_of.cornered(mot_truth(folder / "gt.txt")))
     return _of_boxes(reports, told, truth)
 
 
 def _street(data: Path, sequence: str, kind: str) -> Row:
-    reader, folder = example("kitti"), data / "kitti" / sequence
-    truth = boxes_of.judged(reader.read_truth(folder, kind))
-    spared = partial(boxes_of.spared, ignored=boxes_of.ignored(reader, folder, kind))
-    return _of_boxes(reader.read_detections(folder, kind), {}, truth, spared)
+    folder = data / "kitti" / sequence
+    truth = boxes_of.judged(kitti_truth(folder, kind))
+    spared = partial(boxes_of.spared, ignored=boxes_of.ignored(folder, kind))
+    return _of_boxes(kitti_detections(folder, kind), {}, truth, spared)
 
 
 def _of_boxes(

@@ -8,7 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 from nearest_neighbour import Habits, nearest_neighbour
-from recordings_data import Run, by_hand, example, run
+from recordings_data import Run, by_hand, run
+from recordings_formats import (
+    kitti_detections,
+    kitti_ignored,
+    kitti_truth,
+    mot_detections,
+    mot_truth,
+)
 from scipy.optimize import linear_sum_assignment
 from text_tables import table
 
@@ -189,10 +196,9 @@ def true_boxes(truth: pl.DataFrame) -> Boxes:
 
 def tud(data: Path) -> str:
     """Return the table of TUD-Campus."""
-    reader = example("mot")
     folder = data / "mot_tud_campus"
-    reports = cornered(reader.read_detections(folder / "dets" / "det" / "det.txt"))
-    truth = cornered(reader.read_truth(folder / "gt.txt"))
+    reports = cornered(mot_detections(folder / "dets" / "det" / "det.txt"))
+    truth = cornered(mot_truth(folder / "gt.txt"))
     rows = []
     for one in _both("tud_campus", reports):
         if one.result is None:
@@ -226,14 +232,13 @@ def _both(name: str, reports: pl.DataFrame) -> list[Run]:
 
 def kitti(data: Path) -> str:
     """Return the tables of both KITTI sequences, cars and pedestrians."""
-    reader = example("kitti")
     parts = []
     for sequence in ("0000", "0002"):
         for kind in ("Car", "Pedestrian"):
             folder = data / "kitti" / sequence
-            reports = reader.read_detections(folder, kind)
-            truth = judged(reader.read_truth(folder, kind))
-            others = ignored(reader, folder, kind)
+            reports = kitti_detections(folder, kind)
+            truth = judged(kitti_truth(folder, kind))
+            others = ignored(folder, kind)
             name = f"kitti_{kind.lower()}"
             rows = []
             for one in _both(name, reports):
@@ -273,12 +278,12 @@ def _is_judged() -> pl.Expr:
     return (pl.col("truncated") <= 0) & (pl.col("occluded") <= 2) & is_high
 
 
-def ignored(reader: Any, folder: Path, kind: str) -> pl.DataFrame:
+def ignored(folder: Path, kind: str) -> pl.DataFrame:
     """Return what KITTI does not ask for: regions, similar objects, objects cut or hidden."""
-    truth = reader.read_truth(folder, kind)
+    truth = kitti_truth(folder, kind)
     hidden = truth.filter(~_is_judged())
     others = hidden.select("frame", *BOX, pl.lit(value=False).alias("is_region"))
-    return pl.concat([reader.read_ignored(folder, kind), others])
+    return pl.concat([kitti_ignored(folder, kind), others])
 
 
 def spared(truth: Boxes, tracks: Boxes, ignored: pl.DataFrame) -> tuple[Boxes, Boxes]:

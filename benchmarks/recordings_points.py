@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from recordings_data import Followed, Run, by_hand, example, follow, root_mean_square, run
+from recordings_formats import cells as read_cells
 from scipy.optimize import linear_sum_assignment
 from text_tables import table
 
@@ -104,7 +105,7 @@ def _place(truth: pl.DataFrame, name: str, moment: float) -> Any:
 
 def cells(data: Path) -> str:
     """Return the table of cells: whether the reports of each are given to one track."""
-    reports, _ = example("cells").read(data / "cell_btrack")
+    reports, _ = read_cells(data / "cell_btrack")
     true = reports["target"].fill_null("").to_list()
     rows = []
     for one in _both("cells", reports):

@@ -103,45 +103,13 @@ def test_a_ferrys_radar_lies_near_the_vessels_and_its_camera_looks_at_them(
     assert (np.abs(off) < 3.0).sum() > 0.4 * eo["time"].n_unique()
 
 
-def test_boxes_of_a_video_become_their_middles_in_seconds(tmp_path: Path) -> None:
-    (tmp_path / "det.txt").write_text("2,-1,10,20,4,8,0.9,-1,-1,-1\n1,-1,0,0,2,2,0.5,-1,-1,-1\n")
-    (tmp_path / "gt.txt").write_text("1,7,0,0,2,2,1,-1,-1,-1\n1,8,0,0,2,2,0,-1,-1,-1\n")
-    mot = reader("mot")
-    reports = mot.read_detections(tmp_path / "det.txt", 10.0)
-    assert reports.select("time", "x", "y", "strength").rows() == [
-        (0.0, 1.0, 1.0, 0.5),
-        (0.1, 12.0, 24.0, 0.9),
-    ]
-    assert mot.read_detections(tmp_path / "det.txt", 10.0, "foot")["y"].to_list() == [2.0, 28.0]
-    assert mot.read_truth(tmp_path / "gt.txt")["target"].to_list() == [7]
-
-
 @pytest.mark.shared
 def test_reads_what_is_known_of_each_recording(shared: Path) -> None:
     data = shared / "data"
-    people = reader("mot").read_detections(data / "mot_tud_campus/dets/det/det.txt")
-    cells, cells_truth = reader("cells").read(data / "cell_btrack")
     turns, boat = reader("joyride").read(data / "ntnu_joyride/joyride.mat")
-    aircraft = reader("opensky").read(data / "opensky/OpenSky_Plane_States.csv")
-    assert people["frame"].n_unique() == 71
-    assert (len(cells), cells_truth["target"].n_unique()) == (1399, 7)
     assert (len(turns), len(boat)) == (432, 238)
     assert np.median(distance_to_truth(turns, boat)) < 25.0
-    assert aircraft["target"].n_unique() == 84
-    for table in (people, cells, turns, aircraft):
-        assert len(read_reports(table)) == len(table)
-
-
-@pytest.mark.shared
-@pytest.mark.parametrize("sequence", ["0000", "0002"])
-def test_cars_are_found_where_they_are(shared: Path, sequence: str) -> None:
-    kitti, folder = reader("kitti"), shared / "data" / "kitti" / sequence
-    reports, truth = kitti.read_detections(folder, "Car"), kitti.read_truth(folder, "Car")
-    truth = truth.filter(pl.col("bottom") - pl.col("top") > 25.0)  # those that are not far away
-    both = truth.join(reports, on="frame", suffix="_found")
-    off = np.hypot(both["x"] - both["x_found"], both["y"] - both["y_found"])
-    near = both.filter(off < 1.0).select("frame", "target").unique()
-    assert len(near) > 0.85 * len(truth)
+    assert len(read_reports(turns)) == len(turns)
 
 
 @pytest.mark.shared
@@ -157,7 +125,7 @@ def test_a_reader_runs_as_a_script(shared: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "truth.csv").exists()
 
 
-@pytest.mark.parametrize("name", ["autoferry", "mot", "kitti", "cells", "joyride", "opensky"])
+@pytest.mark.parametrize("name", ["autoferry", "joyride"])
 def test_a_missing_recording_is_named(name: str, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, str(EXAMPLES / f"{name}.py"), str(tmp_path / "none"), str(tmp_path)],
@@ -166,14 +134,6 @@ def test_a_missing_recording_is_named(name: str, tmp_path: Path) -> None:
     assert done.returncode == 1
     assert str(tmp_path / "none") in done.stderr
     assert "Traceback" not in done.stderr
-
-
-@pytest.mark.shared
-def test_ships_sentences_become_reports_at_the_time_of_their_receipt(shared: Path) -> None:
-    pytest.importorskip("pyais", reason="reads AIS only where pyais is installed")
-    reports, n_untimed = reader("ais").read(shared / "data/ais_pyais/examples/gatehouse.nmea")
-    assert reports["identity"].to_list() == ["367309370", "445451000"]
-    assert n_untimed == 2
 
 
 @pytest.mark.shared

@@ -125,7 +125,6 @@ def _truth(reports: pl.DataFrame, name: str) -> pl.DataFrame:
     if known["name"].dtype.is_integer() and known["name"].min() >= 0:  # type: ignore[operator]
         known = known.with_columns(track=pl.col("name").cast(pl.Int64))
     else:
-        known = known.with_columns(
-            track=pl.col("name").rle_id().first().over("name").rank("dense").cast(pl.Int64)
-        )
+        known = known.with_row_index("track").with_columns(pl.col("track").min().over("name"))
+        known = known.with_columns(pl.col("track").rank("dense").cast(pl.Int64))
     return known.with_columns(status=pl.lit("confirmed")).sort("time", "track")

@@ -55,7 +55,7 @@ def list_formats(json: JsonOption = False) -> None:
     carry_out(_run_formats, json=json, quiet=False)
 
 
-def _run_formats(voice: Voice) -> list[dict[str, Any]]:
+def _run_formats(voice: Voice) -> dict[str, Any]:
     from trackweave.formats.registry import formats
 
     found = [
@@ -82,7 +82,7 @@ def _run_formats(voice: Voice) -> list[dict[str, Any]]:
     if not voice.quiet:
         for line in _lines(found):
             typer.echo(line)
-    return found
+    return {"formats": found}
 
 
 def _lines(found: list[dict[str, Any]]) -> list[str]:

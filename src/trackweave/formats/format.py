@@ -44,8 +44,13 @@ class Decoder(Protocol):
     many, a live service puts the time of receipt.
     """
 
-    skips: Skips
-    facts: Facts
+    @property
+    def skips(self) -> Skips:
+        """What could not be decoded so far."""
+
+    @property
+    def facts(self) -> Facts:
+        """What was told beside the reports so far."""
 
     def feed(self, data: bytes) -> pl.DataFrame | None:
         """Return the reports that further bytes complete, None where there are none."""

@@ -1,7 +1,7 @@
 """Decoders of formats whose records are lines, and of those read as one document."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 import polars as pl
@@ -9,8 +9,9 @@ import polars as pl
 from trackweave.arrays import IntArray
 from trackweave.domain.facts import Facts, Skips
 from trackweave.errors import DataFormatError
+from trackweave.formats.format import HEAD_BYTES
 
-__all__ = ["Cells", "Document", "Lines", "table_of"]
+__all__ = ["Cells", "Document", "Lines", "most_lines", "table_of"]
 
 LONGEST_LINE = 65_536
 """What is longer is no record [bytes]."""
@@ -127,8 +128,8 @@ class Cells:
         return len(self.offsets)
 
     def text(self, place: int) -> pl.Series:
-        """Return the cells of a column as text, null where a line is too short."""
-        return self._cells.list.get(place, null_on_oob=True).str.strip_chars()
+        """Return the cells of a column as text, empty where a line is too short."""
+        return self._cells.list.get(place, null_on_oob=True).str.strip_chars().fill_null("")
 
     def number(self, place: int) -> pl.Series:
         """Return the cells of a column as numbers, null where there is no finite one."""
@@ -139,3 +140,11 @@ class Cells:
 def table_of(columns: Mapping[str, pl.Series]) -> pl.DataFrame:
     """Return columns as a table."""
     return pl.DataFrame([column.rename(name) for name, column in columns.items()])
+
+
+def most_lines(head: bytes, is_ours: Callable[[bytes], bool]) -> bool:
+    """Tell whether more than half of a file's first lines are what is looked for."""
+    pieces = head.split(b"\n")
+    whole = pieces[:-1] if len(head) >= HEAD_BYTES else pieces
+    lines = [line.strip() for line in whole[:40] if line.strip()][:20]
+    return 2 * sum(map(is_ours, lines)) > len(lines)

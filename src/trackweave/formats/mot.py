@@ -8,8 +8,9 @@ judged, the eighth its class, the ninth how much of it is visible.
 import numpy as np
 import polars as pl
 
-from trackweave.formats.format import Format, Option
-from trackweave.formats.lines import Cells, Lines, table_of
+from trackweave.formats.format import Format, Option, Output
+from trackweave.formats.lines import Cells, Lines, most_lines, table_of
+from trackweave.formats.track_rows import boxed_rows
 
 __all__ = ["FORMAT", "MotDecoder"]
 
@@ -71,10 +72,7 @@ class MotDecoder(Lines):
 
 
 def _recognise(head: bytes, name: str) -> bool:
-    lines = [line.strip() for line in head.split(b"\n")[:20]]
-    whole = [line for line in lines[: -1 if len(head.split(b"\n")) <= 20 else None] if line]
-    whole = whole or [line for line in lines if line]
-    return bool(whole) and all(_is_box(line) for line in whole)
+    return most_lines(head, _is_box)
 
 
 def _is_box(line: bytes) -> bool:
@@ -87,10 +85,26 @@ def _is_box(line: bytes) -> bool:
     return _FEWEST < len(cells) <= _MOST and is_whole and numbers[0] >= 0 and numbers[1] >= -1
 
 
+def _write(output: Output) -> dict[str, bytes]:
+    """Return boxes with their tracks, as results are handed in."""
+    rows = boxed_rows(output, _NAMES, "mot")
+    if rows["frame"].dtype.is_numeric() and len(rows) and rows["frame"].min() == 0:
+        rows = rows.with_columns(pl.col("frame") + 1)
+    strength = pl.col("strength") if "strength" in rows.columns else pl.lit(1.0)
+    table = rows.select(
+        pl.col("frame").cast(pl.Int64),
+        pl.col("track").cast(pl.Int64),
+        *(pl.col(name).cast(pl.Float64).round(3) for name in _NAMES),
+        strength.cast(pl.Float64).fill_null(1.0).round(6).alias("strength"),
+        *(pl.lit(-1).alias(f"none_{axis}") for axis in "xyz"),
+    )
+    return {"tracks.mot.txt": table.write_csv(include_header=False).encode("ascii")}
+
+
 FORMAT = Format(
     name="mot",
     title="MOTChallenge det.txt, gt.txt and results",
-    endings=(".txt",),
+    endings=(".mot.txt", ".txt"),
     carries="frame, box (its point as position), confidence, class; identities as target",
     loses="the world's coordinates of 3-D results",
     recognise=_recognise,
@@ -99,4 +113,5 @@ FORMAT = Format(
         Option("frame_rate", 25.0, "frames a second"),
         Option("point", "centre", "which point of a box is the place", ("centre", "foot")),
     ),
+    writer=_write,
 )

@@ -185,20 +185,20 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
     names = _short_names([Path(path) for path in paths])
     tables = [load(path, told) for path in paths]
     are_text = all(table.is_text for table in tables)
-    facts, skips, frames = Facts(), Skips(), []
+    facts, skips, frames, files = Facts(), Skips(), list[pl.DataFrame](), []
     for name, table in zip(names, tables, strict=True):
+        if table.skipped:
+            raise DataFormatError(table.skipped[0].message(table.name))
+        files.append((table.name, sum(map(len, frames))))
         frames.append(_of_network(table, name, as_text=are_text))
         facts.places |= table.facts.places
         facts.scan_periods |= table.facts.scan_periods
-        facts.notes += [f"{name}: {note}" for note in table.notes]
+        facts.notes += [f"{name}: {note}" for note in table.facts.notes]
         skips.take(table.undecoded, name)
-        if table.skipped:
-            raise DataFormatError(table.skipped[0].message(table.name))
     columns = pl.concat(frames, how="diagonal_relaxed")
-    together = " + ".join(table.name for table in tables)
     return RawTable(
-        together if len(together) < 200 else f"{len(tables)} files",
-        columns, np.arange(1, columns.height + 1), is_text=are_text, facts=facts, undecoded=skips,
+        f"{len(tables)} files", columns, np.arange(1, columns.height + 1), is_text=are_text,
+        facts=facts, undecoded=skips, files=tuple(files),
     )  # fmt: skip
 
 

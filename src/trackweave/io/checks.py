@@ -221,7 +221,7 @@ class RowChecks:
         skipped = (*self._table.skipped, *(self._bad_row(int(place)) for place in bad))
         in_order = tuple(sorted(skipped, key=lambda bad_row: bad_row.row))
         if none_left and in_order:
-            first = in_order[0].message(self.name)
+            first = self._table.message_of(in_order[0])
             raise DataFormatError(f"{first} (and none of the other rows is usable)")
         if none_left and self._aside.any():
             raise DataFormatError(
@@ -234,7 +234,7 @@ class RowChecks:
         firsts = [*self._table.skipped[:1], *(self._bad_row(int(place)) for place in bad[:1])]
         first = min(firsts, key=lambda bad_row: bad_row.row)
         numbers = sorted([*(b.row for b in self._table.skipped), *self._table.row[bad].tolist()])
-        parts = [first.message(self.name)]
+        parts = [self._table.message_of(first)]
         if len(numbers) > 1:
             named = ", ".join(map(str, numbers[:_MOST_NAMED]))
             more = ", …" if len(numbers) > _MOST_NAMED else ""

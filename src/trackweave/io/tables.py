@@ -72,9 +72,19 @@ class RawTable:
     """What the recording tells beside its reports."""
     undecoded: Skips = field(default_factory=Skips)
     """Records of a binary file or a stream that could not be decoded."""
+    files: tuple[tuple[str, int], ...] = ()
+    """Of several files together, what each is called, and how many rows come before its own."""
 
     def __len__(self) -> int:
         return len(self.row)
+
+    def message_of(self, bad: BadRow) -> str:
+        """Return the sentence that tells of a bad row, with its own file and number."""
+        name, before = self.name, 0
+        for each, count in self.files:
+            if count < bad.row:
+                name, before = each, count
+        return replace(bad, row=bad.row - before).message(name)
 
     @property
     def notes(self) -> tuple[str, ...]:

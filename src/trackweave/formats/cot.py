@@ -1,0 +1,69 @@
+"""Cursor on Target 2.0: an event for each state of a track, one a line, as ATAK and others take.
+
+``ce`` and ``le`` are standard deviations [m], ``hae`` is the height over the ellipsoid; 9999999
+stands for what is not known, as the standard says.
+"""
+
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray
+from trackweave.formats.format import Format, Output
+from trackweave.formats.track_rows import EarthTrack, earth_tracks, moments
+
+__all__ = ["FORMAT"]
+
+_UNKNOWN = 9_999_999.0
+_STALE_S = 60.0
+# Whose they are is unknown; with a height they are in the air.
+_GROUND, _AIR = "a-u-G", "a-u-A"
+
+
+def _write(output: Output) -> dict[str, bytes]:
+    events = [event for each in earth_tracks(output, "cot") for event in _events(each)]
+    # In the order in which they would have been sent.
+    lines = [line for _, _, line in sorted(events)]
+    return {"tracks.cot": "".join(f"{line}\n" for line in lines).encode("utf-8")}
+
+
+def _events(track: EarthTrack) -> list[tuple[float, int, str]]:
+    stale, _ = moments(pl.Series(track.seconds + _STALE_S))
+    height, sigma, up = (
+        _known(values, len(stale)) for values in (track.altitude, track.sigma, track.sigma_up)
+    )
+    uid, callsign = quoteattr(f"trackweave-{track.track}"), quoteattr(track.name)
+    found = []
+    for k, time in enumerate(track.time):
+        kind = _GROUND if height[k] == _UNKNOWN else _AIR
+        detail = f"<contact callsign={callsign}/>"
+        if track.speed is not None and track.course is not None and np.isfinite(track.speed[k]):
+            detail += f'<track course="{track.course[k]:.2f}" speed="{track.speed[k]:.3f}"/>'
+        found.append(
+            (
+                float(track.seconds[k]),
+                track.track,
+                f'<event version="2.0" uid={uid} type="{kind}" how="m-f" time="{time}" '
+                f'start="{time}" stale="{stale[k]}"><point lat="{track.latitude[k]:.8f}" '
+                f'lon="{track.longitude[k]:.8f}" hae="{height[k]:.3f}" ce="{sigma[k]:.3f}" '
+                f'le="{up[k]:.3f}"/><detail>{detail}</detail></event>',
+            )
+        )
+    return found
+
+
+def _known(values: FloatArray | None, count: int) -> FloatArray:
+    if values is None:
+        return np.full(count, _UNKNOWN)
+    return np.where(np.isfinite(values), values, _UNKNOWN)
+
+
+FORMAT = Format(
+    name="cot",
+    title="Cursor on Target 2.0 (ATAK)",
+    endings=(".cot",),
+    carries="positions in WGS-84, heights over the ellipsoid, times, speed, course, uncertainty",
+    loses="full covariances, tentative rows, affiliation (all are unknown)",
+    writer=_write,
+)

@@ -1,0 +1,179 @@
+"""OpenSky Network: state vectors of aircraft, as CSV (datasets) or JSON (the live API)."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.formats.format import Decoder, Facts, Format, Option, Skips
+from trackweave.formats.json_stream import JsonStream, finite, text_of
+from trackweave.formats.lines import Cells, Lines, table_of
+
+__all__ = ["FORMAT", "OpenskyDecoder"]
+
+_LATEST = 1e11
+# Ours, their columns of CSV, their places in JSON.
+_NUMBERS = (
+    ("height_m", "baroaltitude", 7), ("geometric_height_m", "geoaltitude", 13),
+    ("speed_mps", "velocity", 9), ("course_deg", "heading", 10), ("climb_mps", "vertrate", 11),
+)  # fmt: skip
+_TEXTS = (("callsign", "callsign", 1), ("squawk", "squawk", 14))
+_NEEDED = (b"icao24", b"lat", b"lon", b"lastcontact")
+
+
+class OpenskyDecoder:
+    """Takes either kind, by the first byte that is no blank.
+
+    Parameters
+    ----------
+    time
+        What counts as a report's time: "state", that of the state vector, so that aircraft of one
+        moment are one scan, or "position", when its position was heard.
+    """
+
+    def __init__(self, time: str = "state") -> None:
+        self._of_position = time == "position"
+        self._inner: Decoder | None = None
+        self._blank = 0
+
+    @property
+    def skips(self) -> Skips:
+        """What could not be decoded."""
+        return Skips() if self._inner is None else self._inner.skips
+
+    @property
+    def facts(self) -> Facts:
+        """What is told beside the reports."""
+        return Facts() if self._inner is None else self._inner.facts
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        """Return the reports that further bytes complete, None where there are none."""
+        if self._inner is None:
+            rest = data.lstrip(b" \t\r\n")
+            self._blank += len(data) - len(rest)
+            if not rest:
+                return None
+            kind = _Json if rest[:1] in b"{[" else _Csv
+            self._inner = kind(self._blank, of_position=self._of_position)
+            data = rest
+        return self._inner.feed(data)
+
+    def finish(self) -> pl.DataFrame | None:
+        """Return what is left at the end."""
+        return None if self._inner is None else self._inner.finish()
+
+
+class _Csv(Lines):
+    """Lines of a table with a header."""
+
+    def __init__(self, offset: int, *, of_position: bool) -> None:
+        super().__init__()
+        self._offset = offset
+        self._time = "lastposupdate" if of_position else "time"
+        self._names: list[str] | None = None
+
+    def _decoded(self, block: bytes, offset: int) -> pl.DataFrame | None:
+        if self._names is None:
+            header, _, block = block.partition(b"\n")
+            names = header.decode("utf-8", "replace").removeprefix("\ufeff").split(",")
+            self._names = [name.strip().strip('"').lower() for name in names]
+            offset += len(header) + 1
+        cells = Cells(block, offset, ",")
+        north, east = self._numbers(cells, "lat"), self._numbers(cells, "lon")
+        time = self._numbers(cells, self._time)
+        address = self._texts(cells, "icao24")
+        unknown = (north.is_null() & east.is_null()).to_numpy()
+        good = (cells.count == len(self._names)) & address.is_not_null().to_numpy()
+        for numbers, low, high in ((north, -90, 90), (east, -180, 360), (time, 0, _LATEST)):
+            good &= (numbers.is_between(low, high).fill_null(value=False)).to_numpy() | (
+                unknown if numbers is not time else False
+            )
+        for place in np.flatnonzero(~good):
+            self.skips.add(cells.offsets[place], "no state vector")
+        rows = good & ~unknown
+        if not rows.any():
+            return None
+        moment = (time * 1e6).round().cast(pl.Int64, strict=False).cast(pl.Datetime("us", "UTC"))
+        columns = {"time": moment, "lat": north, "lon": east, "identity": address}
+        columns |= {ours: self._numbers(cells, theirs) for ours, theirs, _ in _NUMBERS}
+        columns |= {ours: self._texts(cells, theirs) for ours, theirs, _ in _TEXTS}
+        return table_of(columns).filter(pl.Series(rows))
+
+    def _place(self, name: str) -> int:
+        assert self._names is not None
+        return self._names.index(name) if name in self._names else len(self._names) + 1
+
+    def _numbers(self, cells: Cells, name: str) -> pl.Series:
+        return cells.number(self._place(name))
+
+    def _texts(self, cells: Cells, name: str) -> pl.Series:
+        text = cells.text(self._place(name)).str.strip_chars('" ').str.slice(0, 64)
+        return text.set(text == "", None).str.strip_suffix(".0")
+
+
+class _Json(JsonStream):
+    """Answers of the API: an object with ``time`` and ``states``."""
+
+    def __init__(self, offset: int, *, of_position: bool) -> None:
+        super().__init__()
+        self._begin, self._of_position = offset, of_position
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        """Return the reports that further bytes complete, None where there are none."""
+        rows = [row for found in self.values(data) for row in self._rows(*found)]
+        schema: dict[str, Any] = {
+            "time": pl.Float64, "lat": pl.Float64, "lon": pl.Float64, "identity": pl.String,
+            **{ours: pl.Float64 for ours, _, _ in _NUMBERS},
+            **{ours: pl.String for ours, _, _ in _TEXTS},
+        }  # fmt: skip
+        if not rows:
+            return None
+        table = pl.DataFrame(rows, schema, orient="row")
+        moment = (pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC"))
+        return table.with_columns(moment)
+
+    def finish(self) -> pl.DataFrame | None:
+        """Note an answer that does not end."""
+        self.rest()
+        return None
+
+    def _rows(self, offset: int, value: Any) -> Iterator[tuple[Any, ...]]:
+        states = value.get("states") if isinstance(value, dict) else None
+        if not isinstance(states, list):
+            if states is not None or not isinstance(value, dict) or "time" not in value:
+                self.skips.add(offset, "no answer of OpenSky: an object with time and states")
+            return
+        for state in states:
+            cells = [*state, *[None] * 17][:17] if isinstance(state, list) else [None] * 17
+            told = cells[3] if self._of_position else value.get("time")
+            name, time = text_of(cells[0]), finite(told, 0.0, _LATEST)
+            north, east = finite(cells[6], -90.0, 90.0), finite(cells[5], -180.0, 360.0)
+            if name is not None and cells[5] is None and cells[6] is None:
+                continue
+            if None in (name, time, north, east):
+                self.skips.add(offset, "no state vector")
+                continue
+            numbers = [finite(cells[place]) for _, _, place in _NUMBERS]
+            yield (time, north, east, name, *numbers, *(text_of(cells[p]) for _, _, p in _TEXTS))
+
+
+def _recognise(head: bytes, name: str) -> bool:
+    if head.lstrip()[:1] == b"{":
+        return b'"states"' in head[:4096] and b'"time"' in head
+    first = head.partition(b"\n")[0].lower().replace(b'"', b"").strip()
+    return set(_NEEDED) <= set(first.removeprefix(b"\xef\xbb\xbf").split(b","))
+
+
+FORMAT = Format(
+    name="opensky",
+    title="OpenSky Network state vectors, CSV and JSON",
+    endings=(".json",),
+    carries="positions, address as identity, heights, speed, course, callsign, squawk",
+    loses="aircraft without a position, alerts, who received it",
+    recognise=_recognise,
+    decoder=OpenskyDecoder,
+    options=(
+        Option("time", "state", "what counts as the time of a report", ("state", "position")),
+    ),
+)

@@ -1,0 +1,182 @@
+"""Tracks as writers need them: one after the other, on the Earth, in UTC."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.frames import LocalFrame
+from trackweave.errors import InvalidInputError
+from trackweave.formats.format import Output
+from trackweave.io.times import datetime_column
+
+__all__ = ["EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "moments"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EarthTrack:
+    """A track on the Earth, one number for each of its times."""
+
+    track: int
+    name: str
+    time: list[str]
+    """ISO 8601, UTC."""
+    seconds: FloatArray
+    """From 1970 UTC."""
+    latitude: FloatArray
+    longitude: FloatArray
+    """-180 to 180."""
+    altitude: FloatArray | None
+    """Above the ellipsoid [m], None where it is not known everywhere."""
+    speed: FloatArray | None
+    """Over ground [m/s]."""
+    course: FloatArray | None
+    """Clockwise from north [degrees]."""
+    sigma: FloatArray | None
+    """Standard deviation of the position along its worst axis [m], NaN where unknown."""
+    sigma_up: FloatArray | None
+    """Of the altitude [m]."""
+    status: list[str]
+    score: float | None
+
+
+def chosen_rows(output: Output) -> pl.DataFrame:
+    """Return what was found in the end: the history where there is one; nothing tentative."""
+    rows = output.tracks if output.history is None else output.history
+    if "status" in rows.columns:
+        rows = rows.filter(pl.col("status") != "tentative")
+    return rows.sort("track", "time", maintain_order=True)
+
+
+def moments(time: pl.Series) -> tuple[list[str], FloatArray]:
+    """Return times as ISO 8601 in UTC, and in seconds from 1970, where mere seconds begin."""
+    if isinstance(time.dtype, pl.Datetime):
+        stamps = time.dt.cast_time_unit("us")
+        stamps = stamps.dt.convert_time_zone("UTC") if time.dtype.time_zone else stamps
+        seconds = stamps.dt.epoch("us").to_numpy() / 1e6
+    else:
+        seconds = time.cast(pl.Float64).to_numpy()
+        low, high = (seconds.min(), seconds.max()) if len(seconds) else (0.0, 0.0)
+        if not -6.2e10 < low <= high < 2.5e11:
+            raise InvalidInputError(f"time: {low:g} to {high:g} s; expected what a calendar has")
+        stamps = datetime_column("time", seconds)
+    texts = stamps.dt.strftime("%Y-%m-%dT%H:%M:%S%.3fZ").str.replace(r"\.000Z$", "Z")
+    return texts.to_list(), seconds
+
+
+def earth_tracks(output: Output, name: str) -> Iterator[EarthTrack]:
+    """Yield each track, in order of number; ``name`` is the format's, for a refusal."""
+    rows = chosen_rows(output)
+    if not {"lat", "lon"} <= set(rows.columns):
+        raise InvalidInputError(
+            f"format {name}: tracks have no latitudes and longitudes; expected reports in lat,lon"
+            ", or [frame] origin in the configuration"
+        )
+    for (number,), part in rows.group_by("track", maintain_order=True):
+        yield _earth_track(int(str(number)), part, output.frame)
+
+
+def _earth_track(number: int, rows: pl.DataFrame, frame: LocalFrame | None) -> EarthTrack:
+    texts, seconds = moments(rows["time"])
+    named = rows["name"][0] if "name" in rows.columns else None
+    longitude = (_column(rows, "lon") + 180.0) % 360.0 - 180.0
+    velocity = _both(rows, "vx", "vy")
+    return EarthTrack(
+        track=number,
+        name=str(number if named is None else named),
+        time=texts,
+        seconds=seconds,
+        latitude=_column(rows, "lat"),
+        longitude=longitude,
+        altitude=_whole_column(rows, "alt_m"),
+        speed=None if velocity is None else np.hypot(*velocity),
+        course=None if velocity is None else _course(rows, velocity, frame),
+        sigma=_worst_axis(rows),
+        sigma_up=np.sqrt(_column(rows, "p_z_z")) if "p_z_z" in rows.columns else None,
+        status=rows["status"].to_list() if "status" in rows.columns else [],
+        score=_last(rows, "score"),
+    )
+
+
+def _course(
+    rows: pl.DataFrame, velocity: tuple[FloatArray, FloatArray], frame: LocalFrame | None
+) -> FloatArray:
+    """Return where tracks go, clockwise from their own north, not that of the plane's origin."""
+    east, north = velocity
+    place = _both(rows, "x", "y")
+    if frame is not None and place is not None:
+        # A second on.
+        here, there = (
+            frame.to_geodetic(np.stack([place[0] + s * east, place[1] + s * north], axis=-1))
+            for s in (0.0, 1.0)
+        )
+        north = there[0] - here[0]
+        east = ((there[1] - here[1] + 180.0) % 360.0 - 180.0) * np.cos(np.radians(here[0]))
+    return np.asarray(np.degrees(np.arctan2(east, north)) % 360.0)
+
+
+def _worst_axis(rows: pl.DataFrame) -> FloatArray | None:
+    """Return the standard deviation along the longest axis of each position's ellipse [m]."""
+    if not {"p_x_x", "p_x_y", "p_y_y"} <= set(rows.columns):
+        return None
+    xx, xy, yy = (_column(rows, name) for name in ("p_x_x", "p_x_y", "p_y_y"))
+    largest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)
+    return np.asarray(np.sqrt(np.maximum(largest, 0.0)))
+
+
+def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFrame:
+    """Return the reports of tracks with the box that passed through, and ``frame``, from 0.
+
+    Parameters
+    ----------
+    output
+        What is written.
+    needed
+        Columns of the box.
+    name
+        The format's, for a refusal.
+
+    Returns
+    -------
+    One row for each report of a track, by frame, then track; ``frame`` is that of the reports, or
+    counts the different times from 0 where they have none.
+
+    Raises
+    ------
+    InvalidInputError
+        If reports came without boxes.
+    """
+    rows = output.tracks if output.assignments is None else output.assignments
+    missing = [column for column in needed if column not in rows.columns]
+    if missing:
+        raise InvalidInputError(
+            f"format {name}: reports have no {', '.join(missing)}; expected the boxes that "
+            "objects were found in, as columns of the reports"
+        )
+    rows = rows.filter(pl.col("track").is_not_null())
+    if "frame" not in rows.columns:
+        rows = rows.with_columns(frame=pl.col("time").rank("dense").cast(pl.Int64) - 1)
+    return rows.sort("frame", "track", maintain_order=True)
+
+
+def _column(rows: pl.DataFrame, name: str) -> FloatArray:
+    return rows[name].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+
+
+def _whole_column(rows: pl.DataFrame, name: str) -> FloatArray | None:
+    if name not in rows.columns or rows[name].null_count():
+        return None
+    return _column(rows, name)
+
+
+def _both(rows: pl.DataFrame, first: str, second: str) -> tuple[FloatArray, FloatArray] | None:
+    if not {first, second} <= set(rows.columns):
+        return None
+    return _column(rows, first), _column(rows, second)
+
+
+def _last(rows: pl.DataFrame, name: str) -> Any:
+    return rows[name][-1] if name in rows.columns else None

@@ -1,0 +1,122 @@
+"""The commands convert and formats, and what track takes and writes besides tables."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from cli.conftest import Run
+from formats.samples import NMEA, SBS
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Path:
+    """Return messages of an aircraft that flies east, and of another to the north of it."""
+    rng = np.random.default_rng(3)
+    lines = [
+        f"MSG,3,1,1,{name},1,2024/05/01,12:00:{k:02d}.000,2024/05/01,12:00:{k:02d}.000,,10000,,,"
+        f"{north + rng.normal(0, 2e-4):.5f},{10.0 + 0.003 * k + rng.normal(0, 3e-4):.5f},,,0,0,0,0"
+        for k in range(0, 60, 2)
+        for name, north in (("4CA2D6", 50.0), ("4CA2D7", 50.2))
+    ]
+    path = tmp_path / "flight.txt"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_tracks_any_format_and_writes_further_ones(run: Run, flight: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = run("track", flight, "--out", out, "--also", "geojson,kml,czml,cot")
+    assert done.exit_code == 0, done.stderr
+    names = sorted(path.name for path in out.iterdir())
+    assert [name for name in names if name.startswith("tracks.")] == [
+        "tracks.cot", "tracks.csv", "tracks.czml", "tracks.geojson", "tracks.kml",
+    ]  # fmt: skip
+    found = json.loads((out / "tracks.geojson").read_text())
+    assert len(found["features"]) == 2
+    assert found["features"][0]["properties"]["begin"].startswith("2024-05-01T12:00:0")
+    # Run again with fewer of them, the others are gone.
+    assert run("track", flight, "--out", out, "--also", "kml").exit_code == 0
+    assert sorted(p.name for p in out.glob("tracks.*")) == ["tracks.csv", "tracks.kml"]
+
+
+def test_standard_input_is_tracked(run: Run, flight: Path, tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from trackweave.cli.app import app
+
+    done = CliRunner().invoke(
+        app, ["track", "-", "--out", str(tmp_path / "out")], input=flight.read_bytes()
+    )
+    assert done.exit_code == 0, done.stderr
+    assert len(pl.read_csv(tmp_path / "out" / "assignments.csv")) == 60
+
+
+def test_an_unknown_further_format_is_refused_before_any_work(
+    run: Run, flight: Path, tmp_path: Path
+) -> None:
+    done = run("track", flight, "--out", tmp_path / "out", "--also", "shapefile")
+    assert done.exit_code == 2
+    assert "'shapefile': expected one that can be written" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_reports_become_a_table_that_is_tracked_alike(
+    run: Run, flight: Path, tmp_path: Path
+) -> None:
+    table = tmp_path / "reports.csv"
+    done = run("convert", flight, "-o", table)
+    assert done.exit_code == 0, done.stderr
+    assert pl.read_csv(table).columns[:4] == ["time", "lat", "lon", "identity"]
+    for source, name in ((flight, "a"), (table, "b")):
+        assert run("track", source, "--out", tmp_path / name, "--quiet").exit_code == 0
+    one, two = ((tmp_path / name / "tracks.csv").read_bytes() for name in "ab")
+    assert one == two
+
+
+def test_identities_can_be_hidden_from_the_tracker(run: Run, flight: Path, tmp_path: Path) -> None:
+    table = tmp_path / "reports.parquet"
+    assert run("convert", flight, "-o", table, "--hide-identities").exit_code == 0
+    assert set(pl.read_parquet(table)["target"]) == {"4ca2d6", "4ca2d7"}
+
+
+def test_a_run_and_a_truth_become_any_format_of_tracks(
+    run: Run, flight: Path, tmp_path: Path
+) -> None:
+    out, truth = tmp_path / "out", tmp_path / "truth.csv"
+    assert run("track", flight, "--out", out, "--quiet").exit_code == 0
+    assert run("convert", out, "-o", tmp_path / "a.geojson").exit_code == 0
+    assert run("convert", flight, "-o", truth, "--hide-identities").exit_code == 0
+    assert run("convert", truth, "-o", tmp_path / "b.geojson").exit_code == 0
+    ours, true = (json.loads((tmp_path / f"{n}.geojson").read_text())["features"] for n in "ab")
+    assert len(ours) == len(true) == 2
+    assert {feature["properties"]["name"] for feature in true} == {"4ca2d6", "4ca2d7"}
+
+
+def test_reports_are_no_tracks(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "x.nmea"
+    path.write_bytes(NMEA)
+    done = run("convert", path, "-o", tmp_path / "x.kml")
+    assert done.exit_code == 2
+    assert "do not say whose they are" in done.stderr
+    done = run("convert", path, "-o", tmp_path / "x.shp")
+    assert done.exit_code == 2
+    assert "expected a name that ends in" in done.stderr
+
+
+def test_records_that_are_skipped_are_counted(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    path.write_bytes(SBS)
+    done = run("convert", path, "-o", tmp_path / "x.csv", "--json")
+    assert json.loads(done.stdout)["undecoded_records"] == 1
+
+
+def test_formats_are_listed_with_what_they_carry_and_lose(run: Run) -> None:
+    done = run("formats")
+    assert done.exit_code == 0
+    assert "ais (reads): AIS, NMEA sentences of ships" in done.stdout
+    assert "--from 'mot?frame_rate=25.0'" in done.stdout
+    listed = json.loads(run("formats", "--json").stdout)["formats"]
+    assert {"name", "reads", "writes", "carries", "loses"} <= set(listed[0])

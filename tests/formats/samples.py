@@ -1,0 +1,79 @@
+"""A small file of each format that can be read as bytes, with what is in it."""
+
+import json
+
+NMEA = rb"""\c:1609841515,s:r003669945*46\!AIVDM,1,1,,B,15NBj>PP1gG>1PVKTDTUJOv00<0M,0*09
+# a comment
+$PGHP,1,2009,5,9,0,0,0,10,338,2,,1,09*17
+!AIVDM,1,1,,A,16:=?;0P00`SstvFnFbeGH6L088h,0*44
+!AIVDM,1,1,,A,169a:nP01g`hm4pB7:E0;@0L088i,0*5E
+!AIVDM,1,1,,A,169a:nP01g`hm4pB7:E0;@0L088i,0*5F,1609841516
+!AIVDM,1,1,,A,16`l:v8P0W8Vw>fDVB0t8OvJ0H;9,0*0A,r003669945,1609841517
+"""
+SBS = (
+    b"MSG,3,1,1,4CA2D6,1,2008/11/28,14:53:50.594,2008/11/28,14:58:51.153,,37000,,,51.45735,"
+    b"-1.02826,,,0,0,0,0\r\n"
+    b"MSG,8,1,1,4CA2D6,1,2008/11/28,14:53:51.153,2008/11/28,14:53:51.153,,,,,,,,,,,,0\r\n"
+    b"MSG,3,1,1,not one,1,2008/11/28,14:53:51.5,2008/11/28,14:58:51.5,,37000,,,51.4,-1.0,,,0,0\n"
+    b"MSG,2,1,1,400F01,1,,,2008-11-28,14:58:52,BAW12,,20,90,51.4700,-0.4543,,,0,0,0,-1\n"
+)
+AIRCRAFT = json.dumps(
+    {
+        "now": 1600000000.5,
+        "messages": 12,
+        "aircraft": [
+            {"hex": "3c4591", "flight": "BOX413  ", "alt_baro": 35000, "gs": 495.0,
+             "track": 99.6, "lat": 51.468, "lon": -0.44, "seen_pos": 0.5},
+            {"hex": "407a19", "alt_baro": "ground", "lat": 53.457, "lon": -4.053, "seen_pos": 2},
+            {"hex": "4ca2d6", "flight": "a \"quoted\" {one"},
+            {"lat": 1.0, "lon": 2.0},
+        ],
+    },
+    indent=1,
+).encode()  # fmt: skip
+STATES = json.dumps(
+    {
+        "time": 1626098400,
+        "states": [
+            ["3c4591", "BOX413  ", "Germany", 1626098398, 1626098400, -0.4407, 51.4689, 10668.0,
+             False, 254.6, 99.6, 0.0, None, 10843.2, "1174", False, 0],
+            ["407a19", "GMDSI   ", "UK", None, 1626098400, None, None, None,
+             True, 0.0, 0.0, None, None, None, None, False, 0],
+            ["407a20", "", "UK", None, 1626098400, -400.0, 91.0, None,
+             True, 0.0, 0.0, None, None, None, None, False, 0],
+        ],
+    }
+).encode()  # fmt: skip
+STATE_TABLE = b"""\
+time,icao24,lat,lon,velocity,heading,vertrate,callsign,on,lastposupdate,lastcontact
+1626098400,3c4591,51.46894,-0.44075,254.6,99.6,0.0,BOX413  ,False,1626098398.996,1626098400.0
+1626098410,407a19,53.45765,-4.05322,142.8,83.7,-3.2,GMDSI   ,False,1626098409.76,1626098409.9
+1626098410,407a20,,,142.8,83.7,-3.2,GMDSI   ,False,,1626098409.9
+1626098410,407a21,95.0,-4.05322,142.8,83.7,-3.2,GMDSI   ,False,1626098409.76,1626098409.9
+"""
+MOT = b"""1,-1,100.5,200,20,40,0.9,-1,-1,-1
+1,-1,300,200,20,40,0.4,-1,-1,-1
+2,-1,102,oops,20,40,0.8,-1,-1,-1
+2,-1,102,201,20,40,0.8,-1,-1,-1
+"""
+KITTI_FOUND = b"""0,2,298.3,165.1,458.2,293.4,8.2,1.9,1.8,4.7,-4.5,1.8,13.5,-2.1,-1.7
+1,1,1095.2,161.6,1212.8,321.0,4.9,1.7,0.7,0.9,6.3,1.6,8.4,-1.4,-2.0
+1,2,nan,161.6,1212.8,321.0,4.9,1.7,0.7,0.9,6.3,1.6,inf,-1.4,-2.0
+"""
+KITTI_LABELS = b"""0 -1 DontCare -1 -1 -10 219.3 188.4 245.5 218.5 -1000 -1000 -1000 -10 -1 -1 -1
+0 0 Van 0 0 -1.79 296.7 161.7 455.2 292.3 2.0 1.8 4.4 -4.55 1.85 13.41 -2.11
+1 1 Car 0 0 -1.79 296.7 161.7 455.2 292.3 2.0 1.8 4.4 -4.5 1.8 nothing -2.1
+1 2 Cyclist 0 0 -1.79 737.6 161.5 931.1 374.0 1.7 0.8 1.7 0.96 1.8 7.8 1.8
+"""
+
+SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
+    "nmea": ("ais", NMEA, 4, 1),
+    "sbs": ("sbs", SBS, 2, 1),
+    "aircraft": ("readsb", AIRCRAFT, 2, 1),
+    "states": ("opensky", STATES, 1, 1),
+    "state table": ("opensky", STATE_TABLE, 2, 1),
+    "mot": ("mot", MOT, 3, 1),
+    "kitti detections": ("kitti", KITTI_FOUND, 2, 1),
+    "kitti labels": ("kitti", KITTI_LABELS, 2, 1),
+}
+"""What a sample is called: its format, its bytes, its reports, its records that are no such."""

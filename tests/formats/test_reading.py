@@ -1,0 +1,182 @@
+"""Files of any format, found by their content, and several as one network."""
+
+import gzip
+import io
+import json
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from types import SimpleNamespace
+
+import polars as pl
+import pytest
+
+import trackweave as tw
+from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS
+from trackweave.domain.facts import Place
+from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.formats import registry
+from trackweave.formats.format import Facts, Format, Skips
+from trackweave.formats.reading import load
+
+
+def written(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+def test_a_file_is_known_by_its_content_whatever_it_is_called(tmp_path):
+    assert len(load(written(tmp_path / "some.data", MOT))) == 3
+    assert len(load(written(tmp_path / "det.csv", KITTI_FOUND))) == 2
+    assert len(load(written(tmp_path / "packed.gz", gzip.compress(MOT)))) == 3
+
+
+def test_a_table_stays_a_table_under_any_name(tmp_path):
+    path = written(tmp_path / "reports.txt", b"time,x,y\n0,1,2\n1,2,3\n")
+    assert tw.read_reports(path).measurement.tolist() == [[1.0, 2.0], [2.0, 3.0]]
+
+
+def test_what_is_of_no_format_is_told(tmp_path):
+    path = written(tmp_path / "picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50))
+    with pytest.raises(DataFormatError, match=r"picture.png: of no format that is known .*--from"):
+        load(path)
+
+
+def test_skipped_records_are_told_and_kept(tmp_path):
+    reports = tw.read_reports(written(tmp_path / "det.txt", MOT))
+    assert reports.undecoded.count == 1
+    assert reports.undecoded.listed[0].offset == MOT.index(b"2,-1,102,oops")
+    assert any("1 records could not be decoded" in note for note in reports.notes)
+
+
+def test_a_reader_is_told_what_the_file_does_not_say(tmp_path):
+    path = written(tmp_path / "det.txt", MOT)
+    told = load(path, "mot?frame_rate=10&point=foot").columns
+    assert told["time"].to_list() == [0.0, 0.0, 0.1]
+    assert told["y"][0] == 240.0
+
+
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [
+        ("mot?rate=10", "'rate'; expected frame_rate, point"),
+        ("mot?frame_rate=-1", "frame_rate '-1'; expected a number > 0"),
+        ("mot?point=head", "point 'head'; expected centre, foot"),
+        ("nothing", "'nothing': expected one that can be read"),
+        ("ais?x=1", "'x'; expected no option"),
+    ],
+)
+def test_what_a_reader_cannot_be_told_is_refused(tmp_path, told, expected):
+    with pytest.raises(InvalidInputError) as refused:
+        load(written(tmp_path / "det.txt", MOT), told)
+    assert expected in str(refused.value)
+
+
+def test_reports_without_a_time_are_left_out_and_counted(tmp_path):
+    table = load(written(tmp_path / "ships", NMEA))
+    assert len(table) == 3
+    assert "1 reports say no time and were left out" in table.notes
+
+
+def test_a_file_without_reports_is_refused(tmp_path):
+    with pytest.raises(DataFormatError, match="no reports in it"):
+        load(written(tmp_path / "x", b'{"now": 1.0, "aircraft": []}'))
+
+
+def test_several_files_are_one_network_of_sensors(tmp_path):
+    north = written(tmp_path / "north.csv", b"time,x,y\n0,1,2\n1,2,3\n")
+    south = tmp_path / "south.parquet"
+    pl.DataFrame({"time": [0.5], "x": [5.0], "y": [6.0], "report": ["a"]}).write_parquet(south)
+    reports = tw.read_reports([north, south])
+    assert reports.sensors == ("north", "south")
+    assert reports.report.tolist() == ["north:1", "south:a", "north:2"]
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path):
+    paths = []
+    for folder in "ab":
+        (tmp_path / folder).mkdir()
+        paths.append(written(tmp_path / folder / "r.csv", b"time,x,y\n0,1,2\n"))
+    assert tw.read_reports(paths).sensors == tuple(map(str, paths))
+    with pytest.raises(InvalidInputError, match="given twice"):
+        load([paths[0], paths[0]])
+
+
+def test_a_bad_row_of_one_of_several_files_is_named_with_its_file(tmp_path):
+    good = written(tmp_path / "good.csv", b"time,x,y\n0,1,2\n")
+    bad = written(tmp_path / "bad.csv", b"time,x,y\n0,1,2\n1,zwei,2\n")
+    with pytest.raises(DataFormatError, match=r"bad.csv, row 2, column x: zwei"):
+        tw.read_reports([good, bad])
+
+
+def test_standard_input_is_read_like_a_file(monkeypatch):
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=io.BytesIO(SBS)))
+    assert len(load("-")) == 2
+
+
+class Radar:
+    """A reader of somebody else: a line is a range and an azimuth."""
+
+    def __init__(self) -> None:
+        self.skips = Skips()
+        self.facts = Facts(places={"r": Place(50.0, 10.0)}, scan_periods={"r": 4.0})
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        rows = [line.split() for line in data.decode().splitlines()[1:]]
+        time, far, azimuth = ([float(row[k]) for row in rows] for k in range(3))
+        columns = {"time": time, "range_m": far, "azimuth_deg": azimuth}
+        return pl.DataFrame(columns).with_columns(sensor=pl.lit("r"))
+
+    def finish(self) -> None:
+        return None
+
+
+RADAR = Format(
+    "radar", "Somebody's radar", (".radar",), "all", "nothing",
+    recognise=lambda head, name: head.startswith(b"RADAR"), decoder=Radar,
+)  # fmt: skip
+NO_FORMAT = "no format at all"
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    """Make the registry look as if a package with readers were installed."""
+
+    def entries(group: str) -> list[EntryPoint]:
+        if group != "trackweave.readers":
+            return []
+        return [
+            EntryPoint("radar", f"{__name__}:RADAR", group),
+            EntryPoint("none", f"{__name__}:NO_FORMAT", group),
+            EntryPoint("gone", "no_such_package:FORMAT", group),
+        ]
+
+    monkeypatch.setattr(registry, "entry_points", entries)
+    registry.formats.cache_clear()
+    with pytest.warns(UserWarning, match="not used"):
+        registry.formats()
+    yield
+    registry.formats.cache_clear()
+
+
+@pytest.mark.usefixtures("plugged")
+def test_a_reader_of_another_package_is_found_and_its_facts_count_as_told(tmp_path):
+    lines = [f"{t} {20000.0 - 100 * t} 45.0" for t in range(0, 60, 4)]
+    path = written(tmp_path / "x", "\n".join(["RADAR", *lines]).encode())
+    reports = tw.read_reports(path)
+    assert reports.frame is not None
+    assert (reports.frame.latitude_deg, reports.frame.longitude_deg) == (50.0, 10.0)
+    result = tw.track(path)
+    sensor = result.run["configuration"]["sensors"]["r"]
+    assert sensor["position"][:2] == [0.0, 0.0]
+    assert sensor["scan_period"] == 4.0
+    assert {"lat", "lon"} <= set(result.tracks.columns)
+    assert any("the recording tells where it stands" in note for note in result.run["notes"])
+
+
+def test_a_run_lists_what_could_not_be_decoded(tmp_path):
+    path = written(tmp_path / "aircraft.json", AIRCRAFT * 3)
+    result = tw.track(path)
+    assert result.run["totals"]["undecoded_records"] == 3
+    assert len(result.run["undecoded_records"]) == 3
+    assert json.dumps(result.run["undecoded_records"][0])
+    assert result.run["input"]["file"] == str(path)
