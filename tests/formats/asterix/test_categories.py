@@ -211,6 +211,18 @@ def test_category_034_tells_where_a_radar_stands_and_how_it_turns() -> None:
     assert decoder.facts.scan_periods == {"025/201": 633 / 128, "025/012": 4.0}
 
 
+def test_sectors_tell_a_turn_too() -> None:
+    decoder = AsterixDecoder()
+    for turn in range(3):
+        for sector in range(0, 256, 64):
+            moment = round(128 * (5.0 * turn + 5.0 * sector / 256))
+            decoder.feed(
+                block(34, record(n1="190c", n2="02", n3=f"{moment:06x}", n4=f"{sector:02x}"))
+            )
+    decoder.finish()
+    assert decoder.facts.scan_periods == {"025/012": 5.0}
+
+
 def test_what_is_there_without_a_detection_or_a_place_is_counted() -> None:
     decoder = AsterixDecoder()
     coasts = record(n1="0001", n2=NOON, n3="00", n4="32804000")
@@ -219,9 +231,9 @@ def test_what_is_there_without_a_detection_or_a_place_is_counted() -> None:
     decoder.finish()
     assert decoder.skips.count == 0
     assert decoder.facts.notes == [
-        "1 data blocks of category 065, which is not read",
-        "1 records without a position, which report nothing",
-        "1 tracks of a radar that it did not detect, which report nothing",
+        "data blocks of category 065, which is not read: 1",
+        "records without a position, which report nothing: 1",
+        "tracks of a radar that it did not detect, which report nothing: 1",
     ]
 
 

@@ -16,8 +16,14 @@ _LATEST_S = _DAY_S + 1
 _NO_TIME = pl.Series([None], dtype=pl.Datetime("us", "UTC"))
 # A capture whose clock says an earlier time (1980) has none.
 _EARLIEST_S = 315_532_800.0
+_LATEST_CLOCK_S = 1e10
 
 Times = NDArray[np.float64]
+
+
+def _is_sane(clock: Times) -> NDArray[np.bool_]:
+    """Return where a capture's clock [s] tells a time that may be."""
+    return (clock > _EARLIEST_S) & (clock < _LATEST_CLOCK_S)
 
 
 class DayClock:
@@ -30,16 +36,22 @@ class DayClock:
 
     def __init__(self) -> None:
         self._dated: bool | None = None
+        self._clock = 0.0
         self._day = 0.0
         self._last: float | None = None
 
     def times(self, of_day: Times, clock: Times) -> pl.Series:
         """Return the column ``time`` for times of the day [s] as they came, null where none is."""
+        sane = _is_sane(clock)
         if self._dated is None:
-            self._dated = bool(clock[0] > _EARLIEST_S)
+            self._dated, self._clock = bool(sane[0]), float(clock[0])
         there = (of_day >= 0) & (of_day <= _LATEST_S)
         moment = np.where(there, of_day, np.nan)
         if self._dated:
+            # A clock that was damaged counts as that of the packet before.
+            known = np.concatenate(([self._clock], clock[sane]))
+            clock = known[np.cumsum(sane)]
+            self._clock = float(clock[-1])
             moment += np.round((clock - of_day) / _DAY_S) * _DAY_S
             moment[~there] = 0.0
             return datetime_column("time", moment).zip_with(pl.Series(there), _NO_TIME)
@@ -91,16 +103,15 @@ class ShortClock:
 
     def _times(self, short: Times, clock: Times, heard: tuple[NDArray[np.int64], Times]) -> Times:
         """Return times of the day [s]; ``heard``: how many were told before each, and which."""
-        if clock[0] > _EARLIEST_S:
-            near = clock % _DAY_S
-            apart = (short - near + _SHORT_S / 2) % _SHORT_S - _SHORT_S / 2
-            return np.where(np.isnan(short), near, near + apart) % _DAY_S
+        near = clock % _DAY_S
+        apart = (short - near + _SHORT_S / 2) % _SHORT_S - _SHORT_S / 2
+        times: Times = np.where(np.isnan(short), near, near + apart)
         before, told = heard
-        times = np.empty(short.size)
+        blind = ~_is_sane(clock)
         for number in range(told.size + 1):
             if number:
                 self._last = float(told[number - 1])
-            rows = before == number
+            rows = blind & (before == number)
             if rows.any():
                 times[rows] = self._after(self._last, short[rows])
                 self._last = float(times[rows][-1])

@@ -98,10 +98,9 @@ class AsterixDecoder:
         return self._advance(data, at_end=False)
 
     def finish(self) -> pl.DataFrame | None:
-        """Return what is left at the end; then ``facts`` are complete."""
+        """Return what is left at the end; then notes are complete."""
         table = self._advance(b"", at_end=True)
-        self._stations.settle()
-        self.facts.notes += [f"{count:,} {what}" for what, count in sorted(self._counts.items())]
+        self.facts.notes += [f"{what}: {count:,}" for what, count in sorted(self._counts.items())]
         return table
 
     def _advance(self, data: bytes, *, at_end: bool) -> pl.DataFrame | None:

@@ -211,7 +211,8 @@ class Compound:
         while block[end] & 1:
             end += 1
         end += 1
-        plan = self.plan(block[place:end])
+        specification = block[place:end]
+        plan = self._plans.get(specification) or self.plan(specification)
         for gap, measure in plan.steps:
             end = measure(block, end + gap)
         return end + plan.tail

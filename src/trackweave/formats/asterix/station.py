@@ -8,7 +8,8 @@ from trackweave.formats.format import Facts, Place
 
 __all__ = ["Stations"]
 
-_NORTH_MARK = 1
+# Kinds of messages: the beam passes north, or the beginning of a sector.
+_NORTH_MARK, _SECTOR = 1, 2
 _DAY_S = 86_400.0
 # As many turns of each radar are remembered: the median of them is taken.
 _MOST_TURNS = 1000
@@ -28,7 +29,7 @@ class Stations:
         self._facts = facts
         self._told: dict[str, list[float]] = {}
         self._measured: dict[str, list[float]] = {}
-        self._last_mark: dict[str, float] = {}
+        self._passed: dict[tuple[str | None, int, int], float] = {}
 
     def tell(self, records: Records) -> None:
         """Take records of category 034 or 002."""
@@ -37,15 +38,20 @@ class Stations:
         moment, turn = (records.number(item, scale=TIME_S) for item in ("030", "041"))
         for row in np.flatnonzero(turn > 0):
             self._enter(self._told, names[row], float(turn[row]))
-        for row in np.flatnonzero((kind == _NORTH_MARK) & ~np.isnan(moment)):
-            last = self._last_mark.get(names[row])
-            since = (moment[row] - last) % _DAY_S if last is not None else 0.0
-            # A mark that was captured twice is one.
+        sector, _ = records.read("020")
+        for row in np.flatnonzero(np.isin(kind, (_NORTH_MARK, _SECTOR)) & ~np.isnan(moment)):
+            passed = (names[row], int(kind[row]), int(sector[row]))
+            since = (moment[row] - self._passed.get(passed, moment[row])) % _DAY_S
+            # A message that was captured twice is one.
             if since > 0.0:
                 self._enter(self._measured, names[row], float(since))
-            self._last_mark[names[row]] = float(moment[row])
+            self._passed[passed] = float(moment[row])
         if records.knows("120"):
             self._places(records, names)
+        # As the radar says, else by north marks and sectors.
+        for turns in (self._measured, self._told):
+            for name, known in turns.items():
+                self._facts.scan_periods[name] = float(np.median(known))
 
     def _places(self, records: Records, names: list[str | None]) -> None:
         latitude, there = records.read("120", "LAT")
@@ -62,9 +68,3 @@ class Stations:
     def _enter(turns: dict[str, list[float]], name: str | None, turn: float) -> None:
         if name is not None and len(known := turns.setdefault(name, [])) < _MOST_TURNS:
             known.append(turn)
-
-    def settle(self) -> None:
-        """Enter how long each radar takes to turn: as it says, else by its north marks."""
-        for turns in (self._measured, self._told):
-            for name, known in turns.items():
-                self._facts.scan_periods[name] = float(np.median(known))
