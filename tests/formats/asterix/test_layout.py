@@ -60,8 +60,3 @@ def test_items_of_all_kinds_follow_one_another() -> None:
 def test_what_is_no_record_is_said(data: str, why: str) -> None:
     with pytest.raises(UndecodableError, match=why):
         Reader(LAYOUT).take(bytes.fromhex(data), 0, 0)
-
-
-def test_a_layout_of_broken_octets_is_refused() -> None:
-    with pytest.raises(ValueError, match="whole octets"):
-        parsed_layout("010 A:7")

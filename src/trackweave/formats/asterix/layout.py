@@ -25,7 +25,20 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Compound", "Field", "Fixed", "Item", "Places", "UndecodableError", "parsed_layout"]
+__all__ = [
+    "Chained",
+    "Compound",
+    "Explicit",
+    "Field",
+    "Fixed",
+    "Item",
+    "Octets",
+    "Places",
+    "Plan",
+    "Repeated",
+    "UndecodableError",
+    "parsed_layout",
+]
 
 Places: TypeAlias = NDArray[np.int64]
 Octets: TypeAlias = NDArray[np.uint8]
@@ -293,6 +306,5 @@ def _fixed(said: str) -> Fixed:
         if not word.startswith("-"):
             fields.append(Field(name, bit, bits, width.endswith("s")))
         bit += bits
-    if bit % 8:
-        raise ValueError(f"{said}: {bit} bits; expected whole octets")
+    assert bit % 8 == 0, f"{said}: {bit} bits; expected whole octets"
     return Fixed(bit // 8, tuple(fields))
