@@ -65,14 +65,62 @@ KITTI_LABELS = b"""0 -1 DontCare -1 -1 -10 219.3 188.4 245.5 218.5 -1000 -1000 -
 1 1 Car 0 0 -1.79 296.7 161.7 455.2 292.3 2.0 1.8 4.4 -4.5 1.8 nothing -2.1
 1 2 Cyclist 0 0 -1.79 737.6 161.5 931.1 374.0 1.7 0.8 1.7 0.96 1.8 7.8 1.8
 """
+SPOTS = b"""<?xml version="1.0" encoding="UTF-8"?>
+<TrackMate version="7.11.1"><Model spatialunits="pixel" timeunits="sec"><AllSpots nspots="4">
+<SpotsInFrame frame="0"><Spot ID="1" QUALITY="5" POSITION_X="1.5" POSITION_Y="2.5" POSITION_Z="0"
+ POSITION_T="0" FRAME="0" RADIUS="2.5"/><Spot ID="9" POSITION_X="no" POSITION_Y="2.5" FRAME="0"/>
+</SpotsInFrame><SpotsInFrame frame="1"><Spot ID="2" QUALITY="5" POSITION_X="2.5" POSITION_Y="2.5"
+ POSITION_Z="0" POSITION_T="0.5" FRAME="1"/><Spot ID="3" POSITION_X="9" POSITION_Y="9"
+ POSITION_Z="0" FRAME="1"/></SpotsInFrame></AllSpots><AllTracks><Track TRACK_ID="7">
+<Edge SPOT_SOURCE_ID="1" SPOT_TARGET_ID="2"/></Track></AllTracks></Model></TrackMate>
+"""
+COCO = json.dumps(
+    {
+        "images": [{"id": 12, "frame_id": 1}, {"id": 11, "frame_id": 0}],
+        "categories": [{"id": 1, "name": "person"}],
+        "annotations": [
+            {"id": 1, "image_id": 11, "category_id": 1, "bbox": [10, 20, 4, 8], "track_id": 5},
+            {"id": 2, "image_id": 12, "category_id": 1, "bbox": [12, 20, 4, 8], "score": 0.5},
+            {"id": 3, "image_id": 13, "category_id": 1, "bbox": [12, 20, 4, 8]},
+            {"id": 4, "image_id": 12, "bbox": [12, 20, None, 8]},
+        ],
+    }
+).encode()
+LINES = b"""{"time": 0.0, "x": 1, "y": 2.5, "sensor": "a", "report": 1}
+{"time": 1.0, "x": 2, "y": 2.5, "sensor": "a", "more": [1, {"b": "}"}]}
+{"time": 1.0, "x": "two", "y": 2.5}
+not JSON
+{"time": 2.0, "x": 3, "y": 2.5, "sensor": 7}
+[1, 2]
+"""
+# A radar's place, two plots, a record that announces more than there is, another plot.
+BLOCKS = bytes.fromhex(
+    "220015 e910 19c9 01 545e80 0279 030c200000f00000"
+    "300019 f0 19c9 545e80 a0 32804000 f0 19c9 545f00 a0 34804000"
+    "300007 ff00 19c9"
+    "30000e f0 19c9 545f80 a0 33804000"
+)
+CAPTURE = bytes.fromhex(
+    "d4c3b2a1 0200 0400 00000000 00000000 ffff0000 65000000"
+    "00d03166 00000000 2a000000 2a000000"
+    "4500002a0000000040110000 0000000000000000 0fa00fa100160000"
+    "30000e f0 19c9 545f80 a0 33804000"
+    "01d03166 00000000 22000000 22000000"
+    "450000220000200040110000 0000000000000000 0fa00fa1000e0000 300006 f00000"
+)
 
 SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
+    "blocks": ("asterix", BLOCKS, 3, 1),
+    "capture": ("asterix", CAPTURE, 1, 1),
     "nmea": ("ais", NMEA, 4, 1),
     "sbs": ("sbs", SBS, 2, 1),
     "aircraft": ("readsb", AIRCRAFT, 2, 1),
     "states": ("opensky", STATES, 1, 1),
     "state table": ("opensky", STATE_TABLE, 2, 1),
     "mot": ("mot", MOT, 3, 1),
+    "trackmate": ("trackmate", SPOTS, 3, 1),
+    "coco": ("coco", COCO, 2, 2),
+    "json lines": ("jsonl", LINES, 3, 3),
     "kitti detections": ("kitti", KITTI_FOUND, 2, 1),
     "kitti labels": ("kitti", KITTI_LABELS, 2, 1),
 }

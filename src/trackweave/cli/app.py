@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.converting import convert, list_formats
+from trackweave.cli.converting import convert, formats
 from trackweave.cli.edge import (
     DEBUG,
     carry_out,
@@ -311,7 +311,7 @@ def plot(
 
 
 app.command()(convert)
-app.command("formats")(list_formats)
+app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
 

@@ -14,7 +14,7 @@ from trackweave.io.columns import typed_column
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import RECORD, OutputFile, write_folder
 from trackweave.io.run_files import TABLES, read_run
-from trackweave.io.tables import RawTable, load_table, with_time
+from trackweave.io.tables import RawTable, load_table, with_our_names
 from trackweave.io.times import datetime_column, read_times
 
 __all__ = ["run_convert"]
@@ -38,7 +38,7 @@ def run_convert(
         output = _of_run(source)
         table = output.tracks
     else:
-        raw = with_time(load(source, told))
+        raw = with_our_names(load(source, told))
         table, notes, undecoded = _typed(raw), raw.notes, raw.undecoded.count
         if hide_identities:
             table = _hidden(table)

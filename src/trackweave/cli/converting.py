@@ -8,7 +8,7 @@ import typer
 from trackweave.cli.edge import Voice, carry_out, with_status
 from trackweave.cli.options import FromOption, JsonOption, QuietOption, required
 
-__all__ = ["convert", "list_formats"]
+__all__ = ["convert", "formats"]
 
 
 @with_status
@@ -50,13 +50,13 @@ def convert(
 
 
 @with_status
-def list_formats(json: JsonOption = False) -> None:
+def formats(json: JsonOption = False) -> None:
     """List the formats, what each carries and loses, and what its reader may be told."""
     carry_out(_run_formats, json=json, quiet=False)
 
 
 def _run_formats(voice: Voice) -> dict[str, Any]:
-    from trackweave.formats.registry import formats
+    from trackweave.formats.registry import formats as known
 
     found = [
         {
@@ -77,7 +77,7 @@ def _run_formats(voice: Voice) -> dict[str, Any]:
                 for option in each.options
             },
         }
-        for each in formats().values()
+        for each in known().values()
     ]
     if not voice.quiet:
         for line in _lines(found):

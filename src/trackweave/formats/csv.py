@@ -5,7 +5,7 @@ from trackweave.io.encoding import encode_table
 
 __all__ = ["FORMAT"]
 
-_TIMES = {b"time", b"t", b"frame", b"timestamp"}
+_TIMES = {b"time", b"t", b"frame", b"timestamp", b"datetime"}
 
 
 def _recognise(head: bytes, name: str) -> bool:

@@ -205,9 +205,9 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
 def _of_network(table: RawTable, name: str, *, as_text: bool) -> pl.DataFrame:
     """Return a table with its sensor's name, and identifiers that no other file has."""
     from trackweave.io.columns import read_text, typed_column
-    from trackweave.io.tables import with_time
+    from trackweave.io.tables import with_our_names
 
-    columns = with_time(table).columns
+    columns = with_our_names(table).columns
     if table.is_text and not as_text:
         columns = pl.DataFrame([typed_column(each) for each in columns.get_columns()])
     if "sensor" not in columns.columns:

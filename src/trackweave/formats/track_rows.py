@@ -13,7 +13,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Output
 from trackweave.io.times import datetime_column
 
-__all__ = ["EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "moments"]
+__all__ = ["EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "framed_rows", "moments"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,6 +160,37 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
     if "frame" not in rows.columns:
         rows = rows.with_columns(frame=pl.col("time").rank("dense").cast(pl.Int64) - 1)
     return rows.sort("frame", "track", maintain_order=True)
+
+
+def framed_rows(output: Output, name: str) -> pl.DataFrame:
+    """Return positions by track, then time: ``track,frame,seconds,x,y,z``.
+
+    Parameters
+    ----------
+    output
+        What is written.
+    name
+        The format's, for a refusal.
+
+    Returns
+    -------
+    One row for each state; frames count the different times from 0, heights are 0 without any.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are no plane coordinates.
+    """
+    rows = chosen_rows(output)
+    if not {"x", "y"} <= set(rows.columns):
+        raise InvalidInputError(f"format {name}: tracks have no x and y; expected both")
+    _, seconds = moments(rows["time"])
+    height = pl.col("z") if "z" in rows.columns else pl.lit(0.0)
+    rows = rows.with_columns(
+        pl.Series("seconds", seconds), height.cast(pl.Float64).fill_null(0.0).alias("z")
+    )
+    frame = pl.col("seconds").rank("dense").cast(pl.Int64) - 1
+    return rows.select("track", frame.alias("frame"), "seconds", "x", "y", "z")
 
 
 def _column(rows: pl.DataFrame, name: str) -> FloatArray:

@@ -27,6 +27,7 @@ _SKIPPING = '--on-bad-row skip (in Python on_bad_row="skip")'
 
 # 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
 _LATEST_S = 1e11
+_OTHER_UNITS = ("km", "nm", "nmi", "mi", "ft", "rad", "ms", "us", "ns", "min", "h")
 LONGEST_NAME = 256
 """Bytes of a name, which arrays hold as often as it is used; what is longer is no name."""
 
@@ -81,7 +82,7 @@ class RowChecks:
     @property
     def listed_columns(self) -> str:
         """The columns' names as messages show them."""
-        names = [self._own_name(name) for name in self.names]
+        names = [self.own_name(name) for name in self.names]
         listed = ", ".join(repr(name)[1:-1] or "(without a name)" for name in names)
         return f"the columns are {listed:.200}"
 
@@ -112,6 +113,12 @@ class RowChecks:
             return
         same = [found for found in self.names if found.lower() == name]
         found = f"only {same[0]}" if same else "missing"
+        # Such as range_km where range_m is expected.
+        stem = name.removesuffix("_m").removesuffix("_deg")
+        units = {f"{stem}_{unit}" for unit in _OTHER_UNITS} | ({stem} - {name})
+        alike = [other for other in self.names if other.lower() in units]
+        if alike and not same:
+            found = f"only {alike[0]}, which may be of another unit"
         raise DataFormatError(
             f"{self.name}, column {name}: {found}; expected {expected} ({self.listed_columns})"
         )
@@ -258,8 +265,8 @@ class RowChecks:
     def _bad_row(self, place: int) -> BadRow:
         column, expected = self._reasons[self._complaint[place]]
         found = cell_text(self.column(column), place)
-        return BadRow(int(self._table.row[place]), self._own_name(column), found, expected)
+        return BadRow(int(self._table.row[place]), self.own_name(column), found, expected)
 
-    def _own_name(self, column: str) -> str:
+    def own_name(self, column: str) -> str:
         """Return what the table itself calls a column."""
-        return self._table.time_name if column == "time" else column
+        return self._table.own_names.get(column, column)

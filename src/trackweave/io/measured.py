@@ -13,7 +13,7 @@ from trackweave.io.checks import RowChecks
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.platforms import read_heading
 from trackweave.io.polar import AZIMUTH, POLAR_COLUMNS, choose_components, read_polar, read_sigma
-from trackweave.io.positions import has_positions, not_available, read_positions
+from trackweave.io.positions import has_height, has_positions, not_available, read_positions
 
 __all__ = ["Measured", "read_measured"]
 
@@ -72,7 +72,9 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
         dim = positions.values.shape[1]
         columns = (*positions.columns, *_SIGMA_COLUMNS[:dim])
         sigma = _position_sigma(checks, dim)
-        return Measured(positions.values, sigma, None, dim, columns, positions.frame)
+        is_flat = "x" in columns and checks.filled("z") and not has_height(checks)
+        notes = ("z is 0 in every row: tracking is in two dimensions",) * is_flat
+        return Measured(positions.values, sigma, None, dim, columns, positions.frame, notes)
     _refuse_nothing(checks, group)
     names, sensor = np.unique(text_array(sensors).astype(str), return_inverse=True)
     _refuse_two_kinds(checks, group, (names, sensor))

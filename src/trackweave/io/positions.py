@@ -24,6 +24,7 @@ __all__ = [
     "Positions",
     "choose_frame",
     "frame_about",
+    "has_height",
     "has_positions",
     "not_available",
     "read_positions",
@@ -111,7 +112,7 @@ def read_positions(
     if _are_geodetic(names, frame):
         return _geodetic(checks, frame, among)
     if {"x", "y"} <= names:
-        columns = ("x", "y", "z") if checks.filled("z") else ("x", "y")
+        columns = ("x", "y", "z") if has_height(checks) else ("x", "y")
         values = [checks.numbers(name, within, among=among) for name in columns]
         return Positions(np.stack(values, axis=-1), columns, None)
     # Half of a pair: name the half that is missing.
@@ -127,6 +128,11 @@ def read_positions(
 def _are_geodetic(names: set[str], frame: LocalFrame | None) -> bool:
     """Tell whether positions are latitudes and longitudes, not coordinates on a plane."""
     return {"lat", "lon"} <= names and not ({"x", "y"} <= names and frame is None)
+
+
+def has_height(checks: RowChecks) -> bool:
+    """Tell whether heights say anything: those of images are 0 throughout."""
+    return checks.filled("z") and bool((read_numbers(checks.column("z")).values != 0).any())
 
 
 def frame_about(checks: RowChecks, projection: Projection) -> LocalFrame | None:

@@ -16,8 +16,9 @@ from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
 from trackweave.io.measured import Measured, read_measured
 from trackweave.io.platforms import read_platforms
+from trackweave.io.plausible import ask_back, questions
 from trackweave.io.positions import choose_frame, frame_about, require_origin
-from trackweave.io.tables import OnBadRow, RawTable, with_time
+from trackweave.io.tables import OnBadRow, RawTable, with_our_names
 from trackweave.io.times import with_common_times
 
 __all__ = ["ONLY_SENSOR", "reports_in"]
@@ -40,7 +41,7 @@ def reports_in(
     """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
-    table, frame = with_time(table), None
+    table, frame = with_our_names(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
     checks = RowChecks(table)
@@ -50,6 +51,7 @@ def reports_in(
     if frame is None and frame_projection != "tangent" and not has_plane:
         frame = frame_about(checks, frame_projection)
     checks.require("time", "seconds or ISO 8601 times")
+    ask_back(checks)
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
     measured = read_measured(checks, sensor_names, frame)
@@ -76,7 +78,13 @@ def reports_in(
         _reports_of(checks, table, read, (usable, moment)),
         iso_time=iso_time,
         skipped=skipped,
-        notes=(*table.notes, *measured.notes, *moved, *_note_on_unavailable(checks)),
+        notes=(
+            *table.notes,
+            *measured.notes,
+            *moved,
+            *_note_on_unavailable(checks),
+            *questions(checks),
+        ),
         unavailable=unavailable,
         facts=table.facts,
         undecoded=table.undecoded,

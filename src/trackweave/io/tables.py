@@ -3,7 +3,7 @@
 import gzip
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from io import BytesIO
@@ -28,7 +28,7 @@ __all__ = [
     "opened",
     "read_bytes",
     "table_in",
-    "with_time",
+    "with_our_names",
     "within_calendars",
 ]
 
@@ -45,8 +45,15 @@ _PER_DAY = {None: 1.0, "ms": 86_400e3, "us": 86_400e6, "ns": 86_400e9}
 # The years 1 to 9999, in days from 1970, and as long a duration as Python has.
 _YEARS, _DURATION = (-719_162, 2_932_895), (-999_999_999, 999_999_999)
 ENDINGS = (".csv", ".csv.gz", ".parquet")
-TIME = "time"
-TIME_TOO = ("t", "frame")  # what others call it; the first that is there counts
+KNOWN_AS = {
+    "time": ("t", "timestamp", "datetime", "frame"),
+    "lat": ("latitude",),
+    "lon": ("longitude", "lng"),
+    "x": ("position_x",),
+    "y": ("position_y",),
+    "z": ("position_z",),
+}
+"""What others call our columns, in small letters; the first that is there counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +71,8 @@ class RawTable:
     has; ``columns`` is without them."""
     kind: str = "polars"
     """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
-    time_name: str = TIME
-    """What the table itself calls its column ``time``."""
+    own_names: Mapping[str, str] = field(default_factory=dict)
+    """What the table itself calls columns that were renamed to ours."""
     is_text: bool = False
     """Whether cells are text because the file knows nothing else."""
     facts: Facts = field(default_factory=Facts)
@@ -93,8 +100,10 @@ class RawTable:
         for name, place in self.facts.places.items():
             where = f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
             notes.append(f"sensor {name}: the recording tells where it stands, {where}")
-        if self.time_name != TIME:
-            notes.append(f"column {self.time_name}: taken for time, for there is no column time")
+        notes += [
+            f"column {own}: taken for {name}, for there is no column {name}"
+            for name, own in self.own_names.items()
+        ]
         if self.undecoded.count:
             first = self.undecoded.listed[0]
             notes.append(
@@ -127,13 +136,16 @@ def within_calendars(table: RawTable, *, may_be_empty: bool = False) -> RawTable
     return table
 
 
-def with_time(table: RawTable) -> RawTable:
-    """Return a table whose column ``t`` or ``frame`` is called ``time``, unless it has one."""
+def with_our_names(table: RawTable) -> RawTable:
+    """Return a table whose columns that others call otherwise are called as ours."""
     names = table.columns.columns
-    found = [name for name in TIME_TOO if name in names]
-    if TIME in names or not found:
-        return table
-    return replace(table, columns=table.columns.rename({found[0]: TIME}), time_name=found[0])
+    own: dict[str, str] = {}
+    for ours, others in KNOWN_AS.items():
+        found = [name for other in others for name in names if name.lower() == other]
+        if ours not in names and found:
+            own[ours] = found[0]
+    renamed = table.columns.rename({theirs: ours for ours, theirs in own.items()})
+    return replace(table, columns=renamed, own_names={**table.own_names, **own})
 
 
 def file_ending(path: Path) -> str:

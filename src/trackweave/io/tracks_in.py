@@ -13,7 +13,7 @@ from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.positions import LATITUDE, LONGITUDE, TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED
-from trackweave.io.tables import TableSource, load_table, with_time
+from trackweave.io.tables import TableSource, load_table, with_our_names
 from trackweave.summaries import summary
 
 __all__ = [
@@ -236,7 +236,7 @@ def read_status(checks: RowChecks) -> IntArray:
 
 def _checks_of(source: TableSource) -> tuple[RowChecks, str]:
     """Return the checks of a table and the library that it came from."""
-    table = with_time(load_table(source, may_be_empty=True))
+    table = with_our_names(load_table(source, may_be_empty=True))
     return RowChecks(table), table.kind
 
 

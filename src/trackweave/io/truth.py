@@ -12,7 +12,7 @@ from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import BoolArray, numbered, read_numbers, text_array
 from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
-from trackweave.io.tables import TableSource, load_table, with_time
+from trackweave.io.tables import TableSource, load_table, with_our_names
 from trackweave.io.times import read_times
 from trackweave.io.tracks_in import read_status
 
@@ -81,7 +81,7 @@ def read_truth_on_plane(
     source: TableSource, frame: LocalFrame | None = None
 ) -> tuple[TruthTable, LocalFrame | None]:
     """Read true positions, and the plane on which they were laid, None where they are ``x,y``."""
-    checks = RowChecks(with_time(load_table(source)))
+    checks = RowChecks(with_our_names(load_table(source)))
     return _paths(checks, "target", frame, _there(checks))
 
 
@@ -116,7 +116,7 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     >>> tw.read_tracks(frame).target
     array(['7'], dtype=object)
     """
-    checks = RowChecks(with_time(load_table(source, may_be_empty=True)))
+    checks = RowChecks(with_our_names(load_table(source, may_be_empty=True)))
     if frame is not None:
         checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
     return _paths(checks, "track", frame)[0]

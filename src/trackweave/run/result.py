@@ -17,6 +17,7 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.formats.format import Output
+from trackweave.formats.track_rows import framed_rows
 from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import assignments_frame, tracks_frame
 from trackweave.io.marking import marked
@@ -234,6 +235,20 @@ class TrackingResult(Result, Generic[Table]):
         return Output(
             frames["tracks"], frames["history"], frames["assignments"], self.values.frame
         )
+
+    def to_napari(self) -> tuple[FloatArray, dict[str, Any], dict[int, list[int]]]:
+        """Return what ``napari.Viewer.add_tracks`` takes.
+
+        Returns
+        -------
+        A row for each state (track, frame, then z where there is one, y and x), properties of the
+        rows, and the graph of tracks that come from others. Frames count the different times of
+        the history from 0.
+        """
+        rows = framed_rows(self.output(), "napari")
+        axes = ["z", "y", "x"] if self.values.reports.dim == 3 else ["y", "x"]
+        data = rows.select("track", "frame", *axes).cast(pl.Float64).to_numpy()
+        return data, {"time": rows["seconds"].to_numpy(), "track": rows["track"].to_numpy()}, {}
 
     def _facts(self) -> dict[str, str]:
         totals, told = self.run["totals"], self.run["input"]

@@ -1,0 +1,150 @@
+"""Cell Tracking Challenge: a folder of label images, and ``res_track.txt`` (label, begin, end, parent).
+
+Labels are painted as discs about the tracks' positions, which are pixels. A label of the challenge
+is in every frame from its begin to its end: a track with a gap goes on as its own child.
+"""  # noqa: E501
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from trackweave.arrays import IntArray
+from trackweave.errors import DataFormatError, InvalidInputError
+from trackweave.formats.format import Facts, Format, Output
+from trackweave.formats.track_rows import framed_rows
+
+__all__ = ["FORMAT"]
+
+_RADIUS = 5
+_MOST_LABELS, _MOST_PIXELS = 65_535, 1 << 28
+_IMAGES = ("mask*.tif", "man_track*.tif")
+_TABLES = ("res_track.txt", "man_track.txt")
+
+
+def _write(output: Output) -> dict[str, bytes]:
+    rows = framed_rows(output, "ctc")
+    pieces = list(_pieces(rows))
+    if len(pieces) > _MOST_LABELS:
+        raise InvalidInputError(f"format ctc: {len(pieces)} labels; expected at most 65,535")
+    place = rows.select("x", "y").to_numpy().round().astype(np.int64)
+    if (place < 0).any():
+        raise InvalidInputError("format ctc: positions below 0; expected pixels of an image")
+    width, height = (place.max(axis=0) + _RADIUS + 1).tolist() if len(rows) else (1, 1)
+    frame, label = rows["frame"].to_numpy(), np.zeros(len(rows), np.int64)
+    n_frames = int(frame.max()) + 1 if len(rows) else 0
+    if width * height * max(n_frames, 1) > _MOST_PIXELS:
+        raise InvalidInputError(f"format ctc: {n_frames} images of {width} by {height}: too large")
+    lines = []
+    for number, (begin, end, parent) in enumerate(pieces, start=1):
+        label[begin : end + 1] = number
+        lines.append(f"{number} {frame[begin]} {frame[end]} {parent}\n")
+    files = {"tracks.ctc/res_track.txt": "".join(lines).encode("ascii")}
+    for number in range(n_frames):
+        here = frame == number
+        image = _painted(place[here], label[here], (int(width), int(height)))
+        files[f"tracks.ctc/mask{number:03d}.tif"] = _tiff(image)
+    return files
+
+
+def _pieces(rows: pl.DataFrame) -> Iterator[tuple[int, int, int]]:
+    """Yield first and last row of each label, and its parent's label, 0 for none."""
+    track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
+    if len(rows) == 0:
+        return
+    same = np.diff(track) == 0
+    ends = np.flatnonzero(~same | (np.diff(frame) > 1))
+    begin = 0
+    for number, end in enumerate([*ends.tolist(), len(rows) - 1], start=1):
+        goes_on = begin > 0 and track[begin] == track[begin - 1]
+        yield begin, end, number - 1 if goes_on else 0
+        begin = end + 1
+
+
+def _painted(place: IntArray, label: IntArray, size: tuple[int, int]) -> np.ndarray:
+    """Return an image in which each label is a disc; no disc hides another's middle."""
+    image = np.zeros((size[1], size[0]), np.uint16)
+    down, right = np.mgrid[-_RADIUS : _RADIUS + 1, -_RADIUS : _RADIUS + 1]
+    inside = down**2 + right**2 <= _RADIUS**2
+    down, right = down[inside], right[inside]
+    for (x, y), number in zip(place, label, strict=True):
+        rows, columns = y + down, x + right
+        seen = (rows >= 0) & (columns >= 0) & (rows < size[1]) & (columns < size[0])
+        image[rows[seen], columns[seen]] = number
+    image[place[:, 1], place[:, 0]] = label
+    return image
+
+
+def _tiff(image: np.ndarray) -> bytes:
+    """Return an image of 16 bits as a TIFF file without compression."""
+    height, width = image.shape
+    data = image.astype("<u2").tobytes()
+    tags = (
+        (256, 4, width), (257, 4, height), (258, 3, 16), (259, 3, 1), (262, 3, 1), (273, 4, 8),
+        (277, 3, 1), (278, 4, height), (279, 4, len(data)),
+    )  # fmt: skip
+    entries = b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in tags)
+    head = struct.pack("<2sHI", b"II", 42, 8 + len(data))
+    return head + data + struct.pack("<H", len(tags)) + entries + bytes(4)
+
+
+def _read(folder: Path) -> tuple[pl.DataFrame, Facts]:
+    try:
+        from tifffile import TiffFileError, imread
+    except ImportError as err:
+        raise InvalidInputError(
+            "format ctc: reading images needs tifffile; pip install 'trackweave[ctc]'"
+        ) from err
+    images = sorted(path for pattern in _IMAGES for path in folder.glob(pattern))
+    if not images:
+        raise DataFormatError(f"{folder}: no {' and no '.join(_IMAGES)}; expected label images")
+    frames = []
+    for number, path in enumerate(images):
+        try:
+            image = np.squeeze(np.asarray(imread(path)))
+        except (TiffFileError, ValueError, OSError) as err:
+            raise DataFormatError(f"{path}: no label image ({err})") from err
+        if image.ndim not in (2, 3) or not np.issubdtype(image.dtype, np.integer):
+            raise DataFormatError(f"{path}: {image.dtype} {image.shape}; expected whole numbers")
+        frames.append(_middles(image, number))
+    facts = Facts(notes=["ctc: frames are taken for seconds and pixels for metres"])
+    return pl.concat(frames), facts
+
+
+def _middles(image: np.ndarray, number: int) -> pl.DataFrame:
+    """Return the middle of each label's pixels, and how many there are."""
+    where = np.nonzero(image)
+    labels, index, count = np.unique(image[where], return_inverse=True, return_counts=True)
+    middle = [np.bincount(index.ravel(), axis) / np.maximum(count, 1) for axis in where[::-1]]
+    return pl.DataFrame(
+        {
+            "time": np.full(len(labels), float(number)),
+            **dict(zip("xyz", middle, strict=False)),
+            "pixels": count.astype(np.int64),
+            "frame": np.full(len(labels), number),
+            "target": labels.astype(np.int64),
+        }
+    )
+
+
+def _recognise(head: bytes, name: str) -> bool:
+    folder = Path(name)
+    if head or not folder.is_dir():
+        return False
+    has_table = any((folder / table).is_file() for table in _TABLES)
+    return has_table or next(folder.glob(_IMAGES[0]), None) is not None
+
+
+FORMAT = Format(
+    name="ctc",
+    title="Cell Tracking Challenge folder",
+    endings=(".ctc",),
+    carries="positions in pixels by frame, labels as target, lineage over gaps",
+    loses="shapes of cells (discs are painted), uncertainty",
+    recognise=_recognise,
+    folder=_read,
+    writer=_write,
+    extra="ctc",
+)

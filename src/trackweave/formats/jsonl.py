@@ -1,0 +1,96 @@
+"""JSON lines: an object a report, with the columns of a reports table."""
+
+from typing import Any
+
+import polars as pl
+
+from trackweave.formats.format import Format, Output
+from trackweave.formats.json_stream import JsonStream, finite, text_of
+
+__all__ = ["FORMAT", "JsonlDecoder"]
+
+_TIMES = {"time", "t", "timestamp", "datetime", "frame"}
+_PLACES = {"x", "lat", "latitude", "range_m", "bearing_deg", "position_x"}
+_MOST_COLUMNS = 200
+
+
+class JsonlDecoder(JsonStream):
+    """Turns objects into rows; columns are those of the first objects."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._kinds: dict[str, Any] = {}
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        """Return the reports that further bytes complete, None where there are none."""
+        rows: list[dict[str, Any]] = []
+        for offset, value in self.values(data):
+            row = self._row(value) if isinstance(value, dict) else None
+            if row is None:
+                self.skips.add(offset, "no report: an object with time and a measurement")
+            else:
+                rows.append(row)
+        return pl.DataFrame(rows, schema=dict(self._kinds)) if rows else None
+
+    def finish(self) -> pl.DataFrame | None:
+        """Note an object that does not end."""
+        self.rest()
+        return None
+
+    def _row(self, value: dict[str, Any]) -> dict[str, Any] | None:
+        names = set(value)
+        if not names & _TIMES or not names & _PLACES:
+            return None
+        row: dict[str, Any] = {}
+        for key, cell in value.items():
+            name = text_of(key)
+            if name is None or cell is None:
+                continue
+            is_text = isinstance(cell, str)
+            known = self._kinds.get(name)
+            if known is None and len(self._kinds) < _MOST_COLUMNS:
+                known = self._kinds[name] = pl.String if is_text else pl.Float64
+            if known == pl.String:
+                row[name] = text_of(cell if is_text else str(cell), 256)
+            elif known is not None:
+                number = _as_number(cell)
+                if number is None and (name in _TIMES or name in _PLACES):
+                    return None
+                row[name] = number
+        return row
+
+
+def _as_number(cell: Any) -> float | None:
+    if isinstance(cell, str):
+        try:
+            return finite(float(cell))
+        except ValueError:
+            return None
+    return finite(int(cell) if isinstance(cell, bool) else cell)
+
+
+def _write(output: Output) -> dict[str, bytes]:
+    from trackweave.io.times import iso_text
+
+    rows = output.tracks
+    dated = [n for n, kind in rows.schema.items() if isinstance(kind, pl.Datetime)]
+    rows = rows.with_columns(iso_text(rows[n].dt.cast_time_unit("us")).alias(n) for n in dated)
+    return {"tracks.jsonl": rows.write_ndjson().encode("utf-8")}
+
+
+def _recognise(head: bytes, name: str) -> bool:
+    first = head.lstrip().partition(b"\n")[0].rstrip()
+    keys = {b'"%s"' % key.encode() for key in _TIMES}
+    return first[:1] == b"{" and first[-1:] == b"}" and any(key in first for key in keys)
+
+
+FORMAT = Format(
+    name="jsonl",
+    title="JSON lines of reports, or of tracks",
+    endings=(".jsonl", ".ndjson"),
+    carries="every column; a column's kind is that of its first cell",
+    loses="lists and objects inside of cells",
+    recognise=_recognise,
+    decoder=JsonlDecoder,
+    writer=_write,
+)

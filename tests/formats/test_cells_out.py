@@ -1,0 +1,116 @@
+"""Formats of those who follow cells and particles: what goes out comes back the same."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.errors import InvalidInputError
+from trackweave.formats.format import Output
+from trackweave.formats.reading import load
+from trackweave.formats.registry import format_named
+
+# Two cells; the first is not seen in the third frame.
+TRACKS = pl.DataFrame(
+    {
+        "time": [0.0, 1.0, 3.0, 1.0, 2.0, 3.0],
+        "track": [1, 1, 1, 2, 2, 2],
+        "status": ["confirmed"] * 6,
+        "x": [20.0, 21.0, 23.0, 60.0, 61.0, 62.0],
+        "y": [30.0, 30.0, 31.0, 40.0, 40.0, 41.0],
+    }
+)
+
+
+def files_of(name: str, tracks: pl.DataFrame = TRACKS) -> dict[str, bytes]:
+    return dict(format_named(name, writes=True).writer(Output(tracks)))
+
+
+def in_folder(files: dict[str, bytes], folder: Path) -> Path:
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    return folder / next(iter(files)).partition("/")[0]
+
+
+def states(table: pl.DataFrame, name: str = "track") -> set[tuple[float, float, float, int]]:
+    """Return positions and whose they are, by the order in which each comes first."""
+    rows = table.sort("time", "x").select("time", "x", "y", name).rows()
+    numbers: dict[object, int] = {}
+    return {(*row[:3], numbers.setdefault(row[3], len(numbers))) for row in rows}
+
+
+def test_trackmate_comes_back_the_same(tmp_path):
+    path = in_folder(files_of("trackmate"), tmp_path)
+    assert path.name == "tracks.trackmate.xml"
+    assert states(load(path).columns, "target") == states(TRACKS)
+
+
+def test_ctc_paints_each_label_in_each_of_its_frames(tmp_path):
+    files = files_of("ctc")
+    assert files["tracks.ctc/res_track.txt"] == b"1 0 1 0\n2 3 3 1\n3 1 3 0\n"
+    assert sum(name.endswith(".tif") for name in files) == 4
+    first = np.frombuffer(files["tracks.ctc/mask000.tif"][8:], "<u2", 68 * 47).reshape(47, 68)
+    assert first[30, 20] == 1
+    assert set(np.unique(first)) == {0, 1}
+
+
+def test_ctc_is_read_by_an_independent_reader_of_images(tmp_path):
+    pytest.importorskip("tifffile")
+    table = load(in_folder(files_of("ctc"), tmp_path)).columns
+    found = table.with_columns(pl.col("target").replace({2: 1, 3: 2}))
+    assert states(found, "target") == states(TRACKS)
+
+
+def test_geff_has_a_node_for_each_state_and_an_edge_for_each_step(tmp_path):
+    files = files_of("geff")
+    told = json.loads(files["tracks.geff/.zattrs"])["geff"]
+    assert [axis["name"] for axis in told["axes"]] == ["t", "z", "y", "x"]
+    edges = np.frombuffer(files["tracks.geff/edges/ids/0.0"], "<u8").reshape(-1, 2)
+    assert edges.tolist() == [[0, 1], [1, 2], [3, 4], [4, 5]]
+
+
+def test_geff_is_valid_by_its_own_library(tmp_path):
+    geff = pytest.importorskip("geff")
+    path = in_folder(files_of("geff"), tmp_path)
+    geff.validate_structure(path)
+    graph, _ = geff.read(path, backend="networkx")
+    assert (graph.number_of_nodes(), graph.number_of_edges()) == (6, 4)
+    assert graph.nodes[2]["x"] == 23.0
+
+
+def test_geff_comes_back_the_same(tmp_path):
+    pytest.importorskip("zarr")
+    path = in_folder(files_of("geff"), tmp_path)
+    assert states(load(path).columns, "target") == states(TRACKS)
+
+
+@pytest.mark.parametrize("name", ["trackmate", "ctc", "geff"])
+def test_no_tracks_are_a_file_too(name):
+    assert files_of(name, TRACKS.clear())
+
+
+def test_what_is_no_pixel_cannot_be_painted():
+    with pytest.raises(InvalidInputError, match="below 0"):
+        files_of("ctc", TRACKS.with_columns(pl.col("x") - 100))
+    with pytest.raises(InvalidInputError, match="too large"):
+        files_of("ctc", TRACKS.with_columns(pl.col("x") * 1e6))
+
+
+def test_a_folder_that_is_none_is_refused(tmp_path):
+    with pytest.raises(InvalidInputError, match="a directory; expected a file, or a directory of"):
+        load(tmp_path)
+
+
+def test_napari_takes_a_row_for_each_state_of_each_track():
+    frames = pl.DataFrame({"frame": range(9), "x": np.arange(9.0), "y": [1.0, 0.0, 1.0] * 3})
+    data, properties, graph = tw.track(frames).to_napari()
+    assert data.shape[1] == 4
+    assert (data[:, 0] == 1).all()
+    assert data[:, 1].tolist() == list(range(9))
+    assert np.abs(data[:, 3] - np.arange(9)).max() < 1.5  # x is the last axis of an image
+    assert len(properties["time"]) == len(data)
+    assert graph == {}

@@ -1,0 +1,57 @@
+"""What looks like another unit is asked back with the column's name, and never converted."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.errors import DataFormatError
+
+N = 30
+
+
+def refusal(table: dict) -> str:
+    with pytest.raises(DataFormatError) as caught:
+        tw.read_reports(pl.DataFrame(table))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")]
+)
+def test_times_in_finer_units_are_asked_back(factor, unit):
+    time = [1.7e9 * factor, 1.7e9 * factor + factor]
+    told = refusal({"timestamp": time, "x": [1, 2], "y": [1, 2]})
+    assert "column timestamp: " in told
+    assert told.endswith(f"expected seconds; these look like {unit} from 1970")
+
+
+def test_swapped_latitudes_and_longitudes_are_asked_back():
+    told = refusal({"time": [0.0, 1.0], "lat": [120.5, 120.6], "lon": [30.1, 30.2]})
+    assert told.endswith(
+        "column lat: 120.5; expected latitudes from -90 to 90; lat and lon look swapped"
+    )
+
+
+def test_angles_that_may_be_radians_are_asked_about_and_kept():
+    reports = tw.read_reports(
+        pl.DataFrame({"time": np.arange(N) * 1.0, "lat": [0.82] * N, "lon": [0.14] * N})
+    )
+    assert any("are they radians?" in note for note in reports.notes)
+    assert reports.frame.latitude_deg == 0.82
+
+
+def test_ranges_shorter_than_heights_are_asked_about():
+    table = {
+        "time": np.arange(N) * 1.0, "range_m": [80.0] * N, "azimuth_deg": [10.0] * N,
+        "height_m": [9000.0] * N,
+    }  # fmt: skip
+    assert any("are they kilometres?" in n for n in tw.read_reports(pl.DataFrame(table)).notes)
+
+
+def test_a_column_of_another_unit_is_named():
+    told = refusal({"time": [0.0], "range_km": [80.0], "azimuth_deg": [10.0]})
+    assert "only range_km, which may be of another unit" in told
+    assert "column time: only time_ms, which may be of another unit" in refusal(
+        {"time_ms": [0.0], "x": [1.0], "y": [2.0]}
+    )
