@@ -40,6 +40,9 @@ __all__ = [
     "parsed_layout",
 ]
 
+# As many are kept: what is sent has some dozens, noise any number.
+_MOST_PLANS = 4096
+
 Places: TypeAlias = NDArray[np.int64]
 Octets: TypeAlias = NDArray[np.uint8]
 Measure: TypeAlias = Callable[[bytes, int], int]
@@ -196,7 +199,10 @@ class Compound:
         """Return how to go through what a field specification announces."""
         found = self._plans.get(specification)
         if found is None:
-            found = self._plans[specification] = self._planned(specification)
+            found = self._planned(specification)
+            if len(self._plans) >= _MOST_PLANS:
+                self._plans.clear()
+            self._plans[specification] = found
         return found
 
     def _planned(self, specification: bytes) -> Plan:
