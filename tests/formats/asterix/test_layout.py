@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from trackweave.formats.asterix.cat048 import CATEGORY
 from trackweave.formats.asterix.layout import Fixed, UndecodableError, parsed_layout
 from trackweave.formats.asterix.records import Reader
 
@@ -60,3 +61,11 @@ def test_items_of_all_kinds_follow_one_another() -> None:
 def test_what_is_no_record_is_said(data: str, why: str) -> None:
     with pytest.raises(UndecodableError, match=why):
         Reader(LAYOUT).take(bytes.fromhex(data), 0, 0)
+
+
+def test_noise_fills_no_memory() -> None:
+    layout, rng = CATEGORY.layouts[0], np.random.default_rng(1)
+    for _ in range(6000):
+        octets = rng.integers(0, 128, 4) * 2 | [1, 1, 1, 0]
+        layout.plan(bytes(octets.tolist()))
+    assert len(layout._plans) <= 4096
