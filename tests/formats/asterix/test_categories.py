@@ -223,6 +223,15 @@ def test_sectors_tell_a_turn_too() -> None:
     assert decoder.facts.scan_periods == {"025/012": 5.0}
 
 
+def test_a_place_that_is_not_on_the_earth_is_none() -> None:
+    decoder = AsterixDecoder()
+    assert decoder.feed(block(62, record(n1="1964", n4=NOON, n5="0100000100000000"))) is None
+    assert decoder.feed(block(62, record(n1="1964", n4=NOON, n5="0000000002000001"))) is None
+    table = decoder.feed(block(62, record(n1="1964", n4=NOON, n5="0100000002000000")))
+    assert table is not None
+    assert table.select("lat", "lon").rows() == [(90.0, 180.0)]
+
+
 def test_what_is_there_without_a_detection_or_a_place_is_counted() -> None:
     decoder = AsterixDecoder()
     coasts = record(n1="0001", n2=NOON, n3="00", n4="32804000")

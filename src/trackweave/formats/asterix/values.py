@@ -101,11 +101,10 @@ def level(records: Records, *better: Numbers, field: str = "FL") -> Columns:
 
 
 def latitude_longitude(records: Records, item: str, scale: float) -> dict[str, Numbers]:
-    """Return latitudes and longitudes [degrees]."""
-    return {
-        "lat": records.number(item, "LAT", scale),
-        "lon": records.number(item, "LON", scale),
-    }
+    """Return latitudes and longitudes [degrees], neither where they are nowhere on the Earth."""
+    north, east = (records.number(item, name, scale) for name in ("LAT", "LON"))
+    off = (np.abs(north) > 90.0) | (np.abs(east) > 180.0)
+    return {"lat": np.where(off, np.nan, north), "lon": np.where(off, np.nan, east)}
 
 
 def chosen(*numbers: Numbers) -> Numbers:
