@@ -111,6 +111,19 @@ def test_ipv6_is_read_and_fragments_are_counted() -> None:
     assert decoder.facts.notes == ["packets of other protocols than UDP: 1"]
 
 
+@pytest.mark.parametrize("link", [0, 1, 101, 113, 276])
+@pytest.mark.parametrize("kept", [0, 3, 15, 21, 30, 50])
+def test_nothing_is_read_behind_a_packet_that_is_cut_off(link: int, kept: int) -> None:
+    whole = {0: b"\2\0\0\0", 1: bytes(12) + b"\x08\0", 101: b"", 113: bytes(14) + b"\x08\0",
+             276: b"\x08\0" + bytes(18)}[link] + udp(block(48, plot(), plot()))  # fmt: skip
+    alone = AsterixDecoder()
+    alone.feed(pcap((CLOCK, whole[:kept]), link=link))
+    behind = AsterixDecoder()
+    behind.feed(pcap((CLOCK, whole[:kept]), link=link) + whole[kept:])
+    assert alone.skips.listed == behind.skips.listed[:1]
+    assert alone.skips.listed[0].what == "a packet that is cut off"
+
+
 def test_what_is_no_asterix_in_a_capture_is_counted() -> None:
     packets = [
         ethernet(udp(b"\xde\xad\xbe\xef of another program")),

@@ -3,6 +3,7 @@
 __all__ = ["UNREAD", "datagram"]
 
 _NO_UDP = "packets of other protocols than UDP"
+_CUT_OFF = "a packet that is cut off"
 _FRAGMENT = "a fragment of an IP packet"
 UNREAD = (_NO_UDP,)
 """Reasons that are no faults."""
@@ -37,7 +38,7 @@ def datagram(buffer: bytes, start: int, stop: int, link: int) -> tuple[int, int]
     if isinstance(place, tuple):
         return place
     if stop - place < 1:
-        return "a packet that is cut off"
+        return _CUT_OFF
     version = buffer[place] >> 4
     if version == 4:
         return _over_ipv4(buffer, place, stop)
@@ -55,6 +56,8 @@ def _network(buffer: bytes, place: int, stop: int, link: int) -> int | tuple[int
         return f"a packet of link type {link}; expected Ethernet, cooked or IP"
     kind = _number(buffer, place + at)
     place += 20 if link == _COOKED_2 else at + 2
+    if place > stop:
+        return _CUT_OFF
     while kind in _TAGS and place + 4 <= stop:
         kind, place = _number(buffer, place + 2), place + 4
     if kind in (0x0800, 0x86DD):
@@ -66,7 +69,7 @@ def _network(buffer: bytes, place: int, stop: int, link: int) -> int | tuple[int
 
 def _over_ipv4(buffer: bytes, place: int, stop: int) -> tuple[int, int] | str:
     if stop - place < 20:
-        return "a packet that is cut off"
+        return _CUT_OFF
     if buffer[place + 9] != _UDP:
         return _NO_UDP
     if _number(buffer, place + 6) & 0x3FFF:
@@ -76,7 +79,7 @@ def _over_ipv4(buffer: bytes, place: int, stop: int) -> tuple[int, int] | str:
 
 def _over_ipv6(buffer: bytes, place: int, stop: int) -> tuple[int, int] | str:
     if stop - place < 40:
-        return "a packet that is cut off"
+        return _CUT_OFF
     kind, place = buffer[place + 6], place + 40
     while kind in _EXTENSIONS and place + 8 <= stop:
         kind, place = buffer[place], place + 8 * (buffer[place + 1] + 1)
@@ -87,10 +90,10 @@ def _over_ipv6(buffer: bytes, place: int, stop: int) -> tuple[int, int] | str:
 
 def _over_udp(buffer: bytes, place: int, stop: int) -> tuple[int, int] | str:
     if stop - place < 8:
-        return "a packet that is cut off"
+        return _CUT_OFF
     end = place + _number(buffer, place + 4)
     if end < place + 8 or end > stop:
-        return "a packet that is cut off"
+        return _CUT_OFF
     return place + 8, end
 
 
