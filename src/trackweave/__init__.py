@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from trackweave.run.fusing import FusionResult as FusionResult
     from trackweave.run.fusing import fuse as fuse
     from trackweave.run.judging import evaluate as evaluate
+    from trackweave.run.linking import link as link
     from trackweave.solvers import Annealing as Annealing
     from trackweave.solvers import AntSystem as AntSystem
     from trackweave.solvers import Auto as Auto
@@ -166,6 +167,7 @@ _HOMES = {
     "combine": "trackweave.fusion.combine",
     "evaluate": "trackweave.run.judging",
     "fuse": "trackweave.run.fusing",
+    "link": "trackweave.run.linking",
     "plots_of": "trackweave.association.scan_plots",
     "read_local_tracks": "trackweave.io.tracks_in",
     "read_problem": "trackweave.io.problem_file",

@@ -120,3 +120,19 @@ def test_formats_are_listed_with_what_they_carry_and_lose(run: Run) -> None:
     assert "--from 'mot?frame_rate=25.0'" in done.stdout
     listed = json.loads(run("formats", "--json").stdout)["formats"]
     assert {"name", "reads", "writes", "carries", "loses"} <= set(listed[0])
+
+
+def test_a_truth_of_any_format_is_what_tracks_are_compared_with(run: Run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    boxes = [(k, 10.0 * k + rng.normal(), 200.0 * n) for k in range(1, 31) for n in range(2)]
+    found = [f"{k},-1,{x:.2f},{y},20,40,0.9,-1,-1,-1" for k, x, y in boxes]
+    true = [f"{k},{n},{10.0 * k},{200.0 * n},20,40,1,1,1" for k in range(1, 31) for n in range(2)]
+    (tmp_path / "det.txt").write_text("\n".join(found))
+    (tmp_path / "gt.txt").write_text("\n".join(true))
+    out = tmp_path / "out"
+    assert run("track", tmp_path / "det.txt", "--out", out, "--quiet").exit_code == 0
+    done = run(
+        "evaluate", "--truth", tmp_path / "gt.txt", "--tracks", out / "tracks.csv", "--json"
+    )
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["n_truth"] == 2

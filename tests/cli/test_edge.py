@@ -16,10 +16,11 @@ from cli.conftest import Run, write_reports
 from trackweave.cli import edge
 from trackweave.errors import InvalidInputError, NumericalError, OutputError
 
-COMMANDS = ("demo", "track", "simulate", "evaluate", "solve", "schema")
+COMMANDS = ("convert", "demo", "formats", "track", "simulate", "evaluate", "solve", "schema")
 LIGHT = {
-    "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.edge",
-    "trackweave.cli.fusing", "trackweave.cli.options", "trackweave.cli.signals",
+    "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.converting",
+    "trackweave.cli.edge", "trackweave.cli.fusing", "trackweave.cli.options",
+    "trackweave.cli.signals",
 }  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",

@@ -288,6 +288,10 @@ def functions() -> list[Call]:
         Call("TrackAssociator.step", lambda time, pictures, rng: tw.TrackAssociator().step(
             time, pictures, rng=rng),
              {"time": 1.0, "pictures": {"A": both[0], "B": both[1]}, "rng": rng()}),
+        Call("link", tw.link, {
+            "features": pl.DataFrame({"frame": [0, 1], "x": [1.0, 2.0], "y": [1.0, 1.0]}),
+            "search_range": 3.0, "memory": 0, "pos_columns": ["x", "y"], "t_column": "frame",
+        }),
         Call("LocalPicture.predicted", both[0].predicted, {"time": 1.0, "process_noise": 1.0}),
         Call("LocalPicture.empty", tw.LocalPicture.empty, {"sensor": "A", "time": 1.0, "dim": 2}),
         Call("SharedPrior.common", tw.SharedPrior.common,
@@ -301,7 +305,7 @@ def functions() -> list[Call]:
         Call("evaluate", tw.evaluate, {
             "truth": truth(), "tracks": table(), "cutoff": 50.0, "order": 2.0, "window": 10,
         }),
-        Call("read_reports", tw.read_reports, {"source": COLUMNS_FRAME}),
+        Call("read_reports", tw.read_reports, {"source": COLUMNS_FRAME, "told": None}),
         Call("read_truth", tw.read_truth, {"source": TRUTH_FRAME}),
         Call("read_tracks", tw.read_tracks, {"source": LOCAL_FRAME}),
         Call("read_problem", tw.read_problem, {"source": PROBLEM_FRAME}),

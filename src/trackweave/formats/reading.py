@@ -62,9 +62,12 @@ def load(source: Any, told: str | None = None) -> RawTable:
 
     Raises
     ------
-    DataFormatError
-        If a file cannot be read, or is of no format that is known.
+    InvalidInputError
+        If there is no such format; a DataFormatError if a file cannot be read, or is of none that
+        is known.
     """
+    if told is not None and not isinstance(told, str):
+        raise InvalidInputError(f"told: {told!r:.80}; expected the name of a format")
     if not is_recording(source):
         return load_table(source)
     if isinstance(source, list | tuple):

@@ -14,6 +14,7 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
+from trackweave.run.facts import with_facts
 from trackweave.run.observing import settle
 from trackweave.run.tracking import report_table
 
@@ -52,6 +53,7 @@ def configured(
         settings, dim = _settings_alone(configuration), None
     else:
         table, _ = report_table(reports, configuration)
+        configuration = with_facts(configuration, table)
         _, (settings, _) = doubles_of(table, lambda once: settle(once, configuration))
         dim = table.dim
     if settings.plots is not None:

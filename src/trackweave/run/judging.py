@@ -8,6 +8,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.fields import checked_count, checked_number
+from trackweave.formats.reading import load
 from trackweave.io.frames_out import tracks_frame
 from trackweave.io.tables import TableSource
 from trackweave.io.truth import read_assignments, read_tracks, read_truth_on_plane
@@ -91,7 +92,7 @@ def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | Tr
     if isinstance(truth, TruthTable):
         true, frame = truth, None
     else:
-        true, frame = read_truth_on_plane(truth)
+        true, frame = read_truth_on_plane(_loaded(truth))
     found: Any = tracks
     if isinstance(tracks, Result):
         found = tracks.values.tracks
@@ -114,13 +115,18 @@ def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
     """Return the truth on a run's own plane; refuse one in latitudes where the run is not."""
     if isinstance(truth, TruthTable):
         return truth
-    true, plane = read_truth_on_plane(truth, frame)
+    true, plane = read_truth_on_plane(_loaded(truth), frame)
     if frame is None and plane is not None:
         raise InvalidInputError(
             f"{_named(truth, 'truth')}: in latitudes and longitudes, which {place} is not; "
             "expected columns x and y"
         )
     return true
+
+
+def _loaded(truth: Any) -> Any:
+    """Return the table of a truth that is a file of any format, anything else as it is."""
+    return load(truth) if isinstance(truth, str | os.PathLike) else truth
 
 
 def quality_in(assignments: TableSource) -> AssignmentQuality:
