@@ -106,6 +106,20 @@ def test_reports_are_no_tracks(run: Run, tmp_path: Path) -> None:
     assert "expected a name that ends in" in done.stderr
 
 
+def test_the_longest_ending_tells_what_to_write_and_what_fits_two_is_asked_back(
+    run: Run, tmp_path: Path
+) -> None:
+    path = tmp_path / "gt.txt"
+    path.write_text("1,1,10,20,4,8,1,1,1\n2,1,11,20,4,8,1,1,1\n")
+    done = run("convert", path, "-o", tmp_path / "again.mot.txt", "--json")
+    assert json.loads(done.stdout)["to"] == "mot"
+    assert (tmp_path / "again.mot.txt").read_text().startswith("1,1,10.0,20.0,4.0,8.0,1.0")
+    done = run("convert", path, "-o", tmp_path / "again.txt")
+    assert "or --to" in done.stderr
+    done = run("convert", path, "-o", tmp_path / "again.txt", "--to", "mot")
+    assert done.exit_code == 0, done.stderr
+
+
 def test_records_that_are_skipped_are_counted(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "x"
     path.write_bytes(SBS)

@@ -54,7 +54,8 @@ def test_every_option_is_explained(command: str, run: Run) -> None:
     assert done.exit_code == 0
     options = [line for line in done.stdout.splitlines() if line.startswith("  -")]
     assert options
-    assert "..." not in done.stdout
+    # Of several files the usage line says so.
+    assert "..." not in done.stdout.replace("{REPORTS}...", "")
 
 
 def test_version_is_printed(run: Run) -> None:

@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS
+from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS, SPOTS
 from trackweave.domain.facts import Place
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats import registry
@@ -111,6 +111,12 @@ def test_a_bad_row_of_one_of_several_files_is_named_with_its_file(tmp_path):
 def test_standard_input_is_read_like_a_file(monkeypatch):
     monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=io.BytesIO(SBS)))
     assert len(load("-")) == 2
+
+
+def test_a_document_that_is_none_is_named(tmp_path):
+    path = written(tmp_path / "spots.xml", SPOTS[:300])
+    with pytest.raises(DataFormatError, match=r"spots\.xml: no XML of TrackMate"):
+        load(path)
 
 
 class Radar:

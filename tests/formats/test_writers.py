@@ -10,12 +10,13 @@ import numpy as np
 import polars as pl
 import pytest
 
+import trackweave as tw
 from trackweave import track
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Output
 from trackweave.formats.registry import format_named, formats
-from trackweave.formats.writing import writers_named, written
+from trackweave.formats.writing import try_on, writers_named, written
 
 KML = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
 BEGIN = datetime(2024, 5, 1, 12, tzinfo=UTC)
@@ -208,6 +209,19 @@ def test_reports_without_boxes_are_no_results_of_mot():
     output = track(boxes().select("time", "x", "y"), CONFIG).output()
     with pytest.raises(InvalidInputError, match="reports have no left, top, width, height"):
         text_of("mot", output)
+
+
+def test_what_a_format_cannot_say_is_refused_before_anything_is_tracked():
+    plane = tw.read_reports(boxes().drop("left"))
+    for name, expected in (("kml", "no latitudes"), ("mot", "no left"), ("kitti", "no left")):
+        with pytest.raises(InvalidInputError, match=expected):
+            try_on(writers_named(name), plane)
+    assert (
+        try_on(writers_named("mot,kitti,trackmate,ctc,geff,csv,jsonl"), tw.read_reports(boxes()))
+        is None
+    )
+    earth = tw.read_reports(pl.DataFrame({"time": [0.0], "lat": [1.0], "lon": [2.0]}))
+    assert try_on(writers_named("kml,geojson,czml,cot"), earth) is None
 
 
 def test_further_formats_are_named_once_and_known():

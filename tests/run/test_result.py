@@ -327,7 +327,7 @@ def test_a_result_is_saved_as_the_command_saves_it(
 
 @pytest.mark.parametrize(
     "name",
-    ["randomness", "domain.tracks", "io.reports"]
+    ["randomness", "domain.tracks", "formats.reading"]
     + [f"run.{part}" for part in ("fusing", "judging", "result", "tracking")],
 )
 def test_examples_of_docstrings_run(name: str) -> None:

@@ -81,9 +81,12 @@ def _target(out: Path, to: str | None) -> Format:
     if to is not None:
         return format_named(to, writes=True)
     able = [each for each in formats().values() if each.writer is not None]
-    for each in able:
-        if out.name.lower().endswith(each.endings):
-            return each
+    name = out.name.lower()
+    fits = [(len(e), each) for each in able for e in each.endings if name.endswith(e)]
+    longest = max((length for length, _ in fits), default=0)
+    best = [each for length, each in fits if length == longest]
+    if len(best) == 1:
+        return best[0]
     endings = ", ".join(each.endings[0] for each in able)
     raise InvalidInputError(f"--out: {out}; expected a name that ends in {endings}, or --to")
 

@@ -9,7 +9,7 @@ from trackweave.config import load_configuration
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
-from trackweave.formats.writing import writers_named, written
+from trackweave.formats.writing import try_on, writers_named, written
 from trackweave.io.output import OutputDirectory
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
@@ -51,6 +51,7 @@ def run_track(
         frame_projection=configuration.frame.projection or "tangent",
         on_bad_row=on_bad_row,
     )
+    try_on(further, table)
     # Before a search to the letter of a document takes minutes, not after.
     early = preset_notes(preset)
     for line in early:

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from io import BufferedReader
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any
 from urllib.parse import parse_qsl
@@ -247,9 +248,12 @@ def _load_one(path: Path, told: str | None) -> RawTable:
         if found.decoder is None:
             raise DataFormatError(f"{name}: a file; expected a directory of {found.title}")
         decoder = found.decoder(**settings)
-        frames = [decoder.feed(head)]
-        frames += [decoder.feed(data) for data in iter(lambda: file.read(_CHUNK), b"")]
-        frames.append(decoder.finish())
+        pieces = chain([head], iter(lambda: file.read(_CHUNK), b""))
+        try:
+            frames = [decoder.feed(piece) for piece in pieces]
+            frames.append(decoder.finish())
+        except DataFormatError as err:  # of the document as a whole
+            raise DataFormatError(f"{name}: {err}") from err
     return _table_of([f for f in frames if f is not None], name, (decoder.facts, decoder.skips))
 
 

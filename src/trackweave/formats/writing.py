@@ -2,11 +2,15 @@
 
 from collections.abc import Iterable
 
+import polars as pl
+
+from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.registry import format_named
+from trackweave.io.frames_out import assignments_frame
 
-__all__ = ["writers_named", "written"]
+__all__ = ["try_on", "writers_named", "written"]
 
 
 def writers_named(names: str | None) -> list[Format]:
@@ -18,6 +22,22 @@ def writers_named(names: str | None) -> list[Format]:
     if twice is not None:
         raise InvalidInputError(f"format {twice!r:.60}: twice; expected each name once")
     return [format_named(name, writes=True) for name in each]
+
+
+def try_on(further: Iterable[Format], reports: ReportTable) -> None:
+    """Refuse formats that cannot say what tracks of these reports will be, before they are made.
+
+    Raises
+    ------
+    InvalidInputError
+        If a format needs places on the Earth, or boxes, and there are none.
+    """
+    found = assignments_frame(reports, {})
+    columns = {"track": pl.Int64, "status": pl.String, "x": pl.Float64, "y": pl.Float64}
+    if reports.frame is not None:
+        columns |= {"lat": pl.Float64, "lon": pl.Float64}
+    tracks = pl.DataFrame(schema={"time": found.schema["time"], **columns})
+    written(further, Output(tracks, tracks, found, reports.frame))
 
 
 def written(further: Iterable[Format], output: Output) -> dict[str, bytes]:
