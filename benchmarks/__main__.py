@@ -77,6 +77,8 @@ SCRIPTS = {
     "performance-gains": ["gains.py"],
     "performance-cold": ["cold_start.py"],
     "performance-hostile": ["hostile.py"],
+    "asterix": ["asterix_speed.py"],
+    "asterix-damaged": ["asterix_speed.py", "--mutants", "100000"],
     "presets-hillis": ["presets_hillis.py"],
     "presets-huo": ["presets_huo.py"],
     "presets-wiranto": ["presets_wiranto.py", "--first", "11", "--seeds", "4"],
@@ -85,6 +87,7 @@ PAGE = "explanation/measurements.md"
 # Names that begin so are run together, and stand on a page of their own.
 GROUPS = {
     "association": "explanation/association.md",
+    "asterix": "reference/asterix.md",
     "fusion": "explanation/fusion.md",
     "performance": "performance.md",
     "plots": "explanation/plots.md",

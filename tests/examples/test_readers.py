@@ -134,12 +134,3 @@ def test_a_missing_recording_is_named(name: str, tmp_path: Path) -> None:
     assert done.returncode == 1
     assert str(tmp_path / "none") in done.stderr
     assert "Traceback" not in done.stderr
-
-
-@pytest.mark.shared
-def test_a_plot_that_was_captured_twice_counts_once(shared: Path) -> None:
-    pytest.importorskip("asterix", reason="reads ASTERIX only where asterix_decoder is installed")
-    plots = reader("radar_asterix").read(shared / "data/asterix/cat_034_048.pcap")
-    assert plots["sensor"].n_unique() == 7
-    assert len(plots) == 63
-    assert plots["azimuth_deg"].is_between(0.0, 360.0).all()

@@ -93,8 +93,25 @@ not JSON
 {"time": 2.0, "x": 3, "y": 2.5, "sensor": 7}
 [1, 2]
 """
+# A radar's place, two plots, a record that announces more than there is, another plot.
+BLOCKS = bytes.fromhex(
+    "220015 e910 19c9 01 545e80 0279 030c200000f00000"
+    "300019 f0 19c9 545e80 a0 32804000 f0 19c9 545f00 a0 34804000"
+    "300007 ff00 19c9"
+    "30000e f0 19c9 545f80 a0 33804000"
+)
+CAPTURE = bytes.fromhex(
+    "d4c3b2a1 0200 0400 00000000 00000000 ffff0000 65000000"
+    "00d03166 00000000 2a000000 2a000000"
+    "4500002a0000000040110000 0000000000000000 0fa00fa100160000"
+    "30000e f0 19c9 545f80 a0 33804000"
+    "01d03166 00000000 22000000 22000000"
+    "450000220000200040110000 0000000000000000 0fa00fa1000e0000 300006 f00000"
+)
 
 SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
+    "blocks": ("asterix", BLOCKS, 3, 1),
+    "capture": ("asterix", CAPTURE, 1, 1),
     "nmea": ("ais", NMEA, 4, 1),
     "sbs": ("sbs", SBS, 2, 1),
     "aircraft": ("readsb", AIRCRAFT, 2, 1),

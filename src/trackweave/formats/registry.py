@@ -12,8 +12,8 @@ __all__ = ["format_named", "formats", "recognised"]
 
 # Modules here, in the order in which they are asked whether a file is theirs; each has a FORMAT.
 _OURS: tuple[str, ...] = (
-    "parquet", "ais", "sbs", "opensky", "coco", "readsb", "trackmate", "ctc", "geff", "kitti",
-    "mot", "geojson", "kml", "czml", "cot", "jsonl",
+    "parquet", "asterix", "ais", "sbs", "opensky", "coco", "readsb", "trackmate", "ctc", "geff",
+    "kitti", "mot", "geojson", "kml", "czml", "cot", "asterix_062", "jsonl",
 )  # fmt: skip
 # Whatever has a header of columns; somebody else's format of text may be more particular.
 _LAST: tuple[str, ...] = ("csv",)

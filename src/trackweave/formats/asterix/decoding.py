@@ -1,0 +1,137 @@
+"""Bytes in, reports out: the decoder of all categories."""
+
+import polars as pl
+
+from trackweave.formats.asterix import (
+    cat001,
+    cat002,
+    cat010,
+    cat020,
+    cat021,
+    cat034,
+    cat048,
+    cat062,
+)
+from trackweave.formats.asterix.category import Category, Part
+from trackweave.formats.asterix.clock import DayClock, ShortClock
+from trackweave.formats.asterix.framing import CAPTURES, Framing, framing_of
+from trackweave.formats.asterix.gathering import Gathering
+from trackweave.formats.asterix.station import Stations
+from trackweave.formats.asterix.table import table_of
+from trackweave.formats.asterix.values import TIME_S
+from trackweave.formats.format import Facts, Skips
+
+__all__ = ["AsterixDecoder", "categories_of", "is_asterix"]
+
+
+# Texts have none but such octets; data blocks have others, if only in their lengths.
+_TEXT_OCTETS = bytes([9, 10, 13, *range(32, 127)])
+_TEXT = 4096
+
+
+def is_asterix(head: bytes, name: str) -> bool:
+    """Tell whether a file begins with data blocks, however wrapped, most of which are right.
+
+    Parameters
+    ----------
+    head
+        The file's beginning.
+    name
+        Its name, which is not needed.
+
+    Returns
+    -------
+    Whether it does.
+    """
+    if head[:4] in CAPTURES:
+        return True
+    if not head[:_TEXT].translate(None, _TEXT_OCTETS):
+        return False
+    return any(2 * _octets_read(head, edition) > len(head) for edition in cat021.EDITIONS)
+
+
+def _octets_read(head: bytes, edition: str) -> int:
+    """Return how much of a file's beginning is records, or surely waits for more of them."""
+    decoder = AsterixDecoder(edition)
+    decoder.feed(head)
+    return decoder.n_octets if decoder.n_records else 0
+
+
+def categories_of(edition_021: str = cat021.DEFAULT_EDITION) -> dict[int, Category]:
+    """Return the categories that are decoded, by their numbers."""
+    return {
+        1: cat001.CATEGORY,
+        2: cat002.CATEGORY,
+        10: cat010.CATEGORY,
+        20: cat020.CATEGORY,
+        21: cat021.EDITIONS[edition_021],
+        34: cat034.CATEGORY,
+        48: cat048.CATEGORY,
+        62: cat062.CATEGORY,
+    }
+
+
+class AsterixDecoder:
+    """Decodes data blocks, recorders' frames and network captures, found out by the first octets.
+
+    Parameters
+    ----------
+    edition_021
+        The edition of category 021, a key of ``cat021.EDITIONS``.
+    """
+
+    def __init__(self, edition_021: str = cat021.DEFAULT_EDITION) -> None:
+        self.skips = Skips()
+        self.facts = Facts()
+        self.n_records = 0
+        self.n_octets = 0
+        self._categories = categories_of(edition_021)
+        self._counts: dict[str, int] = {}
+        self._framing: Framing | None = None
+        self._pending = b""
+        self._base = 0
+        self._days, self._short = DayClock(), ShortClock()
+        self._stations = Stations(self.facts)
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        """Return the reports that further bytes complete, None where there are none."""
+        return self._advance(data, at_end=False)
+
+    def finish(self) -> pl.DataFrame | None:
+        """Return what is left at the end; then notes are complete."""
+        table = self._advance(b"", at_end=True)
+        self.facts.notes += [f"{what}: {count:,}" for what, count in sorted(self._counts.items())]
+        return table
+
+    def _advance(self, data: bytes, *, at_end: bool) -> pl.DataFrame | None:
+        buffer = self._pending + data
+        if self._framing is None:
+            self._framing = framing_of(buffer, at_end=at_end)
+        if self._framing is None:
+            self._pending = buffer
+            return None
+        gathering = Gathering(buffer, self._base, self._categories, self.skips, self._counts)
+        done = self._framing.scan(gathering, at_end=at_end)
+        self._pending = buffer[done:]
+        self.n_octets += gathering.n_octets
+        self._base += done
+        return self._table(gathering)
+
+    def _table(self, gathering: Gathering) -> pl.DataFrame | None:
+        """Return all reports of a buffer in the order in which they came."""
+        for number in (2, 34):
+            for records in gathering.records(number):
+                self._stations.tell(records)
+                if number == 2:
+                    self._short.tell(records.begin, records.number("030", scale=TIME_S))
+        parts = list[Part]()
+        for number, readers in gathering.readers.items():
+            self.n_records += sum(reader.count for reader in readers)
+            columns = self._categories[number].columns
+            for records in gathering.records(number) if columns else ():
+                if records.count and columns:
+                    part = Part(number, records.begin, gathering.clock_of(records.begin))
+                    part.columns.update(columns(records))
+                    parts.append(part)
+        self._short.complete(parts)
+        return table_of(parts, self._days, self._counts) if parts else None
