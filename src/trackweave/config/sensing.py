@@ -89,6 +89,12 @@ def sensor_of(
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=default_of(Sensor, "identity_error")),
+        tail_share=choose(
+            "tail_share", found and (found.tail_share or None), default_of(Sensor, "tail_share")
+        ),
+        tail_scale=choose(
+            "tail_scale", found and found.tail_scale, default_of(Sensor, "tail_scale")
+        ),
         scans=scans,
         trust=_trust(choose("trust", default=default_of(Sensor, "trust"))),
     )

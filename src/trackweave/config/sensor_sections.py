@@ -212,6 +212,16 @@ class SensorSection(Section):
     ) = None
     """Chance that a report's identity is another than its object's was."""
 
+    tail_share: (
+        Annotated[float, Field(ge=0, le=0.5), Expected("a number from 0 to 0.5")] | None
+    ) = None
+    """Share of its reports whose noise is wider; 0 = none."""
+
+    tail_scale: (
+        Annotated[float, Field(ge=1, le=1000), Expected("a number from 1 to 1000")] | None
+    ) = None
+    """How many times as wide the noise of those is."""
+
     trust: Trust | None = None
     """Whether what is told is kept where reports contradict it: of all keys, or of those named."""
 

@@ -50,6 +50,10 @@ class Sensor:
         What the strength of its reports says; None for nothing.
     identity_error
         Chance that a report's identity is another than its object's was, in (0, 1).
+    tail_share
+        Share of its reports whose noise is wider, 0 to 0.5; 0 for noise without heavy tails.
+    tail_scale
+        How many times as wide theirs is, 1 to 1000.
     scans
         Whether it scans: what a scan of it covers and does not report was missed. False for one
         that hears objects report themselves, as AIS does: its reports say nothing of other
@@ -93,6 +97,8 @@ class Sensor:
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
     identity_error: float = 0.01
+    tail_share: float = 0.0
+    tail_scale: float = 10.0
     scans: bool | None = None
     trust: bool | tuple[str, ...] = False
 
@@ -109,6 +115,7 @@ class Sensor:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InvalidInputError(f"{name}: {value}; expected a finite number > 0")
+        self._require_tails()
         told = (self.scan_period, self.rotation)
         if self.scans is False and told != (None, None):
             raise InvalidInputError(
@@ -123,6 +130,12 @@ class Sensor:
             )
         if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
+
+    def _require_tails(self) -> None:
+        for name, least, most in (("tail_share", 0.0, 0.5), ("tail_scale", 1.0, 1000.0)):
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise InvalidInputError(f"{name}: {value}; expected {least:g} to {most:g}")
 
     @property
     def platform(self) -> FloatArray:

@@ -10,6 +10,7 @@ from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of, view_keys
+from trackweave.config.sensor_sections import SigmaTable
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -62,7 +63,8 @@ def settle(
         directions = None
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
-            directions = Directions(reports, platform, places, observed)
+            sigmas = _told_sigmas(configuration, observed)
+            directions = Directions(reports, platform, places, observed, sigmas)
         told = _of_positions(configuration, observed)
         scanning = {
             name: scans
@@ -74,6 +76,18 @@ def settle(
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _told_sigmas(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> dict[str, tuple[float, ...]]:
+    """Return what is told of the noise of sensors that measure ranges [m, rad]."""
+    told: dict[str, tuple[float, ...]] = {}
+    for name in observed:
+        sigma = section_of(configuration, name).sigma
+        if isinstance(sigma, SigmaTable) and sigma.range_m and sigma.azimuth_deg:
+            told[name] = (sigma.range_m, float(np.radians(sigma.azimuth_deg)))
+    return told
 
 
 def _is_known_to_scan(
