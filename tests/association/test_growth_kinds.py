@@ -28,6 +28,9 @@ HIGH = radar("high", Kind.RANGE_AZIMUTH_ELEVATION)
 HIGH_RATE = radar("high rate", Kind.RANGE_AZIMUTH_ELEVATION_RATE)
 GAZE = radar("gaze", Kind.BEARING, position=(-500.0, 4000.0))
 NORTH_WEST = FieldOfView((500.0, -300.0), max_range=4200.0, azimuth_deg=(10.0, 47.0))
+WILD = {"tail_share": 0.2, "tail_scale": 6.0}
+WILD_POLAR = radar("polar", position=(-800.0, 900.0), **WILD)
+WILD_POINT = radar("point", Kind.POSITION, **WILD)
 LOUD = StrengthModel(12.0, 4.0, 6.0, 3.0)
 
 
@@ -74,6 +77,9 @@ def assert_same(window):
         pytest.param(PULLING, (HIGH,), {"dim": 3}, id="acceleration in space"),
         pytest.param(TURNING, (POINT,), {}, id="turn"),
         pytest.param(RandomWalk(40.0, 100.0), (POINT, POLAR), {}, id="walk"),
+        pytest.param(STEADY, (WILD_POINT, POINT), {}, id="tails"),
+        pytest.param(TWO, (WILD_POLAR, POINT), {}, id="tails, two modes, polar"),
+        pytest.param(STEADY, (WILD_POLAR,), {"unscented": True}, id="tails, unscented"),
         pytest.param(
             STEADY, (HIGH, POINT), {"dim": 3, "widths": {"point": 2}}, id="positions on a map"
         ),

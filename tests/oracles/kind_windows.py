@@ -74,6 +74,8 @@ class KindWindow:
             true[:dim] += true[dim:] * moments[index] + (250.0 if index > 1 else 0.0)
             exact = sensing.expected(sensor.measurement, true, platform[index], dim)[:width]
             rows.append(exact + rng.normal(0, sigma[index]))
+            if sensor.tail_share > 0.0 and rng.random() < 0.5:
+                rows[-1] = exact + rng.normal(0, sensor.tail_scale * sigma[index])
         measurement = np.array(rows)
         if sensor.measurement is not Kind.POSITION:
             angle = 0 if sensor.measurement is Kind.BEARING else 1

@@ -130,9 +130,30 @@ def foreseen(kind, mean, covariance, platform, rule, width):
 
 def compare(view, index, state, rule):
     """Return the least squared distance, the log likelihood, and the state after the report."""
+    share = view.sensor.tail_share
+    distances, narrow, after = _joined(view, index, state, rule, 1.0)
+    if share > 0.0:
+        far, wide, beside = _joined(view, index, state, rule, view.sensor.tail_scale)
+        distances += far
+        narrow, wide = (1 - share) * narrow, share * wide
+        parts = zip(narrow, wide, after, beside, strict=True)
+        after = [
+            motion.combine(
+                *map(np.array, zip(one, other, strict=True)), np.array([n, w]) / (n + w)
+            )
+            for n, w, one, other in parts
+        ]
+        narrow = narrow + wide
+    means, covariances = map(np.array, zip(*after, strict=True))
+    total = narrow.sum()
+    return min(distances), math.log(total), Mixture(means, covariances, narrow / total)
+
+
+def _joined(view, index, state, rule, scale):
+    """Return each mode's distance, density with its share, and state after the report."""
     kind, measurement = view.sensor.measurement, view.scan.measurement[index]
-    noise = np.diag(view.sigma(index, rule.dim) ** 2)
-    distances, logs, means, covariances = [], [], [], []
+    noise = np.diag((scale * view.sigma(index, rule.dim)) ** 2)
+    distances, logs, after = [], [], []
     for mean, covariance in zip(state.mean, state.covariance, strict=True):
         expected, spread, cross = foreseen(
             kind, mean, covariance, view.platform(index), rule, measurement.size
@@ -142,11 +163,8 @@ def compare(view, index, state, rule):
         gain = cross @ np.linalg.inv(spread)
         distances.append(off @ np.linalg.solve(spread, off))
         logs.append(-0.5 * (distances[-1] + np.linalg.slogdet(2 * np.pi * spread)[1]))
-        means.append(mean + gain @ off)
-        covariances.append(covariance - gain @ spread @ gain.T)
-    joint = state.weight * np.exp(logs)
-    after = Mixture(np.array(means), np.array(covariances), joint / joint.sum())
-    return min(distances), math.log(joint.sum()), after
+        after.append((mean + gain @ off, covariance - gain @ spread @ gain.T))
+    return distances, state.weight * np.exp(logs), after
 
 
 def place(view, index, dim):
@@ -298,7 +316,8 @@ def _reaches(view, index, state, time, rule):
     position, covariance, _ = place(view, index, dim)
     centre = state.weight @ state.mean
     spread = np.einsum("k,kij->ij", state.weight, state.covariance)
-    variance = np.trace(spread[:dim, :dim]) + np.trace(covariance)
+    scale = view.sensor.tail_scale if view.sensor.tail_share > 0.0 else 1.0
+    variance = np.trace(spread[:dim, :dim]) + scale**2 * np.trace(covariance)
     reach = rule.max_speed * abs(view.moment(index) - time) + 3 * math.sqrt(variance)
     return np.linalg.norm(position - centre[:dim]) <= reach
 

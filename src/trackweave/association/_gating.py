@@ -14,12 +14,12 @@ from trackweave.jit import jit
 
 @jit
 def widest(scan: ScanInput, dim: int) -> FloatArray:
-    """Return the largest variance of a report's place along each axis [m²]."""
+    """Return the largest variance of a report's place along each axis, tails and all [m²]."""
     widest = np.zeros(dim)
     for index in range(scan.position_covariance.shape[0]):
         for axis in range(dim):
             widest[axis] = max(widest[axis], scan.position_covariance[index, axis, axis])
-    return widest
+    return widest * (scan.tail_scale * scan.tail_scale)
 
 
 @jit
@@ -76,9 +76,12 @@ def is_beside(
 @jit
 def is_reachable(
     mean: FloatArray, covariance: FloatArray, weight: FloatArray, node: int,
-    position: FloatArray, position_covariance: FloatArray, index: int, reach: float,
+    position: FloatArray, position_covariance: FloatArray, index: int, reach: float, scale: float,
 ) -> bool:  # fmt: skip
-    """Tell whether an object no faster than allowed can have come from its last place."""
+    """Tell whether an object no faster than allowed can have come from its last place.
+
+    The report's noise may be ``scale`` times as wide as told.
+    """
     distance, variance = 0.0, 0.0
     for axis in range(position.shape[1]):
         place, spread = 0.0, 0.0
@@ -86,7 +89,7 @@ def is_reachable(
             place += weight[node, mode] * mean[node, mode, axis]
             spread += weight[node, mode] * covariance[node, mode, axis, axis]
         distance += (position[index, axis] - place) ** 2
-        variance += spread + position_covariance[index, axis, axis]
+        variance += spread + scale * scale * position_covariance[index, axis, axis]
     return bool(math.sqrt(distance) <= reach + 3.0 * math.sqrt(variance))
 
 
@@ -94,6 +97,7 @@ def is_reachable(
 def is_any_reachable(
     mean: FloatArray, covariance: FloatArray, weight: FloatArray, node: int,
     position: FloatArray, position_covariance: FloatArray, broad: FloatArray, reach: float,
+    scale: float,
 ) -> bool:  # fmt: skip
     """Tell whether `is_reachable` holds for any report."""
     place, variance = 0.0, 0.0
@@ -110,7 +114,7 @@ def is_any_reachable(
         if position[index, 0] > place + far:
             return False
         if is_reachable(
-            mean, covariance, weight, node, position, position_covariance, index, reach
+            mean, covariance, weight, node, position, position_covariance, index, reach, scale
         ):
             return True
     return False

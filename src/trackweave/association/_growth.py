@@ -18,16 +18,15 @@ from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, 
 from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
 from trackweave.association._scoring import (
     LOG_TWO_PI,
-    compare,
     expect,
     identity_cost,
     is_too_soon,
     room_for_expectation,
     room_for_state,
     share_covered,
-    take_in,
     take_rate,
 )
+from trackweave.association._tails import compare_either, take_in_either
 from trackweave.filters._kernels import distance_of, invert_sum, predict, update
 from trackweave.filters._states import advance
 from trackweave.jit import jit
@@ -91,6 +90,7 @@ def propose(
         is_far = is_narrow and not is_any_reachable(
             nodes.mean, nodes.covariance, nodes.weight, node, scan.position,
             scan.position_covariance, broad, motion.max_speed * abs(scan.time - nodes.time[node]),
+            scan.tail_scale,
         )  # fmt: skip
         if not is_line and not is_far:
             interval = scan.reference - nodes.time[node]
@@ -131,6 +131,7 @@ def propose(
                         nodes.mean, nodes.covariance, nodes.weight, node, scan.position,
                         scan.position_covariance, index,
                         motion.max_speed * abs(scan.moment[index] - nodes.time[node]),
+                        scan.tail_scale,
                     )
                 ):  # fmt: skip
                     continue
@@ -169,11 +170,10 @@ def propose(
                         distance + expected.log_determinant[0] + n_components * LOG_TWO_PI
                     )
                 else:
-                    distance, log_likelihood = compare(
+                    distance, log_likelihood = compare_either(
                         scan.kind, scan.measurement, index,
-                        general.weight if has_moment else state.weight,
-                        expected.mean, expected.inverse, expected.log_determinant,
-                        expected.innovation,
+                        general.weight if has_moment else state.weight, expected,
+                        scan.noise[setting], scan.tail_share, scan.tail_scale,
                     )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
@@ -288,9 +288,10 @@ def append_children(
                     motion, state.mean, state.covariance, state.weight,
                 )  # fmt: skip
             setting = scan.setting[index]
-            take_in(
+            take_in_either(
                 scan.kind, scan.measurement[index], scan.noise[setting],
                 scan.platform[setting], state, motion.dim, motion.unscented, expected,
+                scan.tail_share, scan.tail_scale,
                 nodes.mean[child], nodes.covariance[child], nodes.weight[child],
             )  # fmt: skip
         for column in range(nodes.rhythm.shape[1]):

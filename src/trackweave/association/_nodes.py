@@ -94,7 +94,8 @@ class ScanInput(NamedTuple):
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
-    ``showing``.
+    ``showing``. A share of the reports, ``tail_share``, has noise ``tail_scale`` times as wide;
+    where none has, the scale is 1.
     """
 
     kind: int
@@ -129,6 +130,8 @@ class ScanInput(NamedTuple):
     hiding: float
     showing: float
     coverage: Coverage
+    tail_share: float = 0.0
+    tail_scale: float = 1.0
 
 
 class WindowRule(NamedTuple):
@@ -169,7 +172,7 @@ class State(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """What each mode expects of a report, to work in: mean, S⁻¹, ln det S, and P Hᵀ."""
+    """What each mode expects of a report, to work in: mean, S⁻¹, ln det S, P Hᵀ, and S."""
 
     mean: FloatArray
     inverse: FloatArray
@@ -185,7 +188,7 @@ def n_modes_and_size(motion: MotionRule) -> tuple[int, int]:
 
 
 def is_plain(scan: ScanInput, motion: MotionRule) -> bool:
-    """Tell whether a scan holds whole positions, and states one mode of constant velocity.
+    """Tell whether a scan holds whole positions without tails, states one constant velocity.
 
     Such scans go a short way, several times faster and sooner compiled than the general one, and
     to the same end.
@@ -194,6 +197,7 @@ def is_plain(scan: ScanInput, motion: MotionRule) -> bool:
         scan.kind == MeasurementKind.POSITION
         and scan.measurement.shape[1] == motion.dim
         and not scan.has_moments
+        and scan.tail_share == 0.0
         and motion.kind.tolist() == [CONSTANT_VELOCITY]
         and motion.prior.shape[0] == 2 * motion.dim
     )

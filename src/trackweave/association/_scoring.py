@@ -33,7 +33,7 @@ def room_for_expectation(motion: MotionRule, n_components: int) -> Expectation:
     m = n_components
     return Expectation(
         np.empty((modes, m)), np.empty((modes, m, m)), np.empty(modes),
-        np.empty((modes, size, m)), np.empty((m, m)), np.empty(m),
+        np.empty((modes, size, m)), np.empty((modes, m, m)), np.empty(m),
     )  # fmt: skip
 
 
@@ -54,15 +54,17 @@ def _foresee(
         for row in range(n_components):
             out.mean[mode, row] = state.mean[mode, row]
             for column in range(n_components):
-                out.spread[row, column] = state.covariance[mode, row, column] + noise[row, column]
+                out.spread[mode, row, column] = (
+                    state.covariance[mode, row, column] + noise[row, column]
+                )
         return
     measure(
         kind, state.mean[mode], state.covariance[mode], platform, dim, unscented,
-        out.mean[mode], out.spread, out.cross[mode],
+        out.mean[mode], out.spread[mode], out.cross[mode],
     )  # fmt: skip
     for row in range(n_components):
         for column in range(n_components):
-            out.spread[row, column] += noise[row, column]
+            out.spread[mode, row, column] += noise[row, column]
 
 
 @jit
@@ -78,7 +80,7 @@ def expect(
     """Write what each mode expects of a report with the given noise, from the given platform."""
     for mode in range(state.weight.shape[0]):
         _foresee(kind, noise, platform, mode, state, dim, unscented, out)
-        out.log_determinant[mode] = invert(out.spread, out.inverse[mode])
+        out.log_determinant[mode] = invert(out.spread[mode], out.inverse[mode])
 
 
 @jit
@@ -138,13 +140,14 @@ def take_in(
     mean_out: FloatArray,
     covariance_out: FloatArray,
     weight_out: FloatArray,
-) -> None:
-    """Write the state after a report."""
+) -> float:
+    """Write the state after a report; return its log likelihood."""
     modes, n_components = expected.mean.shape
+    constant = 0.5 * n_components * LOG_TWO_PI
     largest = -math.inf
     for mode in range(modes):
         _foresee(kind, noise, platform, mode, state, dim, unscented, expected)
-        log_determinant = invert(expected.spread, expected.inverse[mode])
+        log_determinant = invert(expected.spread[mode], expected.inverse[mode])
         innovation(kind, measurement, expected.mean[mode], expected.innovation)
         if kind == POSITION:
             update(
@@ -153,12 +156,9 @@ def take_in(
             )  # fmt: skip
         else:
             correct(
-                state.mean[mode], state.covariance[mode], expected.innovation, expected.spread,
-                expected.cross[mode], mean_out[mode], covariance_out[mode],
+                state.mean[mode], state.covariance[mode], expected.innovation,
+                expected.spread[mode], expected.cross[mode], mean_out[mode], covariance_out[mode],
             )  # fmt: skip
-        if modes == 1:
-            weight_out[0] = 1.0
-            return
         distance = 0.0
         for row in range(n_components):
             for column in range(n_components):
@@ -167,6 +167,9 @@ def take_in(
                     * expected.innovation[column]
                 )  # fmt: skip
         weight_out[mode] = -0.5 * (distance + log_determinant)
+        if modes == 1:
+            weight_out[0] = 1.0
+            return float(-0.5 * (distance + log_determinant) - constant)
         if state.weight[mode] > 0.0:
             weight_out[mode] += math.log(state.weight[mode])
         else:
@@ -178,6 +181,7 @@ def take_in(
         total += weight_out[mode]
     for mode in range(modes):
         weight_out[mode] /= total
+    return float(largest + math.log(total) - constant)
 
 
 @jit

@@ -146,6 +146,8 @@ def scan_input(
         hiding=0.0,
         showing=0.0,
         coverage=coverage,
+        tail_share=float(sensor.tail_share),
+        tail_scale=float(sensor.tail_scale) if sensor.tail_share > 0.0 else 1.0,
     ), order
 
 

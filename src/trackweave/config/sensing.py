@@ -89,6 +89,8 @@ def sensor_of(
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=USUAL["identity_error"]),
+        tail_share=choose("tail_share", found and (found.tail_share or None), USUAL["tail_share"]),
+        tail_scale=choose("tail_scale", found and found.tail_scale, USUAL["tail_scale"]),
         scans=scans,
         trust=choose("trust", default=USUAL["trust"]),
     )

@@ -13,6 +13,7 @@ from trackweave.estimation.refine import (
     sure_tracks,
 )
 from trackweave.estimation.strengths import with_strengths
+from trackweave.estimation.tails import with_tails
 
 __all__ = [
     "Estimates",
@@ -29,5 +30,6 @@ __all__ = [
     "sure_tracks",
     "with_components",
     "with_strengths",
+    "with_tails",
     "without_echoes",
 ]

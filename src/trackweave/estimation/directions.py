@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
-from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, sure_tracks
+from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
 
 __all__ = ["bearing_sensor", "with_components"]
 
@@ -36,23 +36,23 @@ def with_components(
     tracks = sure_tracks(estimates, reports, followed)
     for name, place in ranging.items():
         if name in sensors:
-            sigma = _component_noise(reports, tracks, reports.sensors.index(name), place)
-            if sigma is not None:
-                sensors[name] = replace(sensors[name], sigma=sigma)
+            noise = _component_noise(reports, tracks, reports.sensors.index(name), place)
+            if noise is not None:
+                sensors[name] = replace(sensors[name], sigma=noise[0], sigma_of_most=noise[1])
     return replace(estimates, sensors=sensors)
 
 
 def _component_noise(
     reports: ReportTable, tracks: list[Track], index: int, place: Sequence[float]
-) -> tuple[float, ...] | None:
-    """Return what is left of each component beside straight pieces of the tracks."""
+) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Return what is left of each component beside straight pieces, of all tracks and of most."""
     parts = []
     for track in tracks:
         rows = track.rows[reports.sensor[track.rows] == index]
         if rows.size < 2 * HALF + 1:
             continue
         fitted, known = _fitted(reports.time[rows], reports.measurement[rows])
-        seen_from = _platform(reports, rows, place)
+        seen_from = platform_of(reports, rows, place)
         parts.append(
             _wrapped(
                 _components(reports.measurement[rows] - seen_from)
@@ -67,7 +67,12 @@ def _component_noise(
     # have to lie in the gate too.
     spread = np.array([1.4826 * np.median(np.abs(part), axis=0) for part in parts])
     usual = np.sqrt(np.average(spread**2, axis=0, weights=count))
-    return tuple(bounded(float(value), 1e-6) for value in usual)
+    middle = [
+        column[order][np.searchsorted(np.cumsum(count[order]), count.sum() / 2)]
+        for column, order in zip(spread.T, np.argsort(spread, axis=0).T, strict=True)
+    ]
+    found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
+    return next(found), next(found)
 
 
 def _fitted(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -82,17 +87,6 @@ def _fitted(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray
         fitted[middle] = place[piece].mean(axis=0) + lever * (centred @ place[piece]) / total
         known[middle] = max(1 - 1 / (2 * HALF + 1) - lever**2 / total, 0.1)
     return fitted, known
-
-
-def _platform(reports: ReportTable, rows: np.ndarray, place: Sequence[float]) -> FloatArray:
-    """Return where the sensor was, shape (rows, dim)."""
-    dim = reports.measurement.shape[1]
-    stands = np.zeros(dim)
-    stands[: min(dim, len(place))] = list(place)[:dim]
-    if reports.platform is None:
-        return np.broadcast_to(stands, (rows.size, dim))
-    said = reports.platform[rows, :dim]
-    return np.where(np.isnan(said), stands, said)
 
 
 def _components(relative: FloatArray) -> FloatArray:

@@ -29,6 +29,10 @@ class SensorEstimate:
     # By how much else it puts objects elsewhere than other sensors do, as a standard deviation
     # along an axis that is part of ``sigma`` [m].
     disagreement: float = 0.0
+    tail_share: float = 0.0  # Share of its reports whose noise is wider
+    tail_scale: float | None = None  # How many times as wide theirs is; None for unknown
+    # Each number's noise in the middle of all tracks, where sigma is that over all; None as sigma.
+    sigma_of_most: tuple[float, ...] | None = None
     strength: StrengthModel | None = None  # What the strength of its reports tells of their origin
 
     @property

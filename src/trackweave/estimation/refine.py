@@ -1,6 +1,6 @@
 """What tracks that were made of a stretch of the reports tell."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ __all__ = [
     "DETECTION_RANGE",
     "Followed",
     "Track",
+    "platform_of",
     "refined",
     "stretch_of",
     "sure_tracks",
@@ -182,6 +183,17 @@ def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed:
         if time.size >= SURE_HITS - 2 and share >= SEEN * USUAL_DETECTION:
             return True
     return False
+
+
+def platform_of(reports: ReportTable, rows: np.ndarray, place: Sequence[float]) -> FloatArray:
+    """Return where the sensor was, shape (rows, dim)."""
+    dim = reports.measurement.shape[1]
+    stands = np.zeros(dim)
+    stands[: min(dim, len(place))] = list(place)[:dim]
+    if reports.platform is None:
+        return np.broadcast_to(stands, (rows.size, dim))
+    said = reports.platform[rows, :dim]
+    return np.where(np.isnan(said), stands, said)
 
 
 def _detection(

@@ -18,6 +18,7 @@ from trackweave.filters._kernels import correct, update
 from trackweave.filters._measuring import innovation, invert, invert_many, measure
 from trackweave.filters._states import advance, changes, combine, linearise, mix
 from trackweave.filters._straight import let_back
+from trackweave.filters._tails import mix_with, share_of_wide
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
 
@@ -29,7 +30,8 @@ class Readings(NamedTuple):
 
     ``kind`` is what the report holds, -1 for none, and ``width`` how many numbers that are, of
     ``measurement`` with standard deviations ``sigma``, shape (moments, ≥ width). ``platform``
-    holds the sensor's x, y, z [m] and their rates [m/s], shape (moments, 6).
+    holds the sensor's x, y, z [m] and their rates [m/s], shape (moments, 6). ``tail`` is how
+    probable it is that the noise is wider, and how many times, shape (moments, 2).
     """
 
     time: FloatArray
@@ -38,6 +40,7 @@ class Readings(NamedTuple):
     measurement: FloatArray
     sigma: FloatArray
     platform: FloatArray
+    tail: FloatArray
 
 
 class Course(NamedTuple):
@@ -58,6 +61,32 @@ def receive(
     weight: FloatArray,
 ) -> None:
     """Take a moment's report into the state in place; one that fits no mode changes nothing."""
+    share, scale = readings.tail[moment]
+    if share == 0.0:
+        _take(readings, moment, 1.0, motion, mean, covariance, weight)
+        return
+    far_mean, far, far_weight = mean.copy(), covariance.copy(), weight.copy()
+    narrow = _take(readings, moment, 1.0, motion, mean, covariance, weight)
+    wide = _take(readings, moment, scale, motion, far_mean, far, far_weight)
+    part = share_of_wide(narrow, wide, share)
+    for mode in range(weight.shape[0]):
+        total = (1.0 - part) * weight[mode] + part * far_weight[mode]
+        own = part * far_weight[mode] / total if total > 0.0 else part
+        weight[mode] = total
+        mix_with(far_mean[mode], far[mode], own, mean[mode], covariance[mode])
+
+
+@jit
+def _take(
+    readings: Readings,
+    moment: int,
+    scale: float,
+    motion: MotionRule,
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+) -> float:
+    """Do so with noise so many times as wide as told; return the log likelihood."""
     modes, size = mean.shape
     kind, width = readings.kind[moment], readings.width[moment]
     foreseen, apart = np.empty(width), np.empty(width)
@@ -71,7 +100,7 @@ def receive(
             motion.unscented, foreseen, spread, cross,
         )  # fmt: skip
         for row in range(width):
-            spread[row, row] += readings.sigma[moment, row] ** 2
+            spread[row, row] += (scale * readings.sigma[moment, row]) ** 2
         log_determinant = invert(spread, inverse)
         fit[mode] = -math.inf
         if not log_determinant < math.inf:
@@ -88,7 +117,7 @@ def receive(
             for row in range(width):
                 for column in range(width):
                     spread[row, column] = 0.0
-                spread[row, row] = readings.sigma[moment, row] ** 2
+                spread[row, row] = (scale * readings.sigma[moment, row]) ** 2
             update(
                 mean[mode].copy(), covariance[mode].copy(), readings.measurement[moment, :width],
                 spread, mean[mode], covariance[mode],
@@ -98,13 +127,14 @@ def receive(
                 mean[mode], covariance[mode], apart, spread, cross, mean[mode], covariance[mode]
             )  # fmt: skip
     if best == -math.inf:
-        return
+        return best
     total = 0.0
     for mode in range(modes):
         weight[mode] = math.exp(fit[mode] - best)
         total += weight[mode]
     for mode in range(modes):
         weight[mode] /= total
+    return float(best + math.log(total) - 0.5 * width * math.log(2.0 * math.pi))
 
 
 @jit

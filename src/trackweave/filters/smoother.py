@@ -54,13 +54,14 @@ def smoothed(
 
 
 def _is_straight(readings: Readings, motion: MotionRule) -> bool:
-    """Tell whether one mode of constant velocity and whole positions are all there is."""
+    """Tell whether one constant velocity and whole positions without tails are all there is."""
     is_report = readings.kind >= 0
     return bool(
         motion.kind.tolist() == [CONSTANT_VELOCITY]
         and motion.prior.shape[0] == 2 * motion.dim
         and np.all(readings.kind[is_report] == MeasurementKind.POSITION)
         and np.all(readings.width[is_report] == motion.dim)
+        and not np.any(readings.tail[is_report, 0])
         and np.all(np.diff(readings.time) >= 0.0)
     )
 

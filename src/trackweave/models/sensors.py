@@ -55,6 +55,10 @@ class Sensor:
         What the strength of its reports says; None for nothing.
     identity_error
         Chance that a report's identity is another than its object's was.
+    tail_share
+        Share of its reports whose noise is wider; 0 for noise without heavy tails.
+    tail_scale
+        How many times as wide the noise of those is.
     scans
         Whether it looks, so that what it does not report was missed; false for one that hears
         objects report themselves, each at its own pace, as AIS does.
@@ -102,6 +106,8 @@ class Sensor:
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
     identity_error: Annotated[float, CHANCE] = 0.01
+    tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
+    tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
     scans: Annotated[bool | None, Key()] = None
     trust: Annotated[bool | tuple[Annotated[str, Key(words=DOUBTED)], ...], Key(TRUST)] = False
 

@@ -36,7 +36,7 @@ __all__ = ["CONFIGURATION", "USABLE"]
 USABLE = "hillis"
 
 CONFIGURATION: dict[str, Any] = {
-    "sensors": {"default": {"trust": True}},
+    "sensors": {"default": {"trust": True, "tail_share": 0.0}},
     "window": {"depth": 5},
     "search": {
         "method": "genetic",

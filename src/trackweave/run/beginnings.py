@@ -32,6 +32,7 @@ class Evidence:
     sigma: FloatArray
     # Where the sensor was: x, y, z [m] and their rates [m/s], shape (reports, 6).
     platform: FloatArray
+    tail: FloatArray  # How probable wider noise is, and how many times as wide, shape (reports, 2)
     turning: IntArray  # Whether the report counts at its own time, not at its scan's end
     dim: int
 
@@ -42,13 +43,14 @@ class Evidence:
         by_name = {sensor.name: sensor for sensor in sensors}
         kinds, widths, turning = [], [], []
         usual = np.full((len(reports.sensors), columns), np.nan)
-        places = np.zeros((len(reports.sensors), 6))
+        places, tails = np.zeros((len(reports.sensors), 6)), np.zeros((len(reports.sensors), 2))
         for number, name in enumerate(reports.sensors):
             sensor, kind = by_name[name], reports.kind_of(number)
             # Positions may have fewer numbers than the space has dimensions.
             width = min(kind.n_components(dim), columns)
             usual[number, :width] = sensor.sigmas(dim)[:width]
             places[number] = sensor.platform
+            tails[number] = sensor.tail_share, sensor.tail_scale
             kinds.append(int(kind))
             widths.append(width)
             turning.append(int(sensor.rotation is not None))
@@ -63,6 +65,7 @@ class Evidence:
             measurement=reports.measurement,
             sigma=np.where(np.isnan(reports.sigma), usual[of], reports.sigma),
             platform=platform,
+            tail=tails[of],
             turning=np.array(turning, dtype=np.int64)[of],
             dim=dim,
         )
@@ -95,6 +98,7 @@ def readings_of(evidence: Evidence, time: FloatArray, report: IntArray) -> Readi
         measurement=np.ascontiguousarray(evidence.measurement[report]),
         sigma=np.ascontiguousarray(evidence.sigma[report]),
         platform=np.ascontiguousarray(evidence.platform[report]),
+        tail=np.ascontiguousarray(evidence.tail[report]),
     )
 
 

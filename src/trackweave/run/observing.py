@@ -64,7 +64,8 @@ def settle(
         directions = None
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
-            directions = Directions(reports, platform, places, observed)
+            sigmas = _told_sigmas(configuration, observed)
+            directions = Directions(reports, platform, places, observed, sigmas)
         told = _of_positions(configuration, observed)
         scanning = {
             name: scans
@@ -77,6 +78,18 @@ def settle(
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _told_sigmas(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> dict[str, tuple[float, ...]]:
+    """Return what is told of the noise of sensors that measure ranges [m, rad]."""
+    told: dict[str, tuple[float, ...]] = {}
+    for name in observed:
+        sigma = configuration.sensor(name).get("sigma")
+        if isinstance(sigma, Mapping) and {"range_m", "azimuth_deg"} <= set(sigma):
+            told[name] = (sigma["range_m"], float(np.radians(sigma["azimuth_deg"])))
+    return told
 
 
 def _is_known_to_scan(

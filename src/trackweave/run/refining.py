@@ -26,6 +26,7 @@ from trackweave.estimation import (
     sure_tracks,
     with_components,
     with_strengths,
+    with_tails,
     without_echoes,
 )
 from trackweave.run.collect import Assigned
@@ -59,6 +60,7 @@ class Directions:
     platform: FloatArray  # Each one's sensor, x, y first [m], shape (reports, ≥ 2)
     places: Mapping[str, Sequence[float]]  # Where sensors stand whose rows do not say, by name [m]
     observed: Mapping[str, ObservedSensor]
+    sigmas: Mapping[str, tuple[float, ...]]  # What is told of the noise of ranging ones [m, rad]
 
 
 def estimates_for(
@@ -91,7 +93,7 @@ def estimates_for(
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
-        return estimates
+        return with_tails(estimates, stretch, followed)
     return _directed(estimates, stretch, followed, directions)
 
 
@@ -106,6 +108,7 @@ def _directed(
         if seen.measurement.has_range
     }
     estimates = with_components(estimates, stretch, followed, ranging)
+    estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
     sensors = dict(estimates.sensors)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):

@@ -1,5 +1,7 @@
 """How far reports lie from where tracks expect them. Nothing here checks or raises."""
 
+import math
+
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Nodes, ScanInput, State
 from trackweave.association._scoring import (
@@ -8,6 +10,7 @@ from trackweave.association._scoring import (
     room_for_expectation,
     room_for_state,
 )
+from trackweave.association._tails import compare_either
 from trackweave.filters._kernels import distance_of, invert_sum, predict
 from trackweave.filters._states import advance
 from trackweave.jit import jit
@@ -25,7 +28,9 @@ def squared_distances(
 ) -> None:
     """Write νᵀS⁻¹ν between each child's report and its parent, from the nearest mode.
 
-    ``general`` is as for ``_growth.propose``.
+    With tails it is less by what the wide part adds to twice the log density, and no more than
+    the gate, which lets through what is near in either part. ``general`` is as for
+    ``_growth.propose``.
     """
     state = room_for_state(motion)
     expected = room_for_expectation(motion, scan.measurement.shape[1])
@@ -50,7 +55,14 @@ def squared_distances(
                 scan.kind, scan.noise[setting], scan.platform[setting], state,
                 motion.dim, motion.unscented, expected,
             )  # fmt: skip
-            distance_out[row], _ = compare(
+            distance_out[row], narrow = compare(
                 scan.kind, scan.measurement, index, state.weight, expected.mean,
                 expected.inverse, expected.log_determinant, expected.innovation,
             )  # fmt: skip
+            if scan.tail_share > 0.0 and distance_out[row] > 0.0:
+                _, either = compare_either(
+                    scan.kind, scan.measurement, index, state.weight, expected,
+                    scan.noise[setting], scan.tail_share, scan.tail_scale,
+                )  # fmt: skip
+                likelier = either - narrow - math.log1p(-scan.tail_share)
+                distance_out[row] = min(max(distance_out[row] - 2.0 * likelier, 0.0), scan.gate)

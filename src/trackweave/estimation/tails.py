@@ -1,0 +1,181 @@
+"""Whether a sensor's noise has heavy tails, from single reports far beside their own tracks.
+
+A report is compared with what its neighbours in the track say of it, two before and two after. Its
+noise is N(0, R) or, with a share ε, N(0, k²R): the contaminated normal distribution [1]_, fitted
+by expectation and maximisation. What turns, neighbours that are off themselves, a sigma that is
+too small or strangers in a crowd would explain is not taken for tails.
+
+.. [1] J. W. Tukey, A survey of sampling from contaminated distributions, 1960.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import gammainc
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
+
+__all__ = ["fitted_tails", "with_tails"]
+
+# Standard deviations from which on a report is far off, and how many such of how many tracks tell
+# of tails: one odd object is no sensor.
+FAR, FEWEST_FAR, FEWEST_TRACKS, FEWEST_REPORTS = 5.0, 5, 3, 100
+# Noise of all tracks that is so many times that of most, but not more, is of a few that are worse.
+MIXED = (2.0, 5.0)
+# What is believed of tails beforehand, as if so many reports had told: the tracks that tell never
+# held what was farther off than their gates.
+USUAL_SHARE, USUAL_REPORTS, MOST_SHARE = 0.01, 500.0, 0.5
+USUAL_SCALE, USUAL_WIDE, MOST_SCALE = 12.0, 10.0, 50.0
+# Where so many strangers lie as near as a report that is far off, it may be one of them; and so
+# many would come where an object's own report is missing in no more than one of so many sensors.
+CROWDED, BY_CHANCE = 0.1, 1e-4
+# Noise so many times as large in the middle of all reports is another sigma.
+OTHER_SIGMA = 2.0
+# Neighbours are no farther apart than so many usual intervals.
+LONGEST_SPAN = 6.0
+MEDIAN_SQUARE = 1.386
+"""Median of the squared distance in a plane."""
+N_ROUNDS = 50
+
+
+class _Beside(NamedTuple):
+    """How far reports are beside what their neighbours say, in two components, and whose."""
+
+    square: FloatArray  # In units of the noise
+    distance: FloatArray  # [m]
+    track: IntArray
+
+
+def with_tails(
+    estimates: Estimates,
+    reports: ReportTable,
+    followed: Followed,
+    places: Mapping[str, Sequence[float]] | None = None,
+    told: Mapping[str, tuple[float, ...]] | None = None,
+) -> Estimates:
+    """Return estimates with the share and scale of wide noise of sensors whose reports have it."""
+    # ``places`` are those of the sensors that measure range and azimuth [m], and ``told`` what
+    # noise a user tells of them [m, rad].
+    tracks = sure_tracks(estimates, reports, followed)
+    sensors = dict(estimates.sensors)
+    for index, name in enumerate(reports.sensors):
+        if name not in sensors or name in estimates.doubts:
+            continue
+        place = None if places is None else places.get(name)
+        known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
+        is_mixed = name not in (told or {}) and _is_mixed(known)
+        beside = _beside((known, index, place), reports, tracks)
+        if beside.track.size >= FEWEST_REPORTS and (is_mixed or _speaks(beside, known)):
+            share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
+            sensors[name] = replace(sensors[name], tail_share=share, tail_scale=scale)
+    return replace(estimates, sensors=sensors)
+
+
+def _is_mixed(sensor: SensorEstimate) -> bool:
+    """Tell whether the noise of some tracks is many times that of most."""
+    whole, most = sensor.sigma, sensor.sigma_of_most
+    if not isinstance(whole, tuple) or most is None:
+        return False
+    times = max(one / other for one, other in zip(whole, most, strict=True))
+    return MIXED[0] < times < MIXED[1]
+
+
+def _speaks(beside: _Beside, sensor: SensorEstimate) -> bool:
+    """Tell whether more reports are far off than turns, strangers or another sigma explain."""
+    whole = beside.square.sum(axis=1)
+    strangers = sensor.density * np.pi * beside.distance**2
+    far = (whole > FAR**2) & (strangers < CROWDED)
+    n_far, count = int(far.sum()), whole.size
+    if n_far < FEWEST_FAR:
+        return False
+    if np.unique(beside.track[far]).size < FEWEST_TRACKS:
+        return False
+    if float(np.median(whole)) > OTHER_SIGMA * MEDIAN_SQUARE:
+        return False
+    missed = (1.0 - sensor.detection_probability) * count
+    # As many or more of a Poisson number.
+    return float(gammainc(n_far, missed * strangers[far].mean())) < BY_CHANCE
+
+
+def fitted_tails(square: FloatArray) -> tuple[float, float]:
+    """Return the likeliest share and scale of wide noise, given squares in units of the narrow."""
+    # The narrow part has the noise that the sensor is known by: what a tracker will take it for.
+    width = square.shape[1]
+    whole = square.sum(axis=1)
+    share, scale = USUAL_SHARE, USUAL_SCALE
+    for _ in range(N_ROUNDS):
+        ratio = np.log(share / (1.0 - share)) - width * np.log(scale)
+        ratio += 0.5 * whole * (1.0 - 1.0 / scale**2)
+        wide = 1.0 / (1.0 + np.exp(-np.clip(ratio, -50.0, 50.0)))
+        n_wide = float(wide.sum()) + USUAL_SHARE * USUAL_REPORTS
+        share = min(n_wide / (wide.size + USUAL_REPORTS), MOST_SHARE)
+        total = float(np.sum(wide * whole)) + USUAL_WIDE * width * USUAL_SCALE**2
+        variance = total / (width * (float(wide.sum()) + USUAL_WIDE))
+        scale = float(np.clip(np.sqrt(variance), 1.0, MOST_SCALE))
+    return share, scale
+
+
+def _beside(
+    sensor: tuple[SensorEstimate, int, Sequence[float] | None],
+    reports: ReportTable,
+    tracks: list[Track],
+) -> _Beside:
+    """Return how far each report of a sensor is beside what its neighbours say."""
+    found, index, place = sensor
+    parts = [_Beside(np.empty((0, 2)), np.empty(0), np.empty(0, dtype=np.int64))]
+    for number, track in enumerate(tracks):
+        rows = track.rows[reports.sensor[track.rows] == index]
+        rows = rows[np.diff(reports.time[rows], prepend=-np.inf) > 1e-6]
+        if rows.size < 5:
+            continue
+        time, position = reports.time[rows], reports.measurement[rows]
+        middle = position[2:-2, :2]
+        variance = np.full((middle.shape[0], 2), found.plane_sigma**2)
+        turned = np.broadcast_to(np.eye(2), (middle.shape[0], 2, 2))
+        if isinstance(found.sigma, tuple) and place is not None:
+            relative = middle - platform_of(reports, rows, place)[2:-2, :2]
+            reach = np.maximum(np.linalg.norm(relative, axis=1), 1e-9)
+            east, north = (relative / reach[:, None]).T
+            turned = np.array([[east, north], [north, -east]]).transpose(2, 0, 1)
+            # Beside the sensor places are off by more than by what an angle tells.
+            variance[:, 1] = np.maximum(found.sigma[1] * reach, found.sigma[0]) ** 2
+        least = np.full(middle.shape[0], np.inf)
+        square, distance = np.full(middle.shape, np.inf), np.full(middle.shape[0], np.inf)
+        for expected, known in _expected(time, position[:, :2]):
+            off = middle - expected
+            along = np.einsum("kij,kj->ki", turned, off)
+            mine = along**2 / (variance * (1.0 + known)[:, None])
+            nearer = mine.sum(axis=1) < least
+            square[nearer], distance[nearer] = mine[nearer], np.linalg.norm(off, axis=1)[nearer]
+            least = np.minimum(least, mine.sum(axis=1))
+        span = time[4:] - time[:-4]
+        told = span < LONGEST_SPAN * float(np.median(np.diff(time)))
+        whose = np.full(int(told.sum()), number)
+        parts.append(_Beside(square[told], distance[told], whose))
+    return _Beside(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _expected(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return where neighbours say that reports are, several ways, and how exactly."""
+    # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
+    # with the variance of each as a share of one report's. One that is off itself spoils some.
+    n = time.size
+    at = {step: time[2 + step : n - 2 + step] for step in (-2, -1, 0, 1, 2)}
+    of = {step: place[2 + step : n - 2 + step] for step in (-2, -1, 1, 2)}
+    ways = []
+    for used in ((-1, 1), (-2, 1), (-1, 2), (-2, 2), (-2, -1, 1, 2)):
+        expected, known = np.zeros_like(of[1]), np.zeros(n - 4)
+        for one in used:
+            weight = np.ones(n - 4)
+            for other in used:
+                if other != one:
+                    weight = weight * (at[0] - at[other]) / (at[one] - at[other])
+            expected += weight[:, None] * of[one]
+            known += weight**2
+        ways.append((expected, known))
+    return ways
