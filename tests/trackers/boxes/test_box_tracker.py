@@ -1,0 +1,337 @@
+"""Boxes keep the names of their objects."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trackweave as tw
+from trackweave.errors import InvalidInputError
+
+Array = np.ndarray[Any, Any]
+SIZE = np.array([20.0, 40.0])
+SURE, UNSURE = 0.95, 0.15
+
+
+def box(x: float, y: float = 0.0) -> list[float]:
+    """Return a box in the image about a place."""
+    return [x - SIZE[0] / 2, y - SIZE[1] / 2, x + SIZE[0] / 2, y + SIZE[1] / 2]
+
+
+def solid(x: float, y: float, yaw: float = 0.0) -> list[float]:
+    """Return a car's box about a place [m]."""
+    return [x, y, 0.8, 4.0, 1.8, 1.6, yaw]
+
+
+def followed(n_frames: int = 10, **options: Any) -> tw.BoxTracker:
+    """Return a tracker that knows of an object at x = n_frames · 2, two pixels on each frame."""
+    tracker = tw.BoxTracker(**options)
+    for k in range(n_frames):
+        tracker.update([box(2.0 * k)], scores=[SURE])
+    return tracker
+
+
+def names_of(frames: list[tw.BoxFrame]) -> list[list[int]]:
+    return [frame.identifiers.tolist() for frame in frames]
+
+
+def scene(seed: int = 0) -> list[tuple[Array, Array]]:
+    """Return boxes and scores of five walkers, some missed, among false boxes."""
+    rng = np.random.default_rng(seed)
+    place = np.column_stack([rng.uniform(0, 400, 5), 60.0 * np.arange(5)])
+    speed = rng.uniform(-3, 3, 5)
+    frames = []
+    for _ in range(40):
+        place[:, 0] += speed
+        found = rng.random(5) < 0.9
+        false = rng.uniform([0, 0], [400, 300], (rng.poisson(1.0), 2))
+        middle = np.vstack([place[found] + rng.normal(0, 0.5, (found.sum(), 2)), false])
+        score = np.concatenate(
+            [rng.uniform(0.7, 1.0, found.sum()), rng.uniform(0, 0.4, len(false))]
+        )
+        frames.append((np.hstack([middle - SIZE / 2, middle + SIZE / 2]), score))
+    return frames
+
+
+# ------------------------------------------------------------------------------------- contract
+
+
+def test_identifiers_are_in_the_order_of_the_boxes() -> None:
+    first, second = tw.BoxTracker(), tw.BoxTracker()
+    rng = np.random.default_rng(1)
+    same: dict[int, int] = {}
+    for boxes, scores in scene():
+        order = rng.permutation(len(boxes))
+        straight = first.update(boxes, scores).identifiers[order]
+        mixed = second.update(boxes[order], scores[order]).identifiers
+        assert straight.dtype == mixed.dtype == np.int64
+        assert np.array_equal(straight == -1, mixed == -1)
+        assert all(same.setdefault(a, b) == b for a, b in zip(straight, mixed, strict=True))
+    assert len(same) >= 6
+
+
+def test_no_name_stands_twice_in_a_frame_and_each_has_a_track() -> None:
+    tracker = tw.BoxTracker()
+    for boxes, scores in scene():
+        frame = tracker.update(boxes, scores)
+        named = frame.identifiers[frame.identifiers >= 0]
+        assert np.unique(named).size == named.size
+        assert set(named) <= {track.identifier for track in frame.tracks if track.visible}
+
+
+def test_a_track_carries_the_box_the_class_the_score_and_the_data_of_its_last_box() -> None:
+    tracker = tw.BoxTracker()
+    tracker.update([box(0.0)], [SURE], ["person"], data=[{"feature": 1}])
+    track = tracker.update([box(2.0)], [0.9], ["person"], data=[{"feature": 2}]).tracks[0]
+    assert (track.class_, track.score, track.data) == ("person", 0.9, {"feature": 2})
+    assert track.box.tolist() == box(2.0)
+    assert track.visible
+    assert 0.5 < track.existence <= 1.0
+
+
+def test_an_object_without_a_box_is_told_where_it_should_be() -> None:
+    frame = followed(20).update(np.empty((0, 4)))
+    assert frame.identifiers.shape == (0,)
+    (track,) = frame.tracks
+    assert not track.visible
+    assert track.data is None
+    assert np.allclose(track.box, box(40.0), atol=1.0)
+
+
+def test_what_is_given_is_not_changed() -> None:
+    boxes, scores = np.array([box(0.0), box(50.0)]), np.array([SURE, SURE])
+    kept = boxes.copy(), scores.copy()
+    tracker = tw.BoxTracker()
+    frame = tracker.update(boxes, scores)
+    frame.tracks[0].box[:] = 0.0
+    tracker.update(boxes, scores)
+    assert np.array_equal(boxes, kept[0])
+    assert np.array_equal(scores, kept[1])
+
+
+def test_the_same_boxes_give_the_same_bytes() -> None:
+    runs = []
+    for _ in range(2):
+        tracker = tw.BoxTracker()
+        frames = [tracker.update(*given) for given in scene()]
+        tracks = [(t.identifier, t.box.tobytes(), t.existence) for f in frames for t in f.tracks]
+        runs.append((names_of(frames), tracks))
+    assert runs[0] == runs[1]
+
+
+# ---------------------------------------------------------------------------------------- names
+
+
+def test_objects_that_cross_keep_their_names() -> None:
+    rng = np.random.default_rng(3)
+    tracker, found = tw.BoxTracker(), []
+    for k in range(40):
+        places = [(3.0 * k, 0.0), (120.0 - 3.0 * k, 12.0)]
+        boxes = np.array([box(*place) for place in places]) + rng.normal(0, 0.5, (2, 4))
+        found.append(tracker.update(boxes, [SURE, SURE]))
+    assert names_of(found)[1:] == [names_of(found)[1]] * 39
+
+
+def test_an_object_that_comes_back_has_its_old_name_while_that_is_open() -> None:
+    for seconds, expected in ((0.8, [1]), (2.5, [2])):
+        tracker = followed(20, period=0.04, rejoin=2.0)
+        for _ in range(round(seconds / 0.04)):
+            tracker.update([])
+        places = 2.0 * (20 + round(seconds / 0.04)) + 2.0 * np.arange(4)
+        frames = [tracker.update([box(x)], [SURE]) for x in places]
+        assert frames[-1].identifiers.tolist() == expected
+
+
+def test_a_name_that_is_closed_is_told_no_more() -> None:
+    tracker = followed(20, period=0.04, rejoin=2.0)
+    assert len(tracker.update([], time=2.0).tracks) == 1
+    assert tracker.update([], time=3.0).tracks == ()
+
+
+def test_a_low_score_goes_on_with_a_track_but_begins_none() -> None:
+    tracker = followed(20)
+    for k in range(20, 30):
+        frame = tracker.update([box(2.0 * k), box(300.0 + 70.0 * (k % 2))], [UNSURE, UNSURE])
+        assert frame.identifiers.tolist() == [1, -1]
+
+
+def test_boxes_without_scores_are_named_once_they_go_on() -> None:
+    tracker = tw.BoxTracker()
+    frames = [tracker.update([box(2.0 * k), box(200.0)]) for k in range(6)]
+    assert frames[-1].identifiers.tolist() == [1, 2]
+    assert frames[-1].tracks[0].score is None
+
+
+def test_any_scale_of_scores_will_do() -> None:
+    tracker = tw.BoxTracker(scores="log-odds")
+    for k in range(10):
+        frame = tracker.update([box(2.0 * k), box(300.0 * (k % 2))], [9.5, -3.0])
+    assert frame.identifiers.tolist() == [1, -1]
+
+
+def test_classes_are_kept_apart() -> None:
+    tracker = tw.BoxTracker()
+    for _ in range(5):
+        frame = tracker.update([box(0.0), box(1.0)], [SURE, SURE], ["person", "bicycle"])
+    assert {t.identifier: t.class_ for t in frame.tracks} == {1: "person", 2: "bicycle"}
+    for _ in range(3):
+        frame = tracker.update([box(0.0)], [SURE], ["dog"])
+    assert frame.identifiers.tolist() == [3]
+
+
+def test_frames_may_come_at_any_time() -> None:
+    tracker = tw.BoxTracker()
+    rng = np.random.default_rng(5)
+    times = np.cumsum(rng.uniform(0.01, 0.3, 40))
+    frames = [tracker.update([box(50.0 * t), box(90.0, 50.0)], [SURE] * 2, time=t) for t in times]
+    assert names_of(frames)[1:] == [[1, 2]] * 39
+    assert [frame.time for frame in frames] == times.tolist()
+
+
+def test_what_does_not_overlap_is_not_linked_where_overlap_is_asked_for() -> None:
+    for distance, after in (("centre", [1]), ("iou", [2])):
+        tracker = tw.BoxTracker(distance=distance)
+        tracker.update([box(0.0)], [SURE])
+        assert tracker.update([box(0.0)], [SURE], time=0.04).identifiers.tolist() == [1]
+        frame = tracker.update([box(25.0)], [0.999], time=0.6)
+        assert frame.identifiers.tolist() == after
+
+
+# --------------------------------------------------------------------------------------- camera
+
+
+def pan(seed: int = 2) -> Array:
+    """Return by how much a camera has panned in each frame: further than a box is wide."""
+    return np.cumsum(np.random.default_rng(seed).uniform(-90, 90, (30, 2)), axis=0)
+
+
+def test_a_camera_that_pans_loses_nobody_when_it_is_told() -> None:
+    told, not_told = tw.BoxTracker(), tw.BoxTracker()
+    for k, shift in enumerate(pan()):
+        places = [(2.0 * k, 0.0), (90.0 - 2.0 * k, 60.0), (200.0, 30.0)]
+        boxes = np.array([box(*place) for place in places]) - np.tile(shift, 2)
+        matrix = np.column_stack([np.eye(2), shift])
+        frame = told.update(boxes, [SURE] * 3, camera=matrix)
+        other = not_told.update(boxes, [SURE] * 3)
+    assert frame.identifiers.tolist() == [1, 2, 3]
+    assert other.identifiers.tolist() != [1, 2, 3]
+    assert np.allclose([track.box for track in frame.tracks], boxes)
+
+
+def test_a_hidden_object_is_told_as_this_frames_camera_would_see_it() -> None:
+    tracker = followed(20)
+    zoom = np.array([[2.0, 0.0, 10.0], [0.0, 2.0, 0.0]])  # this frame shows all at half the size
+    (track,) = tracker.update([], camera=zoom).tracks
+    assert np.allclose(track.box, [5.0 + 5.0, -10.0, 15.0 + 10.0 - 5.0, 10.0], atol=1.0)
+
+
+def test_a_turning_car_sees_standing_cars_stand() -> None:
+    tracker = tw.BoxTracker(period=0.1)
+    cars = np.array([[20.0, 5.0], [30.0, -8.0], [12.0, -3.0]])
+    for k in range(20):
+        angle, place = 0.06 * k, np.array([1.0 * k, 0.2 * k])
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        camera = np.eye(4)
+        camera[:2, :2], camera[:2, 3] = turn, place
+        seen = (cars - place) @ turn
+        frame = tracker.update(
+            [solid(*row, 0.3 - angle) for row in seen], [SURE] * 3, camera=camera
+        )
+    assert frame.identifiers.tolist() == [1, 2, 3]
+    (first, *_) = tracker.update(np.empty((0, 7)), camera=np.eye(4)).tracks
+    assert np.allclose(first.box[:2], cars[0], atol=0.2)
+    assert abs(first.box[6] - 0.3) < 0.05
+
+
+# ------------------------------------------------------------------------------------------ 3-D
+
+
+def test_a_heading_that_flips_by_half_a_turn_is_the_same_cars() -> None:
+    tracker = tw.BoxTracker(period=0.1)
+    for k in range(20):
+        yaw = 0.4 + np.pi * (k % 2)
+        frame = tracker.update([solid(0.5 * k, 0.0, yaw), solid(9.0, 5.0)], [SURE, SURE])
+    assert frame.identifiers.tolist() == [1, 2]
+
+
+def test_two_cars_in_one_place_are_told_apart_by_height() -> None:
+    tracker = tw.BoxTracker(period=0.1)
+    for _ in range(6):
+        below, above = solid(0.0, 0.0), solid(0.0, 0.0)
+        above[2] += 4.0
+        frame = tracker.update([below, above], [SURE, SURE])
+    assert frame.identifiers.tolist() == [1, 2]
+
+
+# ---------------------------------------------------------------------------------- what is odd
+
+
+def test_frames_without_boxes_are_fine_from_the_first_on() -> None:
+    for empty in ([], np.empty((0, 4))):
+        tracker = tw.BoxTracker()
+        assert tracker.update(empty, []).tracks == ()
+        for k in range(3):
+            frame = tracker.update([box(2.0 * k)], [SURE])
+        assert frame.identifiers.tolist() == [1]
+
+
+def test_boxes_cut_to_nothing_are_taken() -> None:
+    tracker = tw.BoxTracker()
+    for _ in range(4):
+        frame = tracker.update([[0.0, 0.0, 0.0, 30.0], box(60.0)], [0.3, SURE])
+    assert frame.identifiers[1] == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"boxes": [[0.0, 0.0, 1.0]]}, "boxes: 3 columns; expected 4 as in earlier frames"),
+        ({"boxes": [[0.0] * 7]}, "boxes: 7 columns; expected 4 as in earlier frames"),
+        ({"boxes": [0.0, 0.0, 1.0, 1.0]}, r"boxes: an array of shape \(4,\); expected shape"),
+        ({"boxes": [[0.0, 0.0, np.nan, 1.0]]}, r"boxes\[0, 2\]: nan; expected a finite number"),
+        ({"boxes": [box(0.0), [5.0, 0.0, 1.0, 1.0]]},
+         r"boxes\[1\]: \[5.0, 0.0, 1.0, 1.0\]; expected x1 ≤ x2 and y1 ≤ y2"),
+        ({"scores": [0.5, 0.5]}, r"scores: an array of shape \(2,\); expected shape \(1\)"),
+        ({"scores": [np.nan]}, r"scores\[0\]: nan; expected a finite number"),
+        ({"scores": [2.5]}, r"scores\[0\]: 2.5; expected a probability .*log-odds"),
+        ({"classes": ["a", "b"]}, "classes: 2 of them; expected 1, one a box"),
+        ({"classes": [0.5]}, "classes: 0.5; expected texts or whole numbers"),
+        ({"data": "feature"}, "data: 'feature'; expected one for each box"),
+        ({"time": 0.0}, "time: 0.0; expected after 0.36.*, the last frame's"),
+        ({"time": np.inf}, "time: inf; expected a finite number"),
+        ({"camera": np.eye(4)}, r"camera: an array of shape \(4, 4\); expected shape \(2, 3\)"),
+        ({"camera": [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]}, "camera: a determinant of -1; expected"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_and_changes_nothing(
+    given: dict[str, Any], message: str
+) -> None:
+    tracker, other = followed(), followed()
+    before = copy.deepcopy(tracker)
+    with pytest.raises(InvalidInputError, match=message):
+        tracker.update(**{"boxes": [box(20.0)], **given})
+    after = [one.update([box(20.0)], [SURE]) for one in (tracker, before, other)]
+    assert len({frame.tracks[0].box.tobytes() for frame in after}) == 1
+    assert len({frame.tracks[0].existence for frame in after}) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"period": 0.0}, "period: 0.0; expected a number above 0"),
+        ({"confirm": 1.0}, "confirm: 1.0; expected a number between 0 and 1"),
+        ({"distance": "area"}, "distance: 'area'; expected one of centre, iou"),
+        ({"scores": "percent"}, "scores: 'percent'; expected one of probability, log-odds"),
+    ],
+)
+def test_options_out_of_range_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        tw.BoxTracker(**options)
+
+
+def test_extents_below_zero_are_refused_in_3_d() -> None:
+    bad = solid(0.0, 0.0)
+    bad[3] = -4.0
+    with pytest.raises(InvalidInputError, match="expected extents of at least 0"):
+        tw.BoxTracker().update([bad])
