@@ -326,7 +326,7 @@ def functions() -> list[Call]:
         }),
         Call("BoxTracker", tw.BoxTracker, {
             "period": 0.5, "distance": "centre", "scores": "probability", "coming": 1.0,
-            "confirm": 0.5, "rejoin": 2.0,
+            "confirm": 0.5, "rejoin": 2.0, "window": 2, "delay": 1,
         }),
         Call("BoxTracker.update", box_frame, {
             "boxes": [[0.0, 0.0, 2.0, 4.0]], "scores": [0.5], "classes": ["a"], "time": 2.0,

@@ -36,6 +36,13 @@ def names_of(frames: list[tw.BoxFrame]) -> list[list[int]]:
     return [frame.identifiers.tolist() for frame in frames]
 
 
+def all_frames(scene: list[tuple[Array, Array]], **options: Any) -> list[tw.BoxFrame]:
+    """Return what a tracker says of each frame, however late."""
+    tracker = tw.BoxTracker(**options)
+    frames = [tracker.update(*given) for given in scene]
+    return [frame for frame in frames if frame.number >= 0] + tracker.rest()
+
+
 def scene(seed: int = 0) -> list[tuple[Array, Array]]:
     """Return boxes and scores of five walkers, some missed, among false boxes."""
     rng = np.random.default_rng(seed)
@@ -71,10 +78,12 @@ def test_identifiers_are_in_the_order_of_the_boxes() -> None:
     assert len(same) >= 6
 
 
-def test_no_name_stands_twice_in_a_frame_and_each_has_a_track() -> None:
-    tracker = tw.BoxTracker()
-    for boxes, scores in scene():
-        frame = tracker.update(boxes, scores)
+KINDS: list[dict[str, Any]] = [{}, {"window": 2}, {"delay": 3}, {"distance": "iou"}]
+
+
+@pytest.mark.parametrize("options", KINDS, ids=str)
+def test_no_name_stands_twice_in_a_frame_and_each_has_a_track(options: dict[str, Any]) -> None:
+    for frame in all_frames(scene(), **options):
         named = frame.identifiers[frame.identifiers >= 0]
         assert np.unique(named).size == named.size
         assert set(named) <= {track.identifier for track in frame.tracks if track.visible}
@@ -110,11 +119,11 @@ def test_what_is_given_is_not_changed() -> None:
     assert np.array_equal(scores, kept[1])
 
 
-def test_the_same_boxes_give_the_same_bytes() -> None:
+@pytest.mark.parametrize("options", KINDS, ids=str)
+def test_the_same_boxes_give_the_same_bytes(options: dict[str, Any]) -> None:
     runs = []
     for _ in range(2):
-        tracker = tw.BoxTracker()
-        frames = [tracker.update(*given) for given in scene()]
+        frames = all_frames(scene(), **options)
         tracks = [(t.identifier, t.box.tobytes(), t.existence) for f in frames for t in f.tracks]
         runs.append((names_of(frames), tracks))
     assert runs[0] == runs[1]
@@ -196,6 +205,55 @@ def test_what_does_not_overlap_is_not_linked_where_overlap_is_asked_for() -> Non
         assert tracker.update([box(0.0)], [SURE], time=0.04).identifiers.tolist() == [1]
         frame = tracker.update([box(25.0)], [0.999], time=0.6)
         assert frame.identifiers.tolist() == after
+
+
+# ---------------------------------------------------------------------------------------- delay
+
+
+def test_a_delay_tells_of_earlier_frames_and_at_last_of_the_rest() -> None:
+    given = scene()
+    tracker = tw.BoxTracker(delay=3, period=0.5)
+    told = [tracker.update(*one) for one in given]
+    assert [frame.number for frame in told] == [-1, -1, -1, *range(len(given) - 3)]
+    assert told[0].tracks == ()
+    frames = [*told[3:], *tracker.rest()]
+    assert [frame.time for frame in frames] == [0.5 * k for k in range(len(given))]
+    for (boxes, _), frame in zip(given, frames, strict=True):
+        assert frame.identifiers.size == len(boxes)
+        for track in frame.tracks:
+            where = np.flatnonzero(frame.identifiers == track.identifier)
+            assert not where.size or np.array_equal(track.box, boxes[where[0]])
+
+
+def test_a_delay_names_an_object_from_its_first_box() -> None:
+    given = [(np.empty((0, 4)), np.empty(0))] * 3
+    given += [(np.array([box(2.0 * k)]), np.array([0.7])) for k in range(8)]
+    at_once, later = all_frames(given), all_frames(given, delay=3)
+    assert names_of(at_once)[3:5] == [[-1], [1]]
+    assert names_of(later)[3:] == [[1]] * 8
+
+
+def test_a_delay_longer_than_the_film_tells_all_at_the_end() -> None:
+    tracker = tw.BoxTracker(delay=9)
+    assert tracker.rest() == []
+    for k in range(4):
+        assert tracker.update([box(2.0 * k)], [SURE]).number == -1
+    assert names_of(tracker.rest()) == [[1]] * 4
+
+
+def test_several_explanations_keep_up_with_those_who_cross() -> None:
+    rng = np.random.default_rng(4)
+    given = []
+    for k in range(40):
+        places = np.array([[3.0 * k, 0.0], [120.0 - 3.0 * k, 10.0]])
+        seen = places[rng.random(2) < 0.8]
+        middle = seen + rng.normal(0, 0.5, seen.shape)
+        given.append((np.hstack([middle - SIZE / 2, middle + SIZE / 2]), np.full(len(seen), SURE)))
+    given.append((np.array([box(120.0), box(0.0, 10.0)]), np.array([SURE, SURE])))
+    for options in KINDS[:3]:
+        frames = all_frames(given, **options)
+        last = {track.identifier for track in frames[-1].tracks}
+        assert last == {1, 2}
 
 
 # --------------------------------------------------------------------------------------- camera
@@ -319,6 +377,8 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        ({"delay": -1}, "delay: -1; expected a whole number ≥ 0"),
+        ({"window": 2.5}, "window: 2.5; expected a whole number ≥ 0"),
         ({"period": 0.0}, "period: 0.0; expected a number above 0"),
         ({"confirm": 1.0}, "confirm: 1.0; expected a number between 0 and 1"),
         ({"distance": "area"}, "distance: 'area'; expected one of centre, iou"),

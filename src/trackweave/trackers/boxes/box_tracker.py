@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trackweave.arrays import float_array, require_finite
 from trackweave.errors import InvalidInputError
-from trackweave.fields import checked_choice, checked_number
+from trackweave.fields import checked_choice, checked_count, checked_number
 from trackweave.trackers.boxes.frames import (
     BoxFrame,
     BoxTrack,
@@ -22,12 +22,11 @@ from trackweave.trackers.boxes.frames import (
 from trackweave.trackers.boxes.habits import Habits
 from trackweave.trackers.boxes.linking import Linker, existence
 from trackweave.trackers.boxes.shapes import boxes_of
-from trackweave.trackers.boxes.states import Tracks
+from trackweave.trackers.boxes.window import Window
 
-__all__ = ["BoxTracker"]
-
-YOUNG = 2.5  # frames without a box after which what had one box only is forgotten
-FORGOTTEN = 0.02  # probability to be there below which a track ends
+__all__ = [
+    "BoxTracker",
+]
 
 
 class BoxTracker:
@@ -54,6 +53,12 @@ class BoxTracker:
         An object is named once its existence is as probable as this, in (0, 1).
     rejoin
         Seconds for which a name stays open while its object is not seen.
+    window
+        Frames before the last one of which several explanations are kept, until later boxes tell
+        which is right (multiple hypotheses); 0 decides each frame for good.
+    delay
+        Frames by which the answer lags; the window is as long at least. The last frames come from
+        ``rest``.
 
     Raises
     ------
@@ -83,6 +88,8 @@ class BoxTracker:
         coming: float = 1.0,
         confirm: float = 0.5,
         rejoin: float = 2.0,
+        window: int = 0,
+        delay: int = 0,
     ) -> None:
         self._period = _positive(period, "period")
         distance_name = checked_choice(distance, "distance", ("centre", "iou"))
@@ -91,9 +98,11 @@ class BoxTracker:
         self._coming = _positive(coming, "coming")
         self._confirm = _positive(confirm, "confirm", 1.0)
         self._rejoin = _positive(rejoin, "rejoin")
+        self._delay = checked_count(delay, "delay")
+        self._depth = max(checked_count(window, "window"), self._delay)
         self._kinds: dict[Hashable, int] = {}
         self._time: float | None = None
-        self._tracks: Tracks | None = None
+        self._window: Window | None = None
         self._number, self._next = -1, 1
 
     def update(  # noqa: PLR0913 what a frame may come with
@@ -127,7 +136,8 @@ class BoxTracker:
 
         Returns
         -------
-        The names of the boxes, in their order, and all tracks whose names are open.
+        The names of the boxes, in their order, and all tracks whose names are open; of an earlier
+        frame where there is a delay.
 
         Raises
         ------
@@ -135,15 +145,25 @@ class BoxTracker:
             If an argument is not what it has to be; the tracker is as before then.
         """
         seen = self._checked(boxes, scores, (classes, data), time, camera)
-        if self._tracks is None:
-            self._linker = Linker(
-                Habits(seen.parts.shape[1]), self._coming, by_overlap=self._by_overlap
-            )
-            self._tracks = self._linker.none(seen)
+        if self._window is None:
+            self._window = self._begun(seen)
         wait = None if self._time is None else seen.time - self._time
-        self._time, self._number = seen.time, self._number + 1
-        self._advance(self._tracks, seen, wait)
-        return self._frame(seen)
+        self._time = seen.time
+        self._window.advance(seen, wait)
+        self._number += 1
+        return self._frame(self._window, self._delay)
+
+    def rest(self) -> list[BoxFrame]:
+        """Return the last frames, which a delay has kept back.
+
+        Returns
+        -------
+        As many as the delay, or as there were frames; `update` may go on afterwards.
+        """
+        if self._window is None:
+            return []
+        last = min(self._delay, self._number + 1)
+        return [self._frame(self._window, ago) for ago in range(last - 1, -1, -1)]
 
     def _checked(
         self,
@@ -154,7 +174,7 @@ class BoxTracker:
         camera: ArrayLike | None,
     ) -> Seen:
         """Return a frame whose every part is what it has to be."""
-        n_columns = None if self._tracks is None else self._tracks.mean.shape[1]
+        n_columns = None if self._window is None else self._window.leaves.mean.shape[1]
         array = checked_boxes(boxes, n_columns)
         count = array.shape[0]
         given = np.full(count, np.nan)
@@ -178,48 +198,39 @@ class BoxTracker:
         kept[:] = checked_items(data, "data", count)
         return Seen(array, placed(array, moved), kinds, given, odds, kept, time, moved)
 
-    def _advance(self, tracks: Tracks, seen: Seen, wait: float | None) -> None:
-        """Take tracks through a frame."""
-        linker = self._linker
-        linker.look(seen)
-        linker.wait(tracks, wait or 0.0)
-        links = linker.linked(linker.odds(tracks, seen, wait or 0.0))
-        linker.miss(tracks)
-        linker.hit(tracks, seen, links)
-        free = np.setdiff1d(np.arange(len(seen.boxes)), links.box)
-        tracks = tracks.and_also(linker.born(seen, free, wait))
-        silence = seen.time - tracks.last_seen
-        is_lost = (tracks.hits < 2.0) & (tracks.name < 0) & (silence > YOUNG * (wait or 0.0))
-        ended = (silence > self._rejoin) | (tracks.present < FORGOTTEN) & (tracks.hits >= 2.0)
-        linker.habits.note_lost(tracks.of(np.flatnonzero((is_lost | ended) & (tracks.hits < 3.0))))
-        self._tracks = tracks.of(np.flatnonzero(~(is_lost | ended)))
+    def _begun(self, seen: Seen) -> Window:
+        """Return the window before the first frame."""
+        habits = Habits(seen.parts.shape[1])
+        habits.know(1 + int(seen.kinds.max(initial=-1)))
+        linker = Linker(habits, self._coming, by_overlap=self._by_overlap)
+        none = linker.born(seen, None).of(np.empty(0, dtype=np.int64))
+        return Window(linker, self._depth, self._rejoin, none)
 
-    def _frame(self, seen: Seen) -> BoxFrame:
-        """Name what has become sure and return what is known."""
-        tracks = self._tracks
-        assert tracks is not None
-        sure = existence(tracks)
-        is_seen, is_sure = tracks.row >= 0, sure > self._confirm
-        new = np.flatnonzero((tracks.name < 0) & is_seen & is_sure)
-        tracks.name[new] = np.arange(self._next, self._next + new.size)
-        self._next += new.size
+    def _frame(self, window: Window, ago: int) -> BoxFrame:
+        """Name what has become sure and return what is known of a frame."""
+        if ago > self._number:
+            return BoxFrame(-1, np.nan, np.empty(0, dtype=np.int64), ())
+        seen, then, leaves = window.ago(ago)
+        sure = existence(window.leaves.of(leaves))
+        is_seen, is_sure = then.row >= 0, sure > self._confirm
+        for leaf in leaves[(window.leaves.name[leaves] < 0) & is_seen & is_sure]:
+            window.name(leaf, self._next)
+            self._next += 1
+        name = window.leaves.name[leaves]
         identifiers = np.full(len(seen.boxes), -1)
         shown = is_seen & is_sure
-        identifiers[tracks.row[shown]] = tracks.name[shown]
-        own = seen.camera.from_first(tracks.mean) if seen.camera else tracks.mean
-        box = boxes_of(own)
-        box[is_seen] = seen.boxes[tracks.row[is_seen]]
+        identifiers[then.row[shown]] = name[shown]
+        box = boxes_of(seen.camera.from_first(then.mean) if seen.camera else then.mean)
+        box[is_seen] = seen.boxes[then.row[is_seen]]
         labels = list(self._kinds)
-        return BoxFrame(
-            self._number, seen.time, identifiers,
-            tuple(
-                BoxTrack(
-                    int(tracks.name[k]), box[k], labels[tracks.kind[k]], _score(tracks.score[k]),
-                    tracks.data[k], bool(is_seen[k]), float(sure[k]),
-                )
-                for k in np.flatnonzero(tracks.name >= 0)
-            ),
+        tracks = tuple(
+            BoxTrack(
+                int(name[k]), box[k], labels[then.kind[k]], _score(then.score[k]),
+                then.data[k], bool(is_seen[k]), float(sure[k]),
+            )
+            for k in np.flatnonzero(name >= 0)
         )  # fmt: skip
+        return BoxFrame(self._number - ago, seen.time, identifiers, tracks)
 
 
 def _positive(value: object, name: str, below: float = np.inf) -> float:

@@ -11,7 +11,16 @@ from trackweave.arrays import FloatArray, IntArray, float_array, n_axes, require
 from trackweave.errors import InvalidInputError
 from trackweave.trackers.boxes.shapes import IMAGE, SOLID, Camera, parts_of
 
-__all__ = ["BoxFrame", "BoxTrack", "Seen", "checked_boxes", "checked_camera", "checked_items"]
+__all__ = [
+    "BoxFrame",
+    "BoxTrack",
+    "Seen",
+    "checked_boxes",
+    "checked_camera",
+    "checked_items",
+    "checked_odds",
+    "placed",
+]
 
 SUREST = 1e-4  # probabilities nearer to 0 or 1 count as this near
 

@@ -6,7 +6,10 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.boxes import states
 from trackweave.trackers.boxes.states import Tracks
 
-__all__ = ["UNKNOWN", "Habits"]
+__all__ = [
+    "UNKNOWN",
+    "Habits",
+]
 
 WEIGHT = 30.0  # boxes that the values at the start count for
 LONGEST = 500.0  # boxes that count at most, so that the old are forgotten

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.boxes import states
@@ -13,7 +12,13 @@ from trackweave.trackers.boxes.habits import Habits
 from trackweave.trackers.boxes.shapes import IMAGE, boxes_of, overlaps
 from trackweave.trackers.boxes.states import Tracks
 
-__all__ = ["Linker", "Links", "existence"]
+__all__ = [
+    "Linker",
+    "Links",
+    "existence",
+    "lasting",
+    "missed",
+]
 
 DETECTED = 0.9  # probability that the detector finds what it could see
 HIDE, SHOW, LEAVE = 0.5, 1.0, 0.05  # how often objects do, a second
@@ -38,6 +43,19 @@ def existence(tracks: Tracks) -> FloatArray:
     return np.asarray(tracks.present / (1.0 + np.exp(-said)))
 
 
+def lasting(visible: FloatArray, hidden: FloatArray, seconds: float) -> tuple[FloatArray, ...]:
+    """Return the probabilities to be visible and hidden after some time."""
+    hide, show, leave = (-np.expm1(-rate * seconds) for rate in (HIDE, SHOW, LEAVE))
+    shown = visible * (1.0 - hide) + hidden * show
+    return shown * (1.0 - leave), (visible + hidden - shown) * (1.0 - leave)
+
+
+def missed(visible: FloatArray, hidden: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the probabilities to be visible and hidden of what had no box."""
+    likely = 1.0 - visible * DETECTED
+    return visible * (1.0 - DETECTED) / likely, hidden / likely
+
+
 class Linker:
     """Weighs boxes against tracks by what is known of the detector.
 
@@ -56,11 +74,6 @@ class Linker:
         self.habits, self._coming, self._by_overlap = habits, coming, by_overlap
         self._low = self._high = np.empty(0)
 
-    def none(self, seen: Seen) -> Tracks:
-        """Return no tracks, of as many parts as boxes have."""
-        self.habits.know(1)
-        return self._begun(seen, np.empty(0, dtype=np.int64), np.empty(0), np.empty(0))
-
     def look(self, seen: Seen) -> None:
         """Note where boxes are found at all, as the frame's own camera sees them."""
         self.habits.know(int(seen.kinds.max(initial=-1)) + 1)
@@ -74,12 +87,9 @@ class Linker:
     def wait(self, tracks: Tracks, seconds: float) -> None:
         """Take tracks to a later time, in place."""
         states.predict(tracks, self.habits.factor[tracks.kind], seconds)
-        hide, show, leave = (-np.expm1(-rate * seconds) for rate in (HIDE, SHOW, LEAVE))
-        visible, hidden = tracks.visible, tracks.hidden
-        tracks.visible = (visible * (1.0 - hide) + hidden * show) * (1.0 - leave)
-        tracks.hidden = (visible * hide + hidden * (1.0 - show)) * (1.0 - leave)
+        tracks.visible, tracks.hidden = lasting(tracks.visible, tracks.hidden, seconds)
 
-    def alone(self, seen: Seen, wait: float | None) -> tuple[FloatArray, FloatArray]:
+    def _alone(self, seen: Seen, wait: float | None) -> tuple[FloatArray, FloatArray]:
         """Return of each box what its score says, and how probably it is new if it is alone."""
         said = self.habits.evidence(seen.odds, seen.kinds)
         new = self._coming * (STAY if wait is None else wait)
@@ -122,20 +132,11 @@ class Linker:
         anywhere = np.log(span).sum() + dim * (growth + SIZES) + (n_parts % 2) * np.log(np.pi)
         return np.asarray(likely + anywhere)
 
-    def linked(self, odds: FloatArray) -> Links:
-        """Return the most probable links, each track and each box in one at most."""
-        worth = np.maximum(odds, 0.0)
-        track, box = linear_sum_assignment(worth, maximize=True)
-        chosen = worth[track, box] > 0.0
-        track, box = track[chosen], box[chosen]
-        return Links(track, box, odds[track, box])
-
     def miss(self, tracks: Tracks) -> None:
         """Take it in that tracks had no box, in place."""
-        seen_not = 1.0 - tracks.visible * DETECTED
-        tracks.visible = tracks.visible * (1.0 - DETECTED) / seen_not
-        tracks.hidden = tracks.hidden / seen_not
+        tracks.visible, tracks.hidden = missed(tracks.visible, tracks.hidden)
         tracks.row = np.full(len(tracks), -1)
+        tracks.ratio = np.full_like(tracks.mean, np.nan)
 
     def hit(self, tracks: Tracks, seen: Seen, links: Links) -> None:
         """Take in boxes of tracks that were missed until then, in place."""
@@ -146,8 +147,7 @@ class Linker:
         some, error = tracks.of(rows), self.habits.error(tracks.of(rows))
         surprise = states.surprises(some.mean, seen.parts[boxes])
         known = (some.hits >= 3.0) & (sure > 0.9)
-        ratio = surprise**2 / (some.variance + error)
-        self.habits.note_links(ratio[known], some.kind[known])
+        tracks.ratio[rows[known]] = (surprise**2 / (some.variance + error))[known]
         states.update(some, surprise, error)
         tracks.put(rows, some, ("mean", "rate", "variance", "mixed", "rate_variance"))
         tracks.evidence[rows] += self.habits.evidence(seen.odds[boxes], seen.kinds[boxes])
@@ -156,18 +156,19 @@ class Linker:
         tracks.row[rows], tracks.last_seen[rows] = boxes, seen.time
         tracks.score[rows], tracks.data[rows] = seen.scores[boxes], seen.data[boxes]
 
-    def born(self, seen: Seen, boxes: IntArray, wait: float | None) -> Tracks:
-        """Return the tracks that begin with boxes of no track."""
-        said, new = self.alone(seen, wait)
+    def note_alone(self, seen: Seen, boxes: IntArray, wait: float | None) -> None:
+        """Learn from boxes of no track how many are false."""
+        _, new = self._alone(seen, wait)
         self.habits.note_alone(1.0 - new[boxes], seen.kinds[boxes])
-        return self._begun(seen, boxes, said[boxes], new[boxes])
 
-    def _begun(self, seen: Seen, boxes: IntArray, said: FloatArray, new: FloatArray) -> Tracks:
-        one, kinds = np.ones(boxes.size), seen.kinds[boxes]
+    def born(self, seen: Seen, wait: float | None) -> Tracks:
+        """Return the tracks that begin with each box."""
+        said, new = self._alone(seen, wait)
+        one, kinds = np.ones(len(seen.boxes)), seen.kinds
         others: dict[str, NDArray[Any]] = {
             "visible": new, "hidden": 0.0 * one, "kind": kinds,
-            "name": np.full(boxes.size, -1), "hits": one.copy(), "evidence": said,
-            "score_sum": seen.odds[boxes], "last_seen": seen.time * one, "row": boxes,
-            "score": seen.scores[boxes], "data": seen.data[boxes],
+            "name": np.full(len(seen.boxes), -1), "hits": one.copy(), "evidence": said,
+            "score_sum": seen.odds, "last_seen": seen.time * one,
+            "row": np.arange(len(seen.boxes)), "score": seen.scores, "data": seen.data,
         }  # fmt: skip
-        return states.born(seen.parts[boxes], self.habits.factor[kinds], others)
+        return states.born(seen.parts, self.habits.factor[kinds], others)

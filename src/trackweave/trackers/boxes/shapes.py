@@ -4,7 +4,14 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 
-__all__ = ["Camera", "boxes_of", "n_places", "overlaps", "parts_of"]
+__all__ = [
+    "Camera",
+    "boxes_of",
+    "n_places",
+    "overlaps",
+    "parts_of",
+    "turned",
+]
 
 IMAGE, SOLID = 4, 7
 

@@ -9,7 +9,16 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.boxes.shapes import turned
 
-__all__ = ["Tracks", "born", "likelihoods", "mean_extents", "predict", "surprises", "update"]
+__all__ = [
+    "Tracks",
+    "born",
+    "columns",
+    "likelihoods",
+    "mean_extents",
+    "predict",
+    "surprises",
+    "update",
+]
 
 # Standard deviations for centre, logarithms of extents and yaw; lengths in mean extents of the
 # object. They are where learning starts: variances are scaled by what boxes turn out to do.
@@ -27,7 +36,8 @@ class Tracks:
 
     ``visible`` and ``hidden`` are the probabilities to be there and to be where the detector sees
     it or does not; what they lack to 1 is the probability to be gone. ``row`` is the last frame's
-    box, -1 where it had none; ``score_sum`` and ``evidence`` are sums over ``hits`` boxes.
+    box, -1 where it had none; ``score_sum`` and ``evidence`` are sums over ``hits`` boxes;
+    ``ratio`` is the last surprise squared over its variance where the link was sure, else NaN.
     """
 
     mean: FloatArray
@@ -44,6 +54,7 @@ class Tracks:
     score_sum: FloatArray
     last_seen: FloatArray
     row: IntArray
+    ratio: FloatArray
     score: FloatArray
     data: NDArray[Any]
 
@@ -92,6 +103,7 @@ def born(parts: FloatArray, factor: FloatArray, others: dict[str, NDArray[Any]])
         mean=parts.copy(),
         rate=np.zeros_like(parts),
         variance=columns(ERROR, parts) ** 2 * factor,
+        ratio=np.full_like(parts, np.nan),
         mixed=np.zeros_like(parts),
         rate_variance=columns(RATE, parts) ** 2,
         **others,
