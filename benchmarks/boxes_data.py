@@ -109,15 +109,10 @@ def together(results: list[dict[str, Any]]) -> dict[str, Any]:
         }
 
 
-def figures(result: dict[str, Any]) -> list[float | int]:
-    """Return HOTA, IDF1, MOTA, DetA, AssA in per cent, switches, missed and false boxes."""
-    hota, clear, named = result["HOTA"], result["CLEAR"], result["Identity"]
-    shares = [
-        float(np.mean(hota["HOTA"])), named["IDF1"], clear["MOTA"],
-        float(np.mean(hota["DetA"])), float(np.mean(hota["AssA"])),
-    ]  # fmt: skip
-    counts = [int(clear[key]) for key in ("IDSW", "CLR_FN", "CLR_FP")]
-    return [*(100.0 * share for share in shares), *counts]
+def figures(result: dict[str, Any]) -> list[float]:
+    """Return HOTA, IDF1 and MOTA in per cent."""
+    hota = float(np.mean(result["HOTA"]["HOTA"]))
+    return [100.0 * hota, 100.0 * result["Identity"]["IDF1"], 100.0 * result["CLEAR"]["MOTA"]]
 
 
 def _metrics(trackeval: Any) -> dict[str, Any]:

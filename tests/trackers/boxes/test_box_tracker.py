@@ -99,6 +99,13 @@ def test_a_track_carries_the_box_the_class_the_score_and_the_data_of_its_last_bo
     assert 0.5 < track.existence <= 1.0
 
 
+def test_rows_of_an_array_may_be_the_data() -> None:
+    features = np.array([[1.0, 2.0], [3.0, 4.0]])
+    for given in (features, list(features)):
+        frame = tw.BoxTracker().update([box(0.0), box(90.0)], [SURE, SURE], data=given)
+        assert [track.data.tolist() for track in frame.tracks] == features.tolist()
+
+
 def test_an_object_without_a_box_is_told_where_it_should_be() -> None:
     frame = followed(20).update(np.empty((0, 4)))
     assert frame.identifiers.shape == (0,)
@@ -339,6 +346,24 @@ def test_boxes_cut_to_nothing_are_taken() -> None:
     for _ in range(4):
         frame = tracker.update([[0.0, 0.0, 0.0, 30.0], box(60.0)], [0.3, SURE])
     assert frame.identifiers[1] == 1
+
+
+def test_scores_that_are_all_alike_say_something_still() -> None:
+    rng = np.random.default_rng(6)
+    tracker = tw.BoxTracker()
+    for _ in range(700):
+        frame = tracker.update([box(*rng.uniform(0, 900, 2)), box(0.0)], [0.05, 0.9])
+    assert frame.identifiers.tolist() == [-1, 1]
+
+
+def test_places_times_and_scores_of_any_size_are_borne() -> None:
+    for scale in (1e-12, 1e12, 1e80):
+        tracker = tw.BoxTracker(scores="log-odds")
+        for k, time in enumerate((0.0, 0.04, 0.08, 1e20, 1e300)):
+            boxes = scale * np.array([box(2.0 * k), box(100.0)])
+            frame = tracker.update(boxes, [1e308, 5.0], time=time)
+        assert all(np.isfinite(track.existence) for track in frame.tracks)
+        assert np.array_equal(frame.tracks[0].box, boxes[0])
 
 
 @pytest.mark.parametrize(

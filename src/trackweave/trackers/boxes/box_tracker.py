@@ -48,7 +48,7 @@ class BoxTracker:
         What scores are: a "probability" from 0 to 1, or "log-odds" on any scale, such as
         logits.
     coming
-        New objects a second, about. Must be positive.
+        New objects of a class a second, about. Must be positive.
     confirm
         An object is named once its existence is as probable as this, in (0, 1).
     rejoin
@@ -191,11 +191,10 @@ class BoxTracker:
             raise InvalidInputError(f"time: {time}; expected after {self._time}, the last frame's")
         moved = checked_camera(camera, array.shape[1])
         odds = checked_odds(given, self._scores)
+        kept = checked_items(data, "data", count)
         for label in labels:
             self._kinds.setdefault(label, len(self._kinds))
         kinds = np.array([self._kinds[label] for label in labels], dtype=np.int64)
-        kept = np.empty(count, dtype=object)
-        kept[:] = checked_items(data, "data", count)
         return Seen(array, placed(array, moved), kinds, given, odds, kept, time, moved)
 
     def _begun(self, seen: Seen) -> Window:

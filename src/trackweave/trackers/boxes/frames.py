@@ -146,17 +146,20 @@ def checked_odds(scores: FloatArray, kind: str) -> FloatArray:
     return np.asarray(np.log(inside / (1.0 - inside)))
 
 
-def checked_items(values: Any, name: str, n_boxes: int) -> list[Any]:
+def checked_items(values: Any, name: str, n_boxes: int) -> NDArray[Any]:
     """Return an item for each box, Nones where there are none."""
+    kept = np.full(n_boxes, None, dtype=object)
     if values is None:
-        return [None] * n_boxes
+        return kept
     is_row = isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Set)
     if not is_row or (isinstance(values, np.ndarray) and values.ndim == 0):
         raise InvalidInputError(f"{name}: {values!r:.80}; expected one for each box")
     items = list(values)
     if len(items) != n_boxes:
         raise InvalidInputError(f"{name}: {len(items)} of them; expected {n_boxes}, one a box")
-    return items
+    for place, item in enumerate(items):
+        kept[place] = item  # at once, NumPy would take items apart that are rows themselves
+    return kept
 
 
 def checked_camera(camera: ArrayLike | None, n_columns: int) -> Camera | None:

@@ -14,6 +14,7 @@ __all__ = [
 WEIGHT = 30.0  # boxes that the values at the start count for
 LONGEST = 500.0  # boxes that count at most, so that the old are forgotten
 LOST_MEAN, LOST_SIGMA = -2.0, 2.0  # log-odds of boxes that nothing follows, at the start
+LEAST_SIGMA = 0.1  # of the same, where they are all alike
 FALSE = 0.5  # such boxes a frame, at the start
 UNKNOWN = 2.0  # what a box without a score says for an object [nats]
 LARGEST_RATIO = 9.0  # squared surprises over their variances beyond this are odd boxes'
@@ -49,7 +50,7 @@ class Habits:
         # as much as it stands out from them. At the start this is the score itself.
         count, total, square = self._moments[kinds].T
         mean = total / count
-        sigma = np.sqrt(square / count - mean**2)
+        sigma = np.sqrt(np.maximum(square / count - mean**2, LEAST_SIGMA**2))
         said = np.clip(2.0 * ((scores - mean) / sigma - 1.0), -SUREST, SUREST)
         return np.where(np.isnan(scores), UNKNOWN, said)
 

@@ -22,9 +22,10 @@ __all__ = [
 
 DETECTED = 0.9  # probability that the detector finds what it could see
 HIDE, SHOW, LEAVE = 0.5, 1.0, 0.05  # how often objects do, a second
-SIZES = np.log(2.0)  # boxes of anything spread over e² in each extent
+SIZES = np.log(2.0)  # boxes of anything spread over a factor of e² in each extent
 STAY = 10.0  # seconds that objects there at the start have been coming
-LIKENESS = 0.5  # share of independence in how surely one object is found from frame to frame
+LONGEST = 1e6  # seconds; after more nobody knows more
+LIKENESS = 0.5  # correlation of scores of one object
 
 
 class Links(NamedTuple):
@@ -64,7 +65,7 @@ class Linker:
     habits
         What is known of it.
     coming
-        New objects a second.
+        New objects of a class a second.
     by_overlap
         Whether boxes in the image are compared by intersection over union instead of by centre
         and size.
@@ -86,6 +87,7 @@ class Linker:
 
     def wait(self, tracks: Tracks, seconds: float) -> None:
         """Take tracks to a later time, in place."""
+        seconds = min(seconds, LONGEST)
         states.predict(tracks, self.habits.factor[tracks.kind], seconds)
         tracks.visible, tracks.hidden = lasting(tracks.visible, tracks.hidden, seconds)
 
