@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from boxes_data import Found, Sequence, figures, judged, sequences, together
 from boxes_peers import peers
+from boxes_streets import KINDS, judged_street, street
 from recordings_data import add_arguments
 from text_tables import command, heading, table
 
@@ -44,7 +45,7 @@ def ours(several: list[Sequence], *, solid: bool = False, **options: Any) -> lis
     """Follow the boxes of sequences that are of the same frames, each of a class."""
     tracker = tw.BoxTracker(
         period=several[0].period,
-        scores="probability" if several[0].dataset == "TUD" else "log-odds",
+        scores="log-odds" if several[0].dataset == "KITTI" else "probability",
         **options,
     )
     told, owners = [], []
@@ -93,6 +94,26 @@ def compared(data: list[Sequence], methods: dict[str, list[dict[str, Any]]]) -> 
     return table(["HOTA / IDF1 / MOTA", *head, "together"][: 1 + len(rows[0][1:])], rows)
 
 
+def streets(seeds: list[int]) -> str:
+    """Return a table of simulated streets, several of a kind together."""
+    made = {kind: [street(kind, seed) for seed in seeds] for kind in KINDS}
+    methods: dict[str, Callable[[Sequence], list[Found]]] = {
+        "BoxTracker": lambda one: ours([one])[0],
+        "BoxTracker, window=3": lambda one: ours([one], window=3)[0],
+        "BoxTracker, delay=3": lambda one: ours([one], delay=3)[0],
+        **peers(),
+    }
+    rows = []
+    for name, follow in methods.items():
+        each = [
+            figures(together([judged_street(truth, follow(one)) for one, truth in several]))
+            for several in made.values()
+        ]
+        cells = [*each, list(np.mean(each, axis=0))]
+        rows.append([name, *(" / ".join(f"{x:.1f}" for x in cell) for cell in cells)])
+    return table(["HOTA / IDF1 / MOTA", *made, "mean"], rows)
+
+
 def milliseconds(n_boxes: int, **options: Any) -> float:
     """Return the median CPU time of a frame of so many boxes, once warm."""
     rng = np.random.default_rng(1)
@@ -113,7 +134,9 @@ def milliseconds(n_boxes: int, **options: Any) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     add_arguments(parser)
-    data = sequences(parser.parse_args().recordings)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12], help="of the streets")
+    arguments = parser.parse_args()
+    data = sequences(arguments.recordings)
     try:
         import trackeval  # noqa: F401 a peer, which is not there everywhere
     except ImportError:
@@ -130,6 +153,7 @@ def main() -> None:
         for name, follow in named.items():
             methods[name] = [judged(one, follow(one)) for one in part]
         print(compared(part, methods), end="\n\n")
+    print(streets(arguments.seeds), end="\n\n")
     times = [[str(n), milliseconds(n), milliseconds(n, window=3)] for n in (10, 50, 100, 200)]
     print(table(["boxes a frame", "CPU ms", "with window=3"], times))
 

@@ -94,18 +94,16 @@ def judged(one: Sequence, found: list[Found]) -> dict[str, Any]:
         dataset = (_mot if one.dataset == "TUD" else _as_kitti)(one, found, folder, trackeval)
         raw = dataset.get_raw_seq_data("ours", one.name)
         data = dataset.get_preprocessed_seq_data(raw, one.kind.lower())
-        metrics = _metrics(trackeval)
+        metrics = metrics_of()
         return {key: metric.eval_sequence(data) for key, metric in metrics.items()}
 
 
 def together(results: list[dict[str, Any]]) -> dict[str, Any]:
     """Return TrackEval's results over sequences as if they were one."""
-    import trackeval
-
     with contextlib.redirect_stdout(io.StringIO()):
         return {
             key: metric.combine_sequences({str(k): one[key] for k, one in enumerate(results)})
-            for key, metric in _metrics(trackeval).items()
+            for key, metric in metrics_of().items()
         }
 
 
@@ -115,7 +113,10 @@ def figures(result: dict[str, Any]) -> list[float]:
     return [100.0 * hota, 100.0 * result["Identity"]["IDF1"], 100.0 * result["CLEAR"]["MOTA"]]
 
 
-def _metrics(trackeval: Any) -> dict[str, Any]:
+def metrics_of() -> dict[str, Any]:
+    """Return TrackEval's metrics by name."""
+    import trackeval
+
     quiet = {"PRINT_CONFIG": False}
     made = trackeval.metrics
     return {
