@@ -142,7 +142,7 @@ def main() -> None:
     except ImportError:
         print("Skipped: needs trackeval (see the top of this file for it and the peers).")
         return
-    print(heading(command("boxes.py")), end="\n\n")
+    print(heading(command("boxes.py").partition(" --recordings")[0]), end="\n\n")
     for dataset in ("TUD", "KITTI"):
         part = [one for one in data if one.dataset == dataset]
         methods = {"BoxTracker": results(part)}
@@ -152,10 +152,12 @@ def main() -> None:
         named: dict[str, Callable[[Sequence], list[Found]]] = peers()
         for name, follow in named.items():
             methods[name] = [judged(one, follow(one)) for one in part]
-        print(compared(part, methods), end="\n\n")
+        print(f"{dataset}:\n\n{compared(part, methods)}", end="\n\n")
+    print(f"Simulated streets, seeds {' '.join(map(str, arguments.seeds))}:\n")
     print(streets(arguments.seeds), end="\n\n")
+    print("CPU of a frame, median, warm:\n")
     times = [[str(n), milliseconds(n), milliseconds(n, window=3)] for n in (10, 50, 100, 200)]
-    print(table(["boxes a frame", "CPU ms", "with window=3"], times))
+    print(table(["boxes a frame", "ms", "ms with window=3"], times))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackweave.arrays import FloatArray, IntArray, float_array, n_axes, require_finite
 from trackweave.errors import InvalidInputError
+from trackweave.summaries import summary
 from trackweave.trackers.boxes.shapes import IMAGE, SOLID, Camera, parts_of
 
 __all__ = [
@@ -65,6 +66,8 @@ class BoxTrack:
     visible: bool
     existence: float
 
+    __repr__ = summary
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoxFrame:
@@ -93,6 +96,8 @@ class BoxFrame:
     time: float
     identifiers: IntArray
     tracks: tuple[BoxTrack, ...]
+
+    __repr__ = summary
 
 
 class Seen(NamedTuple):

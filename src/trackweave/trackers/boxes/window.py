@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.problem import AssignmentProblem
-from trackweave.solvers.dual import Dual
 from trackweave.trackers.boxes.frames import Seen
 from trackweave.trackers.boxes.linking import DETECTED, Linker, Links, lasting, missed
 from trackweave.trackers.boxes.states import Tracks
@@ -141,6 +139,10 @@ class Window:
             return np.flatnonzero(chosen[places, path[:, 0]])
         if not rows.size:
             return np.empty(0, dtype=np.int64)
+        # Their kernels take a second to load, which frames decided one by one do not need.
+        from trackweave.association.problem import AssignmentProblem
+        from trackweave.solvers.dual import Dual
+
         tuples = np.column_stack([places, path]) + 1
         problem = AssignmentProblem.from_tuples(tuples, -worth)
         row = problem.row
