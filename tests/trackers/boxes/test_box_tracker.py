@@ -193,6 +193,14 @@ def test_classes_are_kept_apart() -> None:
     assert frame.identifiers.tolist() == [3]
 
 
+def test_classes_may_be_whole_numbers_in_a_column_of_floats() -> None:
+    tracker = tw.BoxTracker()
+    tracker.update([box(0.0), box(90.0)], [SURE, SURE], np.array([2.0, 7.0]))
+    frame = tracker.update([box(0.0), box(90.0)], [SURE, SURE], np.array([2, 7]))
+    assert [track.class_ for track in frame.tracks] == [2, 7]
+    assert frame.identifiers.tolist() == [1, 2]
+
+
 def test_frames_may_come_at_any_time() -> None:
     tracker = tw.BoxTracker()
     rng = np.random.default_rng(5)

@@ -125,7 +125,8 @@ class BoxTracker:
         scores
             How sure the detector is of each box.
         classes
-            What each box shows; boxes of different classes are never one object's.
+            What each box shows, texts or whole numbers; boxes of different classes are never one
+            object's.
         time
             Time of the frame [s], after the last one's; left out, a period after it.
         data
@@ -183,6 +184,8 @@ class BoxTracker:
             given = given if empty else float_array(scores, "scores", (count,))
             require_finite(given, "scores")
         classes, data = items
+        # A tensor's entries are tensors, an array's can be told apart.
+        classes = np.asarray(classes) if hasattr(classes, "__array__") else classes
         labels = [_plain(label) for label in checked_items(classes, "classes", count)]
         if time is None:
             time = 0.0 if self._time is None else self._time + self._period
@@ -243,6 +246,8 @@ def _positive(value: object, name: str, below: float = np.inf) -> float:
 def _plain(label: Any) -> Hashable:
     """Return a class as what can be told apart, NumPy's as Python's."""
     label = label.item() if isinstance(label, np.generic) else label
+    # Detectors have classes as columns of floats.
+    label = int(label) if isinstance(label, float) and label.is_integer() else label
     if not isinstance(label, str | int | type(None)):
         raise InvalidInputError(f"classes: {label!r:.80}; expected texts or whole numbers")
     return label

@@ -80,7 +80,8 @@ class BoxFrame:
     time
         Its time [s].
     identifiers
-        Of each box the name of its track, in the order of the boxes; -1 where none is known yet.
+        Of each box the name of its track, in the order of the boxes; -1 where none is sure, yet
+        or any longer.
     tracks
         All objects whose names are open, those without a box in this frame too.
 
