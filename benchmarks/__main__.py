@@ -34,6 +34,7 @@ SCRIPTS = {
     "simulated": ["simulated.py"],
     "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
+    "boxes": ["boxes.py"],
     "scenes": ["eight_scenes.py"],
     "told": ["told_wrongly.py"],
     "never-worse": ["never_worse.py", "--anew"],
@@ -94,6 +95,7 @@ GROUPS = {
     "presets": PAGE,
 }
 OWN_PAGES = {
+    "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
     "recordings": "explanation/recordings.md",
     "scenes": "explanation/scenes.md",
@@ -117,7 +119,7 @@ def main() -> int:
     parser.add_argument("--only", nargs="+", choices=[*SCRIPTS, *known], default=list(SCRIPTS))
     parser.add_argument("--pages", type=Path, default=PAGES, help="folder of the documents")
     parser.add_argument(
-        "--peers-python", default=sys.executable, help="interpreter that has stonesoup and pyehm"
+        "--peers-python", default=sys.executable, help="interpreter that has the peers"
     )
     arguments = parser.parse_args()
     failed = []
@@ -126,7 +128,7 @@ def main() -> int:
         if name not in arguments.only and not (group in known and group in arguments.only):
             continue
         print(f"==> {name}", flush=True)
-        python = arguments.peers_python if name == "peers" else sys.executable
+        python = arguments.peers_python if name in {"peers", "boxes"} else sys.executable
         if name == "performance-bench":
             options += ["--peers-python", arguments.peers_python]
         done = subprocess.run(

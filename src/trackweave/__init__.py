@@ -78,6 +78,9 @@ if TYPE_CHECKING:
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
     from trackweave.solvers.solve import solve as solve
+    from trackweave.trackers.boxes.box_tracker import BoxTracker as BoxTracker
+    from trackweave.trackers.boxes.frames import BoxFrame as BoxFrame
+    from trackweave.trackers.boxes.frames import BoxTrack as BoxTrack
     from trackweave.trackers.clock_guard import HeldScan as HeldScan
     from trackweave.trackers.fused_plots import FusedPlotsTracker as FusedPlotsTracker
     from trackweave.trackers.hypothesis import Amendment as Amendment
@@ -104,6 +107,9 @@ _HOMES = {
     "Association": "trackweave.fusion.associator",
     "Auto": "trackweave.solvers",
     "BiasModel": "trackweave.fusion.bias",
+    "BoxFrame": "trackweave.trackers.boxes.frames",
+    "BoxTrack": "trackweave.trackers.boxes.frames",
+    "BoxTracker": "trackweave.trackers.boxes.box_tracker",
     "Certificate": "trackweave.association.certificate",
     "Combination": "trackweave.fusion.combine",
     "Confirmation": "trackweave.fusion.confirmation",

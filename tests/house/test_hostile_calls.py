@@ -11,7 +11,8 @@ from trackweave.errors import InvalidInputError
 CALLS = {call.name: call for call in [*constructors(), *functions()]}
 # Made by the library, or told apart from the others elsewhere.
 NOT_CALLED = {
-    "Amendment", "Answer", "Association", "Certificate", "Evaluation", "FoundObjects",
+    "Amendment", "Answer", "Association", "BoxFrame", "BoxTrack", "Certificate", "Evaluation",
+    "FoundObjects",
     "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
     "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult",
     "TruthTable", "__version__", "track",

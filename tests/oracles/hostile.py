@@ -197,6 +197,11 @@ def tracker(**options: Any) -> tw.MultiHypothesisTracker:
     return tw.MultiHypothesisTracker(**{**given, **options})
 
 
+def box_frame(boxes: Any, scores: Any, classes: Any, time: Any, data: Any, camera: Any) -> Any:
+    """Return what a box tracker says of its first frame."""
+    return tw.BoxTracker().update(boxes, scores, classes, time, data, camera)
+
+
 def constructors() -> list[Call]:
     """Return the public classes whose objects users make, with arguments."""
     simple = [
@@ -322,6 +327,18 @@ def functions() -> list[Call]:
         }),
         Call("PlotFuser()", tw.PlotFuser([sensor()], tw.PlotsRule(object_density=1e-4)), {
             "scans": [scan()], "rng": rng(),
+        }),
+        Call("BoxTracker", tw.BoxTracker, {
+            "period": 0.5, "distance": "centre", "scores": "probability", "coming": 1.0,
+            "confirm": 0.5, "rejoin": 2.0, "window": 2, "delay": 1,
+        }),
+        Call("BoxTracker.update", box_frame, {
+            "boxes": [[0.0, 0.0, 2.0, 4.0]], "scores": [0.5], "classes": ["a"], "time": 2.0,
+            "data": ["x"], "camera": [[1.0, 0.0, 2.0], [0.0, 1.0, 3.0]],
+        }),
+        Call("BoxTracker.update (3-D)", box_frame, {
+            "boxes": [[0.0, 0.0, 0.0, 4.0, 2.0, 1.5, 0.5]], "scores": None, "classes": [3],
+            "time": None, "data": None, "camera": np.eye(4),
         }),
         Call("NearestNeighbourTracker", tw.NearestNeighbourTracker, {
             "motion": tw.ConstantVelocity(**MOTION), "sensors": [sensor()], "gate": 9.0, "dim": 2,
