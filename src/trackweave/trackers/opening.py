@@ -15,7 +15,7 @@ from trackweave.association.waiting import waited
 from trackweave.association.window_rule import Context, scan_input, window_rule
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
@@ -42,7 +42,7 @@ MOST_TURNED = 1.1
 class Opener:
     """Opens scans, and remembers what a scan is seen against; misses count per period [s]."""
 
-    def __init__(self, motion: Motion, sensors: Mapping[str, Sensor], period: float) -> None:
+    def __init__(self, motion: AnyMotion, sensors: Mapping[str, Sensor], period: float) -> None:
         self._motion = motion
         self._period = period
         self._sensors = sensors
@@ -106,7 +106,7 @@ class Opener:
 
 
 def rule_of(
-    motion: Motion,
+    motion: AnyMotion,
     lifecycle: Lifecycle,
     sensors: Mapping[str, Sensor],
     dim: int,
@@ -136,6 +136,11 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
     modes, size = motion.kind.shape[0], motion.prior.shape[0]
     mean, covariance = np.zeros((count, modes, size)), np.zeros((count, modes, size, size))
     covariance[:] = np.diag(motion.prior)
+    if rule.way is not None and count:
+        place, spread = priors.mean[:, : motion.dim], priors.covariance[:, : motion.dim]
+        begun = rule.way.begin(place, np.ascontiguousarray(spread[:, :, : motion.dim]), size)
+        mean[:, 0], covariance[:, 0] = begun
+        covariance[:, 0, :known], covariance[:, 0, :, :known] = 0.0, 0.0
     mean[:, :, :known] = priors.mean[:, None]
     covariance[:, :, :known, :known] = priors.covariance[:, None]
     zero, nobody = np.zeros(count), np.full(count, -1, dtype=np.int64)

@@ -11,6 +11,7 @@ from trackweave.association.plots_rule import PlotsRule
 from trackweave.association.problem import Answer, Certificate, Status
 from trackweave.association.scan_plots import plots_of
 from trackweave.association.sensor_plots import SensorPlots
+from trackweave.domain.foreign_kind import ours
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -350,7 +351,7 @@ class PlotFuser:
             return self.volumes[sensor.name]
         view = sensor.field_of_view
         coverage = everywhere() if view is None else view.coverage()
-        return extent(coverage, sensor.measurement) if dim == 2 else None
+        return extent(coverage, ours(sensor.measurement, sensor.name)) if dim == 2 else None
 
     def _dimensions(self, scans: Sequence[Scan]) -> int | None:
         """Return the number of dimensions, None where empty scans do not tell it."""
