@@ -20,7 +20,7 @@ from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of, sensor_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.clock_guard import MAX_AHEAD
 from trackweave.trackers.lifecycle import Lifecycle
@@ -35,7 +35,7 @@ ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "sca
 class Settings:
     """A configuration without gaps, as the tracker takes it."""
 
-    motion: Motion
+    motion: AnyMotion
     sensors: tuple[Sensor, ...]
     window: Window  # Scans that are open to change
     lifecycle: Lifecycle  # When tracks begin, are believed and end
@@ -123,7 +123,9 @@ def fill(
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
     ways = estimates.ways if estimates else None
-    motion = motion_of(ledger, told, min(periods, default=1.0), ways)
+    motion = configuration.plugins.moving(ledger) or motion_of(
+        ledger, told, min(periods, default=1.0), ways
+    )
     unscented = ledger.choose(("motion", "filter"), default="extended") == "unscented"
     window = Window(
         depth=ledger.choose(("window", "depth"), estimates and estimates.depth, Window().depth),

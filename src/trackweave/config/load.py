@@ -35,9 +35,11 @@ def load_configuration(
     else:
         name, values = str(source), read_toml(Path(source), "a configuration")
     try:
-        configuration = Configuration.model_validate(values)
+        configuration = Configuration.of(values)
     except ValidationError as err:
         raise InvalidInputError(explain(err, Configuration, [name], values)) from None
+    except InvalidInputError as err:
+        raise InvalidInputError(f"{name}, {err}") from err
     check_search(configuration.search, name)
     check_search(configuration.fusion.search, name, "fusion.search")
     return configuration.called(name)

@@ -3,6 +3,7 @@
 A key that is left out is None here and is filled later, from the data or by a default.
 """
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr
@@ -17,8 +18,14 @@ from trackweave.config.fields import (
     Section,
 )
 from trackweave.config.fusion_sections import FusionSection, SolverSection
-from trackweave.config.motion_sections import MotionSection
-from trackweave.config.sensor_sections import FieldOfViewSection, SensorSection, SigmaTable
+from trackweave.config.motion_sections import MODELS, MotionSection
+from trackweave.config.plugins import NO_PLUGINS, Plugins, taken_apart
+from trackweave.config.sensor_sections import (
+    KINDS,
+    FieldOfViewSection,
+    SensorSection,
+    SigmaTable,
+)
 
 __all__ = [
     "Configuration",
@@ -250,6 +257,7 @@ class Configuration(Section):
     """Everything that ``tracker.toml`` can say; keys left out are estimated or take defaults."""
 
     _name: str = PrivateAttr("configuration")
+    _plugins: Plugins = PrivateAttr(NO_PLUGINS)
 
     seed: Annotated[int, Field(ge=0, lt=2**63), Expected("a whole number ≥ 0")] | None = None
     """Seed of the random numbers; ``--seed`` comes first."""
@@ -267,10 +275,23 @@ class Configuration(Section):
     frame: FrameSection = FrameSection()
     fusion: FusionSection = FusionSection()
 
+    @classmethod
+    def of(cls, values: Any) -> "Configuration":
+        """Return what a file's keys say, those of plug-ins among them."""
+        rest, plugins = taken_apart(values, {"motion": (*MODELS, "imm"), "measurement": KINDS})
+        made = cls.model_validate(rest)
+        made._plugins = plugins  # noqa: SLF001 a new one of ourselves
+        return made
+
     @property
     def name(self) -> str:
         """What messages call the file."""
         return self._name
+
+    @property
+    def plugins(self) -> Plugins:
+        """What the file names from outside the package."""
+        return replace(self._plugins, file=self._name)
 
     def called(self, name: str) -> "Configuration":
         """Return the same under another name in messages."""
@@ -280,4 +301,4 @@ class Configuration(Section):
 
     def as_file(self) -> dict[str, Any]:
         """Return the keys that were given, nested as in the file."""
-        return self.model_dump(exclude_unset=True, by_alias=True)
+        return self._plugins.put_back(self.model_dump(exclude_unset=True, by_alias=True))

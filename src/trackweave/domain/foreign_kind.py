@@ -128,6 +128,11 @@ class ForeignKind:
         return dim
 
     @property
+    def has_own_covariance(self) -> bool:
+        """Whether it knows its reports' errors by itself."""
+        return callable(getattr(self.model, "covariance", None))
+
+    @property
     def has_range(self) -> bool:
         """Whether the first component is a range, as far as is known."""
         return False
@@ -168,7 +173,7 @@ class ForeignKind:
                 f"{(count, len(self.context))}, the columns {', '.join(self.context) or 'none'}"
             )
         plain = Reported(values, sigma, context, sigma[:, :, None] ** 2 * np.eye(size))
-        if covariance is None and callable(getattr(self.model, "covariance", None)):
+        if covariance is None and self.has_own_covariance:
             covariance = self._called("covariance", [(count, size, size)], plain)[0]
         return plain if covariance is None else plain._replace(covariance=covariance)
 

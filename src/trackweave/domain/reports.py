@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -50,7 +51,7 @@ class BadRow:
 
 _PER_REPORT = (
     "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-    "strength", "height", "row",
+    "strength", "height", "row", "context",
 )  # fmt: skip
 
 
@@ -113,6 +114,9 @@ class ReportTable:
     unavailable
         Reports whose position is a code for "not available": their measurements are NaN, and
         they are of no scan; None where there are none.
+    context
+        Further numbers of each report that a kind from outside the package asks for, shape
+        (reports, numbers), NaN where a cell is empty; None where no kind does.
     report_type
         The polars type of the whole numbers that all identifiers are, None where they are text.
 
@@ -140,7 +144,7 @@ class ReportTable:
     iso_time: bool = False
     skipped: tuple[BadRow, ...] = ()
     kind: str = "polars"
-    kinds: tuple[MeasurementKind, ...] = ()
+    kinds: tuple[MeasurementKind | ForeignKind, ...] = ()
     space: int = 0
     platform: FloatArray | None = None
     identity: IntArray | None = None
@@ -150,6 +154,7 @@ class ReportTable:
     notes: tuple[str, ...] = ()
     row: IntArray | None = None
     report_type: Any = None
+    context: FloatArray | None = None
     unavailable: "ReportTable | None" = None
 
     __repr__ = summary
@@ -162,7 +167,7 @@ class ReportTable:
         """Number of dimensions of the tracking space, 2 or 3."""
         return self.space or int(self.measurement.shape[1])
 
-    def kind_of(self, sensor: int) -> MeasurementKind:
+    def kind_of(self, sensor: int) -> MeasurementKind | ForeignKind:
         """Return what a sensor measures, by its index."""
         return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
 
@@ -230,7 +235,8 @@ class ReportTable:
         The scan; ``Scan.report`` holds the row numbers.
         """
         sensor = int(self.sensor[rows[0]])
-        size = self.kind_of(sensor).n_components(self.dim)
+        kind = self.kind_of(sensor)
+        size = kind.n_components(self.dim)
         # Positions without a height stand in a space of three dimensions with two numbers.
         size = min(size, self.measurement.shape[1])
         has_platform = self.platform is not None and not np.isnan(self.platform[rows, 0]).any()
@@ -246,4 +252,28 @@ class ReportTable:
             else None,
             identity=None if self.identity is None else self.identity[rows],
             strength=None if self.strength is None else self.strength[rows],
+            context=self.context_of(kind, rows),
         )
+
+    def context_of(self, kind: MeasurementKind | ForeignKind, rows: IntArray) -> FloatArray | None:
+        """Return further numbers of some reports of a kind; None for a kind of ours.
+
+        Parameters
+        ----------
+        kind
+            What their sensor measures.
+        rows
+            Row numbers.
+
+        Returns
+        -------
+        Shape (rows, numbers).
+        """
+        if not isinstance(kind, ForeignKind) or self.context is None:
+            return None
+        return np.ascontiguousarray(self.context[rows, : len(kind.context)])
+
+    @property
+    def has_foreign(self) -> bool:
+        """Whether any sensor's kind is from outside the package."""
+        return any(isinstance(kind, ForeignKind) for kind in self.kinds)

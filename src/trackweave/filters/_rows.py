@@ -4,6 +4,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.filters._kernels import correct
+from trackweave.filters._smoothing import Readings, receive
 from trackweave.filters._states import advance
 from trackweave.filters._straight import let_back
 from trackweave.jit import jit
@@ -83,3 +84,16 @@ def correct_rows(
             total += weight[row, mode]
         for mode in range(modes):
             weight[row, mode] /= total
+
+
+@jit
+def receive_rows(
+    readings: Readings,
+    motion: MotionRule,
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+) -> None:
+    """Take each row's report, of a kind of ours, into its state in place, as ``receive`` does."""
+    for row in range(readings.kind.shape[0]):
+        receive(readings, row, motion, mean[row], covariance[row], weight[row])

@@ -8,13 +8,15 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
-from trackweave.io.measured import Measured, read_measured
+from trackweave.io.foreign import read_all_measured
+from trackweave.io.measured import Measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.positions import frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_time
@@ -36,6 +38,7 @@ def read_reports(
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
+    kinds: Mapping[str, Any] | None = None,
 ) -> ReportTable:
     """Read reports and check every value.
 
@@ -70,6 +73,9 @@ def read_reports(
     on_bad_row
         "fail" to refuse a table with a bad row; "skip" to leave bad rows out and list them in
         ``skipped`` of the result.
+    kinds
+        Kinds of measurement from outside the package by the names of their sensors, "default" for
+        all others; their rows are read by the columns that the kinds name.
 
     Returns
     -------
@@ -96,6 +102,7 @@ def read_reports(
         frame_origin=frame_origin,
         frame_projection=frame_projection,
         on_bad_row=on_bad_row,
+        kinds=kinds,
     )
 
 
@@ -105,6 +112,7 @@ def reports_in(
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
+    kinds: Mapping[str, Any] | None = None,
 ) -> ReportTable:
     """Return the reports that raw columns hold; parameters and errors as ``read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
@@ -119,7 +127,8 @@ def reports_in(
     checks.require("time", "seconds or ISO 8601 times")
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
-    measured = read_measured(checks, sensor_names, frame)
+    foreign = {name: kind_of(kind) for name, kind in (kinds or {}).items()}
+    measured = read_all_measured(checks, sensor_names, frame, foreign)
     on_plane = measured.frame is None and {"x", "y"} <= set(measured.columns)
     read = _Read(
         sensor_names,
@@ -182,7 +191,7 @@ def _reports_of(
         carried=_carried(checks, table, measured, rows),
         frame=measured.frame or read.frame,
         kind=table.kind,
-        kinds=_kinds(measured.kind, rows, code),
+        kinds=_kinds(measured, rows, code, sensors),
         space=0 if measured.kind is None else measured.space,
         platform=None if platform is None else platform[rows],
         identity=identity,
@@ -191,6 +200,7 @@ def _reports_of(
         height=None if read.height is None else read.height[rows],
         row=table.row[rows],
         report_type=_type_of_identifiers(table),
+        context=None if measured.context is None else measured.context[rows],
     )
 
 
@@ -209,12 +219,18 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
     return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
 
 
-def _kinds(kind: IntArray | None, rows: IntArray, code: IntArray) -> tuple[MeasurementKind, ...]:
+def _kinds(
+    measured: Measured, rows: IntArray, code: IntArray, sensors: tuple[str, ...]
+) -> tuple[MeasurementKind | ForeignKind, ...]:
     """Return what each sensor measures, none where all measure positions."""
-    if kind is None:
+    if measured.kind is None:
         return ()
     _, first = np.unique(code, return_index=True)
-    return tuple(MeasurementKind(number) for number in kind[rows[first]])
+    numbers = measured.kind[rows[first]]
+    return tuple(
+        measured.foreign.get(name) or MeasurementKind(number)
+        for name, number in zip(sensors, numbers, strict=True)
+    )
 
 
 def _optional(checks: RowChecks, name: str, within: Range) -> FloatArray | None:

@@ -72,7 +72,7 @@ class Doubts:
         sensors = {name: dict(table) for name, table in values.get("sensors", {}).items()}
         for name, factors in self._factors.items():
             sensors.setdefault(name, {})["sigma"] = _scaled(self._sigmas[name], factors)
-        changed = Configuration.model_validate({**values, "sensors": sensors})
+        changed = Configuration.of({**values, "sensors": sensors})
         return changed.called(self._told.name)
 
     def contradict(
@@ -81,6 +81,9 @@ class Doubts:
         """Look at the tracks so far; tell whether ``configuration`` changed, to begin again."""
         # ``track`` is that of each report as far as it is known, -1 for none; ``at_end`` no more
         # come.
+        if reports.has_foreign:
+            # Nothing here knows how reports of a kind from outside scatter.
+            return False
         n_assigned = int(np.count_nonzero(track >= 0))
         if not at_end and n_assigned < self._due:
             return False

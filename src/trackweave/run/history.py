@@ -10,8 +10,10 @@ from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.filters.smoother import merged, smoothed
+from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import MotionRule
-from trackweave.run.beginnings import Evidence, first_state, readings_of
+from trackweave.run.beginnings import Evidence, begun, first_state, readings_of
+from trackweave.run.foreign_history import smoothed_together
 from trackweave.run.scans import scan_ends
 
 __all__ = ["smoothed_history"]
@@ -39,7 +41,8 @@ def smoothed_history(
     # Where rows are wanted once in a period only, at those between the two, or at the last report.
     # Each state is conditioned on all of the track's reports, later ones included. Status and
     # score are taken from the tracks as they were known scan by scan.
-    motion = settings.motion.rule(reports.dim, unscented=settings.unscented)
+    rule = settings.motion.rule(reports.dim, unscented=settings.unscented)
+    motion = rule, settings.motion if isinstance(settings.motion, ForeignMotion) else None
     evidence = Evidence.of(reports, settings.sensors)
     ends = scan_ends(
         reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
@@ -48,6 +51,7 @@ def smoothed_history(
     moments = np.unique(np.concatenate([tracks.time, ends]))
     if settings.period is not None and len(tracks):
         moments = np.unique(tracks.time)
+    paths, read, starts = [], [], []
     for path in _paths(evidence, (ends, moments), assignment, priors):
         readings = readings_of(evidence, path.time, path.report)
         if path.start is None:
@@ -55,8 +59,17 @@ def smoothed_history(
             start = first_state(evidence, readings, path.report, motion, known)
         else:
             start = _widened(path.start, motion)
-        mean, covariance = merged(smoothed(readings, start, motion))
-        parts.append(_table(path, (ends, settings.period), (mean, covariance), motion))
+        if motion[1] is None and not reports.has_foreign:
+            states = merged(smoothed(readings, start, rule))
+            parts.append(_table(path, (ends, settings.period), states, rule))
+            continue
+        paths.append(path)
+        read.append((readings, path.report))
+        starts.append(start)
+    if paths:
+        together = smoothed_together(evidence, read, starts, motion)
+        for path, states in zip(paths, together, strict=True):
+            parts.append(_table(path, (ends, settings.period), states, rule))
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return _rows(table, np.lexsort((table.track, table.time)))
@@ -109,11 +122,12 @@ def _first_rows(tracks: TrackTable) -> dict[int, int]:
 
 
 def _widened(
-    start: tuple[FloatArray, FloatArray], motion: MotionRule
+    start: tuple[FloatArray, FloatArray], motion: tuple[MotionRule, ForeignMotion | None]
 ) -> tuple[FloatArray, FloatArray]:
     """Return a state of positions and velocities with room for what else the motion has."""
-    mean, covariance = np.zeros(motion.prior.size), np.diag(motion.prior)
-    size = start[0].size
+    dim, size = motion[0].dim, start[0].size
+    mean, covariance = begun(*motion, start[0][:dim], start[1][:dim, :dim])
+    covariance[:size], covariance[:, :size] = 0.0, 0.0
     mean[:size], covariance[:size, :size] = start
     return mean, covariance
 

@@ -10,6 +10,7 @@ from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sections import Configuration
 from trackweave.config.sensing import section_of, view_keys
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -20,6 +21,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.noting import notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
+from trackweave.run.required import require_told
 
 __all__ = ["filled", "observe", "positions_in", "settle"]
 
@@ -43,6 +45,7 @@ def settle(
     # There are no estimates where none were needed or no report tells a position. To be edited, a
     # note is enough where only a person can know, such as where a sensor stands.
     _require_few_sensors(reports, configuration)
+    require_told(reports, configuration)
     observed = observe(reports, configuration)
     places = positions_in(reports, configuration)
     unplaced = [
@@ -139,14 +142,16 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         measured = reports.measurement[rows]
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
-        turns, is_sure = _rotation(
-            section_of(configuration, name).model_dump(
-                include={"rotation", "scan_period", "scans"}
-            ),
-            reports.time[rows],
-            _azimuth(kind, measured, platform[rows]),
-            numbered=reports.scan is not None,
-        )
+        turns, is_sure = None, True
+        if isinstance(kind, MeasurementKind):
+            turns, is_sure = _rotation(
+                section_of(configuration, name).model_dump(
+                    include={"rotation", "scan_period", "scans"}
+                ),
+                reports.time[rows],
+                _azimuth(kind, measured, platform[rows]),
+                numbered=reports.scan is not None,
+            )
         moments = np.unique(reports.time[rows])
         n_scans = moments.size
         if turns is not None:
@@ -156,7 +161,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             measurement=kind,
             dim=reports.dim,
             says_where=says_where,
-            needs_place=kind is not MeasurementKind.POSITION and not is_alone,
+            needs_place=needs_place(kind) and not is_alone,
             extent=filled(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
@@ -175,6 +180,7 @@ def _of_positions(
     sensors = {name: dict(table) for name, table in values.get("sensors", {}).items()}
     for name, table in sensors.items():
         seen = observed.get(name)
+        configuration.plugins.take_out(name, table)
         table.pop("measurement", None)
         table.pop("rotation", None)
         sigma = table.get("sigma")
@@ -186,7 +192,7 @@ def _of_positions(
     for name, seen in observed.items():
         if seen.field_of_view is not None:
             sensors.setdefault(name, {})["field_of_view"] = view_keys(seen.field_of_view)
-    return Configuration.model_validate({**values, "sensors": sensors})
+    return Configuration.of({**values, "sensors": sensors})
 
 
 def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
@@ -221,11 +227,19 @@ def _rotation(
     return Rotation(given, 0.0, direction), False
 
 
-def filled(kind: MeasurementKind, measured: FloatArray) -> float:
+def needs_place(kind: MeasurementKind | ForeignKind) -> bool:
+    """Tell whether reports count from where their sensor stands, as far as is known."""
+    return isinstance(kind, MeasurementKind) and kind is not MeasurementKind.POSITION
+
+
+def filled(kind: MeasurementKind | ForeignKind, measured: FloatArray) -> float:
     """Return the extent, in their units, that measurements (reports ≥ 1, components) fill."""
     # It is 1 for positions, whose extent is estimated with their noise.
     if kind is MeasurementKind.POSITION:
         return 1.0
+    if isinstance(kind, ForeignKind):
+        sides = np.ptp(measured[:, : kind.n_components(2)], axis=0)
+        return float(np.prod(np.where(sides > 0.0, MARGIN * sides, 1.0)))
     if kind is MeasurementKind.BEARING:
         return _arc(measured[:, 0])
     extent = MARGIN * float(measured[:, 0].max()) * _arc(measured[:, 1]) or 1.0
@@ -245,5 +259,5 @@ def _arc(angle: FloatArray) -> float:
     return max(2 * np.pi - widest, NARROWEST) if widest > WIDEST_CHANCE_GAP else 2 * np.pi
 
 
-def _usual_range(kind: MeasurementKind, measured: FloatArray) -> float:
+def _usual_range(kind: MeasurementKind | ForeignKind, measured: FloatArray) -> float:
     return float(np.median(measured[:, 0])) or 1.0 if kind.has_range else 1000.0

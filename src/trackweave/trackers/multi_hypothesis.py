@@ -19,8 +19,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.fields import checked_choice, checked_flag
-from trackweave.models.foreign_motion import MotionModel
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion, MotionModel
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
 from trackweave.solvers.auto import Auto
@@ -118,7 +117,7 @@ class MultiHypothesisTracker(ScanByScan):
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
-        motion: Motion | MotionModel,
+        motion: AnyMotion | MotionModel,
         sensors: Sequence[Sensor],
         window: Window | int | None = None,
         search: Solver | None = None,

@@ -16,8 +16,7 @@ from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice, checked_flag, checked_number
-from trackweave.models.foreign_motion import MotionModel
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion, MotionModel
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
 from trackweave.solvers.protocol import Stop
@@ -130,7 +129,7 @@ class NearestNeighbourTracker(ScanByScan):
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
-        motion: Motion | MotionModel,
+        motion: AnyMotion | MotionModel,
         sensors: Sequence[Sensor],
         lifecycle: Lifecycle | None = None,
         priors: TrackTable | None = None,

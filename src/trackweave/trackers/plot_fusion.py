@@ -18,7 +18,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_count, checked_members, settle
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
@@ -151,7 +151,7 @@ class PlotFuser:
     sensors: Sequence[Sensor]
     rule: PlotsRule
     search: Solver = field(default_factory=Auto)
-    motion: Motion | None = None
+    motion: AnyMotion | None = None
     volumes: Mapping[str, float] = field(default_factory=dict)
     ignored_widths: Mapping[str, float] = field(default_factory=dict)
     dim: int | None = None
