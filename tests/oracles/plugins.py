@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trackweave import Auto
+
 
 @dataclass(frozen=True)
 class Straight:
@@ -76,3 +78,13 @@ class RangeAzimuth:
         spread = sigma[:, 0, None, None] ** 2 * along[:, :, None] * along[:, None, :]
         wide = (distance * sigma[:, 1])[:, None, None] ** 2
         return place, spread + wide * across[:, :, None] * across[:, None, :]
+
+
+@dataclass(frozen=True)
+class Patient:
+    """A solver, as `Auto`, with a key of its own."""
+
+    patience: int = 1
+
+    def __call__(self, problem, *, rng, hint=None, stop=None):
+        return Auto()(problem, rng=rng, hint=hint, stop=stop)

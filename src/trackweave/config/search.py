@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from trackweave.config.fields import Expected
 from trackweave.config.fusion_sections import SolverSection
 from trackweave.config.messages import explain, show_value, suggest
+from trackweave.config.plugins import plugin_class
 from trackweave.errors import InvalidInputError
 
 __all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_model"]
@@ -65,11 +66,22 @@ def make_solver(search: SolverSection, name: str = "configuration", key: str = "
     if search.method is None and not options:
         return None
     method = search.method or DEFAULT_METHOD
-    if method not in METHODS:
+    if method in METHODS:
+        return _made(method, options, name, key)
+    if _from_outside(method, f"{name}, {key}") is None:
         raise InvalidInputError(
             f'{name}, {key}.method: "{method}" is not known; {instead_of(method, list(METHODS))}'
         )
-    return _made(method, options, name, key)
+    from trackweave.solvers.protocol import require_solver
+
+    solver = _made(method, options, name, key)
+    require_solver(solver, f'{name}, {key}.method: "{method}"')
+    return solver
+
+
+def _from_outside(method: str, key: str = "search") -> type | None:
+    """Return the solver from outside the package that an entry point names; None for none."""
+    return plugin_class("solvers", method, f"{key}.method")
 
 
 def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
@@ -164,13 +176,15 @@ def _solver_class(method: str) -> Any:
     # Compiled kernels come with the solvers: a second that nobody else should wait for.
     from trackweave import solvers
 
-    return getattr(solvers, METHODS[method])
+    known = METHODS.get(method)
+    return _from_outside(method) if known is None else getattr(solvers, known)
 
 
 def _as_in_a_file(kind: Any, default: Any) -> tuple[Any, Any]:
     """Return a field's type and its default as a file has them."""
     if not _is_searches(kind):
-        return Annotated[kind, Expected(_words(kind))], default
+        needed = default is dataclasses.MISSING
+        return Annotated[kind, Expected(_words(kind))], ... if needed else default
     names = {_solver_class(name): name for name in METHODS}
     expected = Expected("a list of searches, each a name or a table with method and options")
     entry = str | dict[str, Any]

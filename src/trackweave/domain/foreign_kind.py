@@ -1,5 +1,6 @@
 """Kinds of measurement from outside the package: what they offer, and what stands for them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -9,8 +10,19 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 
-__all__ = ["FOREIGN", "ForeignKind", "Measurement", "Reported", "kind_of", "ours", "shaped"]
+__all__ = [
+    "FOREIGN",
+    "ForeignKind",
+    "Measurement",
+    "Reported",
+    "kind_of",
+    "ours",
+    "shaped",
+    "slope_of",
+]
 
+FINE = 1e-5
+"""How far apart, as a share of a number and one, differences stand for derivatives."""
 FOREIGN = 99
 """What kernels read as the kind of reports whose kind they do not know."""
 
@@ -251,6 +263,40 @@ def ours(measurement: MeasurementKind | ForeignKind, name: str) -> MeasurementKi
             "fused before tracking; expected a kind of ours, or plots.fuse = false"
         )
     return measurement
+
+
+def slope_of(function: Callable[[FloatArray], FloatArray], states: FloatArray) -> FloatArray:
+    """Return the derivatives of what a function makes of states, by central differences.
+
+    Parameters
+    ----------
+    function
+        Makes values, shape (rows, m), of states.
+    states
+        Where, shape (rows, size).
+
+    Returns
+    -------
+    Shape (rows, m, size).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> tw.slope_of(lambda state: state**2, np.array([[3.0, 1.0]])).round(6)[0]
+    array([[6., 0.],
+           [0., 2.]])
+    """
+    columns = []
+    for column in range(states.shape[1]):
+        step = FINE * (1.0 + np.abs(states[:, column]))
+        sides = []
+        for sign in (1.0, -1.0):
+            beside = states.copy()
+            beside[:, column] += sign * step
+            sides.append(function(beside))
+        columns.append((sides[0] - sides[1]) / (2.0 * step[:, None]))
+    return np.stack(columns, axis=2)
 
 
 def shaped(found: Any, shapes: list[tuple[int, ...]], whose: str, name: str) -> list[FloatArray]:
