@@ -21,6 +21,7 @@ def test_every_example_in_python_runs() -> None:
     known: dict[str, object] = {"__name__": "extending"}
     for code in blocks("python"):
         exec(compile(code, str(PAGE), "exec", dont_inherit=True), known)
+    assert {"Drifting", "Distance", "Patient"} <= known.keys()
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ CALLS = {call.name: call for call in [*constructors(), *functions()]}
 NOT_CALLED = {
     "Amendment", "Answer", "Association", "Certificate", "Evaluation", "FoundObjects",
     "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
-    "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult",
-    "TruthTable", "__version__", "track",
+    "Measurement", "MeasurementKind", "MotionModel", "Ranking", "Registration", "ReportTable",
+    "Reported", "Status", "TrackingResult", "TruthTable", "__version__", "track",
 }  # fmt: skip
 
 

@@ -4,6 +4,8 @@ What the compiled way does node by node goes in two passes here: a gate by posit
 of each model for all pairs of a sequence and a report that it may have.
 """
 
+from typing import cast
+
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
@@ -12,6 +14,7 @@ from trackweave.association._growth import append_children, append_roots, propos
 from trackweave.association._nearest import squared_distances
 from trackweave.association._nodes import (
     Candidates,
+    ForeignReports,
     Misses,
     Nodes,
     ScanInput,
@@ -46,8 +49,6 @@ def proposed(
     nodes, n_nodes, rule = grown
     if rule.way is None and scan.foreign is None:
         return propose(nodes, n_nodes, scan, rule, *out, crowding, general)
-    if general is None:
-        raise AssertionError("states that no kernel knows are general")
     known, plain = bare(scan), rule._replace(way=None)
     near = near_nodes(nodes, n_nodes, known, rule.motion, crowding)
     ahead = advanced(_states(nodes, near), scan.reference - nodes.time[near], *_motion(rule))
@@ -62,7 +63,9 @@ def proposed(
     else:
         states = ahead.part(row)
     pairs = (near[row], index, *_compared(states, index, scan, rule))
-    return admit_pairs(nodes, n_nodes, pairs, seen, known, plain, *out, crowding, general)
+    return admit_pairs(
+        nodes, n_nodes, pairs, seen, known, plain, *out, crowding, cast("State", general)
+    )
 
 
 def appended(
@@ -205,8 +208,6 @@ def _compared(
 
 
 def _foreseen(states: States, index: IntArray, scan: ScanInput) -> Foreseen:
-    if scan.foreign is None:
-        raise AssertionError("a kind of ours is foreseen by kernels")
-    kind, reported = scan.foreign
+    kind, reported = cast("ForeignReports", scan.foreign)
     platform = np.ascontiguousarray(scan.platform[scan.setting[index]])
     return foreseen(kind, states, platform, reported.part(index))

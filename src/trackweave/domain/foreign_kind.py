@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, float_array
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 
@@ -33,6 +33,15 @@ class Reported(NamedTuple):
     ``values`` are the numbers of the kind's ``columns`` and ``sigma`` their standard deviations,
     shape (reports, m); ``context`` the numbers of its ``context``, shape (reports, k), NaN where a
     cell is empty; ``covariance`` that of the values' errors, shape (reports, m, m).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> values, sigma = np.array([[120.0], [80.0]]), np.full((2, 1), 2.0)  # m
+    >>> reported = tw.Reported(values, sigma, np.zeros((2, 0)), sigma[:, :, None] ** 2)
+    >>> reported.part(np.array([1])).values
+    array([[80.]])
     """
 
     values: FloatArray
@@ -58,6 +67,22 @@ class Measurement(Protocol):
     plain difference, as for angles; and ``first_state(platform, reported)``, the positions [m],
     shape (rows, dim), and covariances, shape (rows, dim, dim), at which reports put their
     objects: without it reports update tracks and begin none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> class Height:
+    ...     columns = ("height",)
+    ...
+    ...     def expect(self, mean, platform, reported):
+    ...         slope = np.zeros((len(mean), 1, mean.shape[1]))
+    ...         slope[:, 0, 2] = 1.0
+    ...         return mean[:, 2:3], slope
+    ...
+    >>> altimeter = tw.Sensor("altimeter", sigma=5.0, measurement=Height())  # m
+    >>> altimeter.sigmas(3)
+    array([5.])
     """
 
     columns: tuple[str, ...]
@@ -279,6 +304,11 @@ def slope_of(function: Callable[[FloatArray], FloatArray], states: FloatArray) -
     -------
     Shape (rows, m, size).
 
+    Raises
+    ------
+    InvalidInputError
+        If there is no function, or the states are no numbers by row.
+
     Examples
     --------
     >>> import numpy as np
@@ -287,14 +317,17 @@ def slope_of(function: Callable[[FloatArray], FloatArray], states: FloatArray) -
     array([[6., 0.],
            [0., 2.]])
     """
-    columns = []
+    if not callable(function):
+        raise InvalidInputError(f"function: {function!r:.80}; expected a function of states")
+    states, columns = float_array(states, "states", (None, None)), []
     for column in range(states.shape[1]):
         step = FINE * (1.0 + np.abs(states[:, column]))
         sides = []
         for sign in (1.0, -1.0):
             beside = states.copy()
             beside[:, column] += sign * step
-            sides.append(function(beside))
+            made = float_array(function(beside), "values of function", (len(beside), None))
+            sides.append(made)
         columns.append((sides[0] - sides[1]) / (2.0 * step[:, None]))
     return np.stack(columns, axis=2)
 

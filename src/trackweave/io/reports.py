@@ -12,6 +12,7 @@ from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
@@ -127,8 +128,7 @@ def reports_in(
     checks.require("time", "seconds or ISO 8601 times")
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
-    foreign = {name: kind_of(kind) for name, kind in (kinds or {}).items()}
-    measured = read_all_measured(checks, sensor_names, frame, foreign)
+    measured = read_all_measured(checks, sensor_names, frame, _checked_kinds(kinds))
     on_plane = measured.frame is None and {"x", "y"} <= set(measured.columns)
     read = _Read(
         sensor_names,
@@ -217,6 +217,20 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
     if "sensor" in checks.names:
         return checks.text("sensor", "the name or number of a sensor")
     return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
+
+
+def _checked_kinds(kinds: Mapping[str, Any] | None) -> dict[str, ForeignKind]:
+    """Return kinds from outside by the names of their sensors."""
+    if kinds is None:
+        return {}
+    expected = "kinds of measurement of your own by the names of their sensors"
+    if not isinstance(kinds, Mapping):
+        raise InvalidInputError(f"kinds: {kinds!r:.80}; expected {expected}")
+    found = {str(name): kind_of(kind) for name, kind in kinds.items()}
+    for name, kind in found.items():
+        if not isinstance(kind, ForeignKind):
+            raise InvalidInputError(f"kinds: {name}: {kind!r:.80}; expected {expected}")
+    return found
 
 
 def _kinds(

@@ -23,6 +23,27 @@ class MotionModel(Protocol):
     A state is a position [m], a velocity [m/s] and then whatever else. ``max_speed`` is how fast
     an object can be [m/s]. Everything is for many rows at once. It may also have ``dim``, the
     number of dimensions of the tracking space that it is for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trackweave as tw
+    >>> class Moored:
+    ...     max_speed = 1.0  # m/s
+    ...
+    ...     def begin(self, position, covariance):
+    ...         mean, spread = np.zeros((len(position), 4)), np.zeros((len(position), 4, 4))
+    ...         mean[:, :2], spread[:, :2, :2] = position, covariance
+    ...         return mean, spread + 1e-4 * np.eye(4)
+    ...
+    ...     def predict(self, mean, covariance, interval):
+    ...         wider = np.abs(interval)[:, None, None] * np.diag([0.1, 0.1, 0.0, 0.0])
+    ...         return mean, covariance + wider, np.tile(np.eye(4), (len(mean), 1, 1))
+    ...
+    >>> radar = tw.Sensor("radar", sigma=5.0)
+    >>> tracker = tw.MultiHypothesisTracker(motion=Moored(), sensors=[radar])
+    >>> tracker.step(tw.Scan(time=0.0, sensor="radar", measurement=[[20.0, 0.0]])).time
+    0.0
     """
 
     max_speed: float
