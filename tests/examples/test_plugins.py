@@ -223,6 +223,26 @@ def test_reports_of_a_kind_are_read_with_their_own_noise_and_context():
     assert scan.context[0].tolist() == [1.0]
 
 
+@pytest.mark.usefixtures("points")
+def test_a_sensor_may_say_that_it_measures_what_ours_do():
+    both = [table().with_columns(pl.lit(name).alias("sensor")) for name in ("a", "b")]
+    told = configuration(measurement="place")
+    told["sensors"]["b"] = {"measurement": "position"}
+    record = tw.track(pl.concat(both), told).run
+    kinds = {
+        name: keys["measurement"] for name, keys in record["configuration"]["sensors"].items()
+    }
+    assert kinds == {"a": "place", "b": "position"}
+
+
+@pytest.mark.usefixtures("points")
+def test_a_live_tracker_is_made_of_a_file_that_names_plugins():
+    tracker = tw.MultiHypothesisTracker.from_config(configuration("straight", measurement="place"))
+    for step in range(4):
+        found = tracker.step(tw.Scan(4.0 * step, "default", [[40.0 * step, 0.0]]))
+    assert found.n_tracks == 1
+
+
 def test_a_kind_beside_sensors_of_ours():
     reports = pl.concat(
         [

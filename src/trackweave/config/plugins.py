@@ -69,13 +69,19 @@ class Plugins:
     file: str = "configuration"
     motion: Plugin | None = None
     sensors: Mapping[str, Plugin] = field(default_factory=dict)
+    ours: tuple[str, ...] = ()
+    """Sensors of which the file says that they measure what ours do, whatever others do."""
 
-    def kinds(self) -> dict[str, ForeignKind]:
-        """Return kinds of measurement by the names of their sensors."""
-        return {
-            name: ForeignKind(plugin.made(self.file), plugin.word)
-            for name, plugin in self.sensors.items()
-        }
+    def kinds(self) -> dict[str, ForeignKind | None]:
+        """Return kinds of measurement by the names of their sensors; None for one of ours."""
+        return {name: self.kind_of(name) for name in (*self.sensors, *self.ours)}
+
+    def kind_of(self, name: str) -> ForeignKind | None:
+        """Return what a sensor measures, None where a kind of ours is told or nothing."""
+        plugin = self.sensors.get(name) or self.sensors.get(ANY_SENSOR)
+        if name in self.ours:
+            return None
+        return None if plugin is None else ForeignKind(plugin.made(self.file), plugin.word)
 
     def moving(self, ledger: Ledger) -> ForeignMotion | None:
         """Return how objects move, and enter each value; None where a model of ours says so."""
@@ -128,16 +134,18 @@ def taken_apart(values: Any, ours: Mapping[str, tuple[str, ...]]) -> tuple[Any, 
         beside = {k: v for k, v in rest["motion"].items() if k in BESIDE}
         _refuse_unknown(rest["motion"], motion, BESIDE)
         rest["motion"] = beside
-    sensors, tables = {}, rest.get("sensors")
+    sensors, tables, known = {}, rest.get("sensors"), list[str]()
     for name, table in tables.items() if isinstance(tables, Mapping) else ():
         plugin = _named(table, f"sensors.{name}.measurement", ours["measurement"])
+        if plugin is None and isinstance(table, Mapping) and table.get("measurement") is not None:
+            known.append(name)
         if plugin is not None:
             sensors[name] = plugin
             own = {"measurement", *plugin.options}
             rest["sensors"] = {
                 **rest["sensors"], name: {k: v for k, v in table.items() if k not in own}
             }  # fmt: skip
-    return rest, Plugins(motion=motion, sensors=sensors)
+    return rest, Plugins(motion=motion, sensors=sensors, ours=tuple(known))
 
 
 def _named(table: Any, key: str, ours: tuple[str, ...]) -> Plugin | None:

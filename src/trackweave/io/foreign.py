@@ -23,7 +23,7 @@ def read_all_measured(
     checks: RowChecks,
     sensors: pl.Series,
     frame: LocalFrame | None,
-    kinds: Mapping[str, ForeignKind],
+    kinds: Mapping[str, ForeignKind | None],
 ) -> Measured:
     """Return what each row measures; ``kinds`` from outside by sensor, "default" for the rest."""
     own = text_array(sensors).astype(str)

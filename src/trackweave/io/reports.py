@@ -76,7 +76,7 @@ def read_reports(
         ``skipped`` of the result.
     kinds
         Kinds of measurement from outside the package by the names of their sensors, "default" for
-        all others; their rows are read by the columns that the kinds name.
+        all others, None for one of ours; their rows are read by the columns that the kinds name.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
     return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
 
 
-def _checked_kinds(kinds: Mapping[str, Any] | None) -> dict[str, ForeignKind]:
+def _checked_kinds(kinds: Mapping[str, Any] | None) -> dict[str, ForeignKind | None]:
     """Return kinds from outside by the names of their sensors."""
     if kinds is None:
         return {}
@@ -228,7 +228,7 @@ def _checked_kinds(kinds: Mapping[str, Any] | None) -> dict[str, ForeignKind]:
         raise InvalidInputError(f"kinds: {kinds!r:.80}; expected {expected}")
     found = {str(name): kind_of(kind) for name, kind in kinds.items()}
     for name, kind in found.items():
-        if not isinstance(kind, ForeignKind):
+        if not isinstance(kind, ForeignKind | None):
             raise InvalidInputError(f"kinds: {name}: {kind!r:.80}; expected {expected}")
     return found
 

@@ -23,7 +23,7 @@ from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 from trackweave.run.required import require_told
 
-__all__ = ["filled", "observe", "positions_in", "settle"]
+__all__ = ["filled", "needs_place", "observe", "positions_in", "settle"]
 
 # From so many moments on it can be told whether reports come one by one.
 FEWEST_MOMENTS = 20
@@ -161,7 +161,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             measurement=kind,
             dim=reports.dim,
             says_where=says_where,
-            needs_place=_needs_place(kind) and not is_alone,
+            needs_place=needs_place(kind) and not is_alone,
             extent=filled(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
@@ -227,7 +227,7 @@ def _rotation(
     return Rotation(given, 0.0, direction), False
 
 
-def _needs_place(kind: MeasurementKind | ForeignKind) -> bool:
+def needs_place(kind: MeasurementKind | ForeignKind) -> bool:
     """Tell whether reports count from where their sensor stands, as far as is known."""
     return isinstance(kind, MeasurementKind) and kind is not MeasurementKind.POSITION
 
