@@ -102,6 +102,7 @@ def configuration(motion="constant-velocity", **sensor):
 
 POINTS = {
     "trackweave.motions": {
+        "cruising": "oracles.plugins:Cruising",
         "straight": "oracles.plugins:Straight",
         "gone": "oracles.plugins:Nobody",
     },
@@ -139,6 +140,14 @@ def test_what_a_file_names_by_entry_point_tracks_as_ours_do(other):
                 assert (own[column].fill_null(0) - found[column].fill_null(0)).abs().max() < 1e-5
             else:
                 assert own[column].to_list() == found[column].to_list()
+
+
+@pytest.mark.usefixtures("points")
+def test_a_history_shows_velocities_that_a_model_tells_in_its_own_way():
+    told = {**configuration(), "motion": {"model": "cruising", "course": 1.5}}
+    history = tw.track(table(), told).history
+    assert (history["vx"] - 10.0).abs().max() < 2.0
+    assert history["vy"].abs().max() < 2.0
 
 
 @pytest.mark.usefixtures("points")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackweave import Auto
+from trackweave import Auto, slope_of
 
 
 @dataclass(frozen=True)
@@ -88,3 +88,34 @@ class Patient:
 
     def __call__(self, problem, *, rng, hint=None, stop=None):
         return Auto()(problem, rng=rng, hint=hint, stop=stop)
+
+
+@dataclass(frozen=True)
+class Cruising:
+    """A course and a speed, which wander; the state is x, y, speed, course."""
+
+    max_speed: float = 60.0
+    course: float = 0.0
+    dim: int = 2
+
+    def begin(self, position, covariance):
+        rows = len(position)
+        mean, spread = np.zeros((rows, 4)), np.zeros((rows, 4, 4))
+        mean[:, :2], spread[:, :2, :2] = position, covariance
+        mean[:, 2], mean[:, 3] = 15.0, self.course
+        spread[:, 2, 2], spread[:, 3, 3] = 5.0**2, 0.6**2
+        return mean, spread
+
+    def kinematics(self, mean):
+        speed, course = mean[:, 2:3], mean[:, 3:]
+        return np.concatenate([mean[:, :2], speed * np.sin(course), speed * np.cos(course)], 1)
+
+    def predict(self, mean, covariance, interval):
+        def moved(state):
+            ahead = state.copy()
+            ahead[:, :2] += interval[:, None] * self.kinematics(state)[:, 2:]
+            return ahead
+
+        slope = slope_of(moved, mean)
+        noise = abs(interval)[:, None, None] * np.diag([1.0, 1.0, 0.1, 1e-3])
+        return moved(mean), slope @ covariance @ slope.swapaxes(1, 2) + noise, slope

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trackweave as tw
-from oracles.plugins import Place, RangeAzimuth, Straight
+from oracles.plugins import Cruising, Place, RangeAzimuth, Straight
 from trackweave.errors import InvalidInputError
 
 NOISE, SPEED = 1.0, 60.0
@@ -152,6 +152,23 @@ def test_priors_begin_with_what_the_model_knows_of_the_rest():
     sensor = tw.Sensor("radar", 15.0, clutter_density=2e-7, scan_period=4.0)
     ours, theirs = (tracked(later, each, [sensor], priors=first) for each in (OURS, THEIRS))
     assert_equal(ours, theirs)
+
+
+def test_a_model_may_tell_velocities_in_its_own_way():
+    scans = [tw.Scan(4.0 * k, "radar", [[3.0 * k, 60.0 * k]]) for k in range(12)]
+    sensor = tw.Sensor("radar", 5.0, clutter_density=1e-8, scan_period=4.0)
+    last = tracked(scans, Cruising(), [sensor])[-1].tracks
+    np.testing.assert_allclose(last.mean[0], [33.0, 660.0, 0.75, 15.0], atol=1.5)
+    assert np.linalg.eigvalsh(last.covariance[0]).min() > 0.0
+    after = tracked([tw.Scan(48.0, "radar", [[36.0, 720.0]])], Cruising(), [sensor], priors=last)
+    assert after[-1].tracks.track.tolist() == last.track.tolist()
+
+
+def test_velocities_of_its_own_do_not_go_with_range_rates():
+    kind = tw.MeasurementKind.RANGE_AZIMUTH_RATE
+    sensor = tw.Sensor("radar", (5.0, 0.01, 1.0), measurement=kind)
+    with pytest.raises(InvalidInputError, match="Cruising: sensor radar measures range-azimuth-r"):
+        tracked([tw.Scan(0.0, "radar", [[50.0, 1.0, 2.0]])], Cruising(), [sensor])
 
 
 class _Without:

@@ -4,11 +4,11 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._beliefs import average_states, move_states
-from trackweave.association._nodes import Nodes, n_modes_and_size
+from trackweave.association._nodes import Nodes, WindowRule, n_modes_and_size
 from trackweave.association.foreign_growth import moved
 from trackweave.association.tree import AssociationTree
 
-__all__ = ["average_at", "states_at"]
+__all__ = ["average_at", "shown", "states_at"]
 
 
 def states_at(
@@ -57,3 +57,13 @@ def average_at(
         tree.rule.motion, np.empty(count), mean, covariance, tree.general,
     )  # fmt: skip
     return mean, covariance
+
+
+def shown(
+    mean: FloatArray, covariance: FloatArray, rule: WindowRule
+) -> tuple[FloatArray, FloatArray]:
+    """Return positions and velocities of states, shape (sequences, 2 dim), and covariances."""
+    size = 2 * rule.motion.dim
+    if rule.way is None:
+        return mean[:, :size], covariance[:, :size, :size]
+    return rule.way.shown(mean, covariance, rule.motion.dim)

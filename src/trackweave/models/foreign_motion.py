@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.domain.foreign_kind import shaped
+from trackweave.domain.foreign_kind import shaped, slope_of
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_number
 from trackweave.models.motion import Imm, Mode, MotionRule
@@ -20,9 +20,11 @@ FOREIGN_MOTION = -1
 class MotionModel(Protocol):
     """A way to move: one class, best a frozen dataclass, whose fields are its keys.
 
-    A state is a position [m], a velocity [m/s] and then whatever else. ``max_speed`` is how fast
-    an object can be [m/s]. Everything is for many rows at once. It may also have ``dim``, the
-    number of dimensions of the tracking space that it is for.
+    A state begins with a position [m]; a velocity [m/s] comes next, and then whatever else.
+    ``max_speed`` is how fast an object can be [m/s]. Everything is for many rows at once. It may
+    also have ``dim``, the number of dimensions of the tracking space that it is for, and, where
+    no velocity comes next, ``kinematics(mean)``, the positions and velocities that states tell
+    of, shape (rows, 2 dim).
 
     Examples
     --------
@@ -127,13 +129,48 @@ class ForeignMotion:
         return float(self.model.max_speed)
 
     @property
+    def has_kinematics(self) -> bool:
+        """Whether it tells velocities in another way than by what comes after the position."""
+        return callable(getattr(self.model, "kinematics", None))
+
+    def shown(
+        self, mean: FloatArray, covariance: FloatArray, dim: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return positions and velocities of states, and their covariances.
+
+        Parameters
+        ----------
+        mean, covariance
+            States, shapes (rows, size) and (rows, size, size).
+        dim
+            Number of spatial dimensions.
+
+        Returns
+        -------
+        Shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
+        """
+        size = 2 * dim
+        if not self.has_kinematics or not mean.shape[0]:
+            return mean[:, :size], covariance[:, :size, :size]
+        slope = slope_of(lambda state: self._kinematics(state, dim), mean)
+        spread = slope @ covariance @ slope.swapaxes(1, 2)
+        return self._kinematics(mean, dim), (spread + spread.swapaxes(1, 2)) / 2
+
+    def _kinematics(self, mean: FloatArray, dim: int) -> FloatArray:
+        shapes: list[tuple[int, ...]] = [(mean.shape[0], 2 * dim)]
+        return shaped(self.model.kinematics(mean), shapes, self.name, "kinematics")[0]
+
+    @property
     def process_noise(self) -> float:
         """As our own models have one; nothing is known of it here."""
         return 0.0
 
     def velocity_variance(self, dim: int) -> float:
         """Return the variance of a new object's velocity along one axis [m²/s²]."""
-        return float(self.rule(dim).prior[dim : 2 * dim].mean())
+        place, spread = np.zeros((1, dim)), np.zeros((1, dim, dim))
+        size = self.rule(dim).prior.size
+        wide = self.shown(*self.begin(place, spread, size), dim)[1]
+        return float(np.diagonal(wide[0])[dim:].mean())
 
     def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
         """Return what kernels have to know: how large a state is, and what is not known at first.
@@ -155,17 +192,19 @@ class ForeignMotion:
             If the model is for another number of dimensions, or its states do not begin with a
             position and a velocity.
         """
-        if getattr(self.model, "dim", dim) != dim:
+        if (getattr(self.model, "dim", None) or dim) != dim:
             raise InvalidInputError(
                 f"{self.name}: for {self.model.dim} dimensions; expected {dim}, as reports have"
             )
         place, spread = np.zeros((1, dim)), np.zeros((1, dim, dim))
         mean, covariance = self.model.begin(place, spread)
         size = int(np.shape(mean)[-1]) if np.ndim(mean) == 2 else 0
-        if size < 2 * dim:
+        least = dim if self.has_kinematics else 2 * dim
+        if size < least:
+            words = "" if self.has_kinematics else ", or a method kinematics that tells velocities"
             raise InvalidInputError(
                 f"{self.name}: begin returned means of shape {np.shape(mean)}; expected (1, size) "
-                f"with a size of at least {2 * dim}: position, velocity, whatever else"
+                f"with a size of at least {least}: position, velocity, whatever else{words}"
             )
         _, covariance = self.begin(place, spread, size)
         return MotionRule(

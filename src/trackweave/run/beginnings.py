@@ -151,7 +151,8 @@ def first_state(
         place, spread = evidence.place(int(report[located[0]]))
     else:
         time, place, spread = float(readings.time[0]), *_along(evidence, row)
-    drift = rule.prior[dim] * (time - readings.time[0]) ** 2
+    variance = rule.prior[dim] if way is None else way.velocity_variance(dim)
+    drift = variance * (time - readings.time[0]) ** 2
     return begun(rule, way, place, HOW_MUCH_WIDER**2 * spread + drift * np.eye(dim))
 
 

@@ -69,6 +69,8 @@ def smoothed_history(
     if paths:
         together = smoothed_together(evidence, read, starts, motion)
         for path, states in zip(paths, together, strict=True):
+            if motion[1] is not None:
+                states = motion[1].shown(*states, rule.dim)
             parts.append(_table(path, (ends, settings.period), states, rule))
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
@@ -126,9 +128,11 @@ def _widened(
 ) -> tuple[FloatArray, FloatArray]:
     """Return a state of positions and velocities with room for what else the motion has."""
     dim, size = motion[0].dim, start[0].size
+    if motion[1] is not None and motion[1].has_kinematics:
+        size = 0
     mean, covariance = begun(*motion, start[0][:dim], start[1][:dim, :dim])
     covariance[:size], covariance[:, :size] = 0.0, 0.0
-    mean[:size], covariance[:size, :size] = start
+    mean[:size], covariance[:size, :size] = start[0][:size], start[1][:size, :size]
     return mean, covariance
 
 
