@@ -143,6 +143,17 @@ def test_what_a_file_names_by_entry_point_tracks_as_ours_do(other):
 
 
 @pytest.mark.usefixtures("points")
+def test_a_history_of_several_modes_is_that_of_ours():
+    both = []
+    for sensor in ({}, {"measurement": "place"}):
+        told = configuration("imm", **sensor)
+        told["motion"] |= {"imm": {"models": ["constant-velocity", "coordinated-turn"]}}
+        both.append(tw.track(table(), told).history)
+    for name in ("x", "vx", "p_x_x", "p_vx_vx"):
+        assert (both[0][name] - both[1][name]).abs().max() < 1e-5
+
+
+@pytest.mark.usefixtures("points")
 def test_a_history_shows_velocities_that_a_model_tells_in_its_own_way():
     told = {**configuration(), "motion": {"model": "cruising", "course": 1.5}}
     history = tw.track(table(), told).history

@@ -78,8 +78,8 @@ def tracked(scans, motion, sensors, **options):
     return [tracker.step(scan) for scan in scans]
 
 
-def assert_equal(ours, foreign):
-    assert max(step.n_tracks for step in ours) >= 4
+def assert_equal(ours, foreign, fewest=4):
+    assert max(step.n_tracks for step in ours) >= fewest
     for own, other in zip(ours, foreign, strict=True):
         assert other.certificate.cost == pytest.approx(own.certificate.cost, abs=1e-5)
         assert other.n_sequences == own.n_sequences
@@ -125,6 +125,34 @@ def test_a_foreign_kind_serves_several_modes_of_motion():
     ours = tracked(scans, MANOEUVRING, [radar_of(name, POLAR) for name in RADARS])
     kind = RangeAzimuth()
     assert_equal(ours, tracked(scans, MANOEUVRING, [radar_of(name, kind) for name in RADARS]))
+
+
+def scans_of_bearings():
+    """Yield scans of two sensors that see directions, one after the other."""
+    rng = np.random.default_rng(6)
+    for time, place, _ in places(12, count=3):
+        for number, (name, stands) in enumerate(RADARS.items()):
+            seen = place[rng.random(len(place)) < 0.95]
+            east, north = (seen - stands).T
+            bearing = np.arctan2(east, north) + rng.normal(0, 0.002, len(seen))
+            yield tw.Scan(time + 0.5 * number, name, bearing[:, None] % (2 * np.pi))
+
+
+def test_bearings_cross_for_a_foreign_motion_as_for_ours():
+    sensors = [
+        tw.Sensor(
+            name,
+            sigma=0.002,
+            measurement=tw.MeasurementKind.BEARING,
+            clutter_density=0.01,
+            scan_period=4.0,
+            position=stands,
+        )
+        for name, stands in RADARS.items()
+    ]
+    scans = list(scans_of_bearings())
+    ours, theirs = (tracked(scans, motion, sensors) for motion in (OURS, THEIRS))
+    assert_equal(ours, theirs, fewest=2)
 
 
 def test_a_late_scan_finds_its_place():

@@ -23,7 +23,7 @@ Model = Annotated[
     str,
     one_of((*MODELS, "imm")),
     Field(json_schema_extra={"enum": [*MODELS, "imm"]}),
-    Expected(f"one of {_WORDS}"),
+    Expected(f"one of {_WORDS}, or the name of a plug-in"),
 ]
 Mode = Annotated[
     str,

@@ -27,7 +27,7 @@ Measurement = Annotated[
     str,
     one_of(KINDS),
     Field(json_schema_extra={"enum": list(KINDS)}),
-    Expected("one of " + ", ".join(f'"{kind}"' for kind in KINDS)),
+    Expected("one of " + ", ".join(f'"{kind}"' for kind in KINDS) + ", or the name of a plug-in"),
 ]
 Trust = Annotated[
     bool | list[Annotated[str, one_of(DOUBTED), Field(json_schema_extra={"enum": list(DOUBTED)})]],
