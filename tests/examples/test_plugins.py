@@ -12,6 +12,7 @@ from oracles import plugins
 from oracles.plugin_site import EXAMPLES, example_entry_points, installed
 from trackweave.cli.app import app
 from trackweave.errors import InvalidInputError
+from trackweave.io.frames_out import reports_frame
 
 LONGEST = 150
 
@@ -241,6 +242,10 @@ def test_reports_of_a_kind_are_read_with_their_own_noise_and_context():
     assert scan.sigma[:, 0].tolist() == [3.0, 3.0]
     assert scan.context is not None
     assert scan.context[0].tolist() == [1.0]
+    written = reports_frame(read)
+    assert written["height"].to_list() == [1.0, None, 2.0, 3.0]
+    again = tw.read_reports(written, kinds={"default": Kind()})
+    assert again.measurement.tolist() == read.measurement.tolist()
 
 
 @pytest.mark.usefixtures("points")

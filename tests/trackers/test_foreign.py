@@ -296,6 +296,16 @@ def test_a_bad_kind_is_named_with_what_was_expected(kind, message):
     assert str(refused.value).startswith(message)
 
 
+def test_an_empty_scan_needs_no_context():
+    kind = _kind(context=("height_m",), first_state=Place.first_state)
+    sensor = tw.Sensor("radar", 15.0, clutter_density=2e-7, scan_period=4.0, measurement=kind)
+    scans = [
+        tw.Scan(4.0 * k, "radar", [[3.0 * k, 5.0]] * (k != 3), context=[[8.0]] if k != 3 else None)
+        for k in range(6)
+    ]
+    assert tracked(scans, OURS, [sensor])[-1].n_tracks == 1
+
+
 def test_reports_of_a_kind_without_a_first_state_update_tracks_and_begin_none():
     known = tracked(scans_of_places(), OURS, [tw.Sensor("radar", 15.0)])[5].tracks
     sensor = tw.Sensor("radar", 15.0, clutter_density=2e-7, scan_period=4.0, measurement=_kind())

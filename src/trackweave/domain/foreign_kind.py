@@ -203,7 +203,7 @@ class ForeignKind:
         """Return reports as the kind gets them, with its own covariance where none is given."""
         count, size = values.shape
         if context is None:
-            context = np.empty((count, 0))
+            context = np.empty((count, 0 if count else len(self.context)))
         if context.shape != (count, len(self.context)):
             raise InvalidInputError(
                 f"measurement {self.word}: context of shape {context.shape}; expected "
