@@ -1,6 +1,6 @@
 """What rows measure whose sensors' kinds are from outside the package."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import polars as pl
@@ -26,47 +26,45 @@ def read_all_measured(
     kinds: Mapping[str, ForeignKind | None],
 ) -> Measured:
     """Return what each row measures; ``kinds`` from outside by sensor, "default" for the rest."""
-    own = text_array(sensors).astype(str)
+    own = text_array(sensors).astype(str) if kinds else np.empty(0, dtype=str)
     names = {str(name): kinds.get(str(name), kinds.get("default")) for name in np.unique(own)}
     foreign = {name: kind for name, kind in names.items() if kind is not None}
     if not foreign:
         return read_measured(checks, sensors, frame)
-    rows = np.isin(own, list(foreign))
-    ours = None if rows.all() else read_measured(checks, sensors, frame, rows)
-    space = max(kind.dim or 2 for kind in foreign.values()) if ours is None else ours.space
-    for kind in foreign.values():
+    rows, count = np.isin(own, list(foreign)), len(checks)
+    nothing, dim = np.empty((count, 0)), max(kind.dim or 2 for kind in foreign.values())
+    ours = Measured(nothing, nothing, None, dim, (), frame)
+    if not rows.all():
+        ours = read_measured(checks, sensors, frame, rows)
+    _refuse_other_spaces(checks, foreign.values(), ours.space)
+    columns, taken = list(ours.columns), ours.values.shape[1]
+    width = max(taken, *(len(kind.columns(ours.space)) for kind in foreign.values()))
+    values, sigma = np.full((2, count, width), np.nan)
+    values[:, :taken], sigma[:, :taken] = ours.values, ours.sigma
+    context = np.full((count, max(len(kind.context) for kind in foreign.values())), np.nan)
+    for name, kind in foreign.items():
+        among, of = own == name, kind.columns(ours.space)
+        values[among, : len(of)] = _numbers(checks, of, among, kind)[among]
+        sigma[among, : len(of)] = _sigma(checks, of, among)[among]
+        context[among, : len(kind.context)] = _context(checks, kind, among)[among]
+        columns += [*of, *(f"sigma_{column}" for column in of), *kind.context]
+    return ours._replace(
+        values=values,
+        sigma=sigma,
+        kind=np.zeros(count, dtype=np.int64) if ours.kind is None else ours.kind,
+        columns=tuple(dict.fromkeys(columns)),
+        context=context,
+        foreign=foreign,
+    )
+
+
+def _refuse_other_spaces(checks: RowChecks, kinds: Iterable[ForeignKind], space: int) -> None:
+    for kind in kinds:
         if kind.dim not in (None, space):
             raise DataFormatError(
                 f"{checks.name}: measurement {kind.word} is for {kind.dim} dimensions; expected "
                 f"{space}, as the other sensors' reports have"
             )
-    count = len(checks)
-    width = max(len(kind.columns(space)) for kind in foreign.values())
-    deep = max(len(kind.context) for kind in foreign.values())
-    values, sigma = np.full(
-        (2, count, max(width, 0 if ours is None else ours.values.shape[1])), np.nan
-    )
-    context, columns = np.full((count, deep), np.nan), list[str]()
-    number = np.zeros(count, dtype=np.int64)
-    if ours is not None:
-        values[:, : ours.values.shape[1]], sigma[:, : ours.sigma.shape[1]] = (
-            ours.values,
-            ours.sigma,
-        )
-        columns += ours.columns
-        number = number if ours.kind is None else ours.kind
-    for name, kind in foreign.items():
-        among = own == name
-        of = kind.columns(space)
-        values[among, : len(of)] = _numbers(checks, of, among, kind)[among]
-        sigma[among, : len(of)] = _sigma(checks, of, among)[among]
-        context[among, : len(kind.context)] = _context(checks, kind, among)[among]
-        columns += [*of, *(f"sigma_{column}" for column in of), *kind.context]
-    return Measured(
-        values, sigma, number, space, tuple(dict.fromkeys(columns)),
-        frame if ours is None else ours.frame, () if ours is None else ours.notes,
-        context, foreign,
-    )  # fmt: skip
 
 
 def _numbers(

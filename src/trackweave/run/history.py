@@ -7,6 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.filters.smoother import merged, smoothed
@@ -47,34 +48,47 @@ def smoothed_history(
     ends = scan_ends(
         reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
     )
-    parts, first_rows = [], _first_rows(tracks)
     moments = np.unique(np.concatenate([tracks.time, ends]))
     if settings.period is not None and len(tracks):
         moments = np.unique(tracks.time)
-    paths, read, starts = [], [], []
-    for path in _paths(evidence, (ends, moments), assignment, priors):
-        readings = readings_of(evidence, path.time, path.report)
-        if path.start is None:
-            known = _state(tracks, first_rows.get(path.track))
-            start = first_state(evidence, readings, path.report, motion, known)
-        else:
-            start = _widened(path.start, motion)
-        if motion[1] is None and not reports.has_foreign:
-            states = merged(smoothed(readings, start, rule))
-            parts.append(_table(path, (ends, settings.period), states, rule))
-            continue
-        paths.append(path)
-        read.append((readings, path.report))
-        starts.append(start)
-    if paths:
-        together = smoothed_together(evidence, read, starts, motion)
-        for path, states in zip(paths, together, strict=True):
-            if motion[1] is not None:
-                states = motion[1].shown(*states, rule.dim)
-            parts.append(_table(path, (ends, settings.period), states, rule))
+    paths, first_rows = (
+        list(_paths(evidence, (ends, moments), assignment, priors)),
+        _first_rows(tracks),
+    )
+    begun_from = {path.track: _state(tracks, first_rows.get(path.track)) for path in paths}
+    states = _states(evidence, paths, begun_from, motion)
+    parts = [
+        _table(path, (ends, settings.period), each, rule)
+        for path, each in zip(paths, states, strict=True)
+    ]
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return _rows(table, np.lexsort((table.track, table.time)))
+
+
+def _states(
+    evidence: Evidence,
+    paths: list[_Path],
+    known: Mapping[int, tuple[float, FloatArray, FloatArray] | None],
+    motion: tuple[MotionRule, ForeignMotion | None],
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the states of each path, by moment; ``known`` is where each track was first shown."""
+    rule, way = motion
+    has_foreign = way is not None or any(isinstance(k, ForeignKind) for k in evidence.kinds)
+    read, starts = [], []
+    for path in paths:
+        readings = readings_of(evidence, path.time, path.report)
+        if path.start is None:
+            start = first_state(evidence, readings, path.report, motion, known[path.track])
+        else:
+            start = _widened(path.start, motion)
+        if not has_foreign:
+            yield merged(smoothed(readings, start, rule))
+            continue
+        read.append((readings, path.report))
+        starts.append(start)
+    for states in smoothed_together(evidence, read, starts, motion) if read else ():
+        yield states if way is None else way.shown(*states, rule.dim)
 
 
 def _paths(
