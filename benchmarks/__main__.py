@@ -71,6 +71,7 @@ SCRIPTS = {
     "fusion-registration": ["fusion_registration.py"],
     "fusion-autoferry": ["fusion_autoferry.py"],
     "fusion-capacity": ["fusion_capacity.py"],
+    "performance-open": ["open_models.py"],
     "performance-capacity": ["capacity.py"],
     "performance-bench": ["beside_peers.py"],
     "performance-deadlines": ["deadlines.py"],

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from trackweave.association.problem import AssignmentProblem as AssignmentProblem
     from trackweave.association.sampling import Sampling as Sampling
     from trackweave.association.scan_plots import plots_of as plots_of
+    from trackweave.domain.foreign_kind import Measurement as Measurement
+    from trackweave.domain.foreign_kind import Reported as Reported
+    from trackweave.domain.foreign_kind import slope_of as slope_of
     from trackweave.domain.measurements import MeasurementKind as MeasurementKind
     from trackweave.domain.reports import ReportTable as ReportTable
     from trackweave.domain.scans import Scan as Scan
@@ -50,6 +53,7 @@ if TYPE_CHECKING:
     from trackweave.io.truth import read_truth as read_truth
     from trackweave.metrics import Evaluation as Evaluation
     from trackweave.models.coverage import FieldOfView as FieldOfView
+    from trackweave.models.foreign_motion import MotionModel as MotionModel
     from trackweave.models.motion import ConstantAcceleration as ConstantAcceleration
     from trackweave.models.motion import ConstantVelocity as ConstantVelocity
     from trackweave.models.motion import CoordinatedTurn as CoordinatedTurn
@@ -139,7 +143,9 @@ _HOMES = {
     "LocalPicture": "trackweave.fusion.pictures",
     "LocalTracks": "trackweave.io.tracks_in",
     "MBest": "trackweave.solvers",
+    "Measurement": "trackweave.domain.foreign_kind",
     "MeasurementKind": "trackweave.domain.measurements",
+    "MotionModel": "trackweave.models.foreign_motion",
     "MultiHypothesisTracker": "trackweave.trackers.multi_hypothesis",
     "NearestNeighbourTracker": "trackweave.trackers.nearest_neighbour",
     "NotObservableError": "trackweave.fusion.bias_fit",
@@ -152,6 +158,7 @@ _HOMES = {
     "Ranking": "trackweave.solvers",
     "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
+    "Reported": "trackweave.domain.foreign_kind",
     "Rotation": "trackweave.models.rotation",
     "Sampling": "trackweave.association.sampling",
     "Scan": "trackweave.domain.scans",
@@ -181,6 +188,7 @@ _HOMES = {
     "read_tracks": "trackweave.io.truth",
     "read_truth": "trackweave.io.truth",
     "register": "trackweave.fusion.registration",
+    "slope_of": "trackweave.domain.foreign_kind",
     "solve": "trackweave.solvers.solve",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",

@@ -14,8 +14,8 @@ NOT_CALLED = {
     "Amendment", "Answer", "Association", "BoxFrame", "BoxTrack", "Certificate", "Evaluation",
     "FoundObjects",
     "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
-    "MeasurementKind", "Ranking", "Registration", "ReportTable", "Status", "TrackingResult",
-    "TruthTable", "__version__", "track",
+    "Measurement", "MeasurementKind", "MotionModel", "Ranking", "Registration", "ReportTable",
+    "Reported", "Status", "TrackingResult", "TruthTable", "__version__", "track",
 }  # fmt: skip
 
 

@@ -271,6 +271,7 @@ def functions() -> list[Call]:
              {"prices": None, "nodes": None}),
         Call("MBest.rank", tw.MBest().rank, {"problem": problem(), "rng": rng()}),
         Call("PlotsRule()", tw.PlotsRule(object_density=1e-4), {"sensors": [plots(), plots()]}),
+        Call("slope_of", tw.slope_of, {"function": np.sin, "states": [[1.0, 2.0]]}),
         Call("plots_of", tw.plots_of, {
             "scan": scan(), "sensor": sensor(), "dim": 2, "time": 1.0, "speed": 2.0, "start": 0.0,
             "volume": 1e4,

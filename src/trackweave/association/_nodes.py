@@ -7,9 +7,22 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
+from trackweave.domain.foreign_kind import ForeignKind, Reported
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.models.coverage import Coverage
+from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
+
+
+class ForeignReports(NamedTuple):
+    """Reports of a kind from outside the package, in the order of their scan."""
+
+    kind: ForeignKind
+    reported: Reported
+
+    def part(self, rows: Any) -> "ForeignReports":
+        """Return some of them."""
+        return ForeignReports(self.kind, self.reported.part(rows))
 
 
 class Nodes(NamedTuple):
@@ -95,7 +108,8 @@ class ScanInput(NamedTuple):
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
     ``showing``. A share of the reports, ``tail_share``, has noise ``tail_scale`` times as wide;
-    where none has, the scale is 1.
+    where none has, the scale is 1. ``foreign`` is what the reports are where their kind is from
+    outside the package; kernels take such scans without it.
     """
 
     kind: int
@@ -132,10 +146,15 @@ class ScanInput(NamedTuple):
     coverage: Coverage
     tail_share: float = 0.0
     tail_scale: float = 1.0
+    foreign: ForeignReports | None = None
 
 
 class WindowRule(NamedTuple):
-    """What it costs to extend a sequence; see ``association.window_rule``."""
+    """What it costs to extend a sequence; see ``association.window_rule``.
+
+    ``way`` is how objects move where the model is from outside the package; kernels take rules
+    without it.
+    """
 
     motion: MotionRule
     crossing_time: float
@@ -144,6 +163,7 @@ class WindowRule(NamedTuple):
     max_misses: float
     max_unseen: float
     max_shown: float
+    way: ForeignMotion | None = None
 
 
 class Misses(NamedTuple):
@@ -180,6 +200,11 @@ class Expectation(NamedTuple):
     cross: FloatArray
     spread: FloatArray
     innovation: FloatArray
+
+
+def bare(scan: ScanInput) -> ScanInput:
+    """Return a scan as kernels take it."""
+    return scan._replace(foreign=None)
 
 
 def n_modes_and_size(motion: MotionRule) -> tuple[int, int]:

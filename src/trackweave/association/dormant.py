@@ -17,6 +17,7 @@ from trackweave.association._nodes import (
     ScanInput,
     WindowRule,
     allocate,
+    bare,
     joined,
     larger,
     n_modes_and_size,
@@ -145,10 +146,11 @@ class Dormant:
     def exchange(self, tree: AssociationTree, scan: ScanInput, gap: float) -> None:
         """Put aside what a scan cannot concern, and bring back what it may, before it grows."""
         # The tree is changed; the gap is how much better the last answer may be at most [nats].
-        if scan.coverage.everywhere:
+        if scan.coverage.everywhere or self._rule.way is not None:
+            # What moves as no kernel knows is looked at by every scan.
             self.bring_back(tree, scan.time)
         else:
-            slack = float(most_moved(scan, self._rule.motion.max_speed))
+            slack = float(most_moved(bare(scan), self._rule.motion.max_speed))
             if tree.n_nodes >= LITTLE:
                 self._put_aside(tree, scan, slack, gap)
             told = self._concerned(self._components.whereabouts(), scan, slack)

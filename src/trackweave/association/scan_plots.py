@@ -7,6 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, is_number, require_instance
 from trackweave.association.sensor_plots import SensorPlots
 from trackweave.association.window_rule import coverage_of
+from trackweave.domain.foreign_kind import ours
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
@@ -92,7 +93,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
     speed = checked_number(speed, "speed", "a number ≥ 0")
     if speed < 0.0:
         raise InvalidInputError(f"speed: {speed}; expected a number ≥ 0")
-    kind, count = sensor.measurement, len(scan)
+    kind, count = ours(sensor.measurement, sensor.name), len(scan)
     moves = scan.platform is not None and scan.platform.size > 0
     platform = np.asarray(scan.platform) if moves else sensor.platform
     view = coverage_of(sensor, scan, start)
@@ -189,7 +190,7 @@ def _positions(
     scan: Scan, sensor: Sensor, platforms: FloatArray, dim: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return positions, their covariances, and the volume in space of a unit of measurement."""
-    kind, count = sensor.measurement, len(scan)
+    kind, count = ours(sensor.measurement, sensor.name), len(scan)
     sigma = _sigmas(scan, sensor, dim)
     measurement = scan.measurement.reshape(count, sigma.shape[1])
     value, _ = to_position(kind, measurement, sigma, platforms, dim)

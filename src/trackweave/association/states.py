@@ -4,10 +4,11 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._beliefs import average_states, move_states
-from trackweave.association._nodes import Nodes, n_modes_and_size
+from trackweave.association._nodes import Nodes, WindowRule, n_modes_and_size
+from trackweave.association.foreign_growth import moved
 from trackweave.association.tree import AssociationTree
 
-__all__ = ["average_at", "states_at"]
+__all__ = ["average_at", "shown", "states_at"]
 
 
 def states_at(
@@ -17,9 +18,12 @@ def states_at(
     # They are those at a time [s], or at each one's last report; meaningless for an object on a
     # line.
     _, size = n_modes_and_size(tree.rule.motion)
-    moments = tree.nodes.time[node] if time is None else np.full(node.shape[0], time)
+    nodes = tree.nodes
+    if time is not None and tree.rule.way is not None:
+        nodes = moved(nodes, tree.n_nodes, time, tree.rule)
+    moments = nodes.time[node] if time is None else np.full(node.shape[0], time)
     mean, covariance = np.empty((node.shape[0], size)), np.empty((node.shape[0], size, size))
-    move_states(tree.nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
+    move_states(nodes, node, moments, tree.rule.motion, mean, covariance, tree.general)
     return mean, covariance
 
 
@@ -36,6 +40,8 @@ def average_at(
     # family. By belief, a state is the average over its family's sequences, else the node's own.
     # The tree's rule and room to work in apply. Means and covariances are as of ``states_at``.
     nodes, n_nodes, n_families = source
+    if tree.rule.way is not None:
+        nodes = moved(nodes, n_nodes, time, tree.rule)
     count, (_, size) = node.shape[0], n_modes_and_size(tree.rule.motion)
     mean, covariance = np.empty((count, size)), np.empty((count, size, size))
     if not by_belief or not count:
@@ -51,3 +57,13 @@ def average_at(
         tree.rule.motion, np.empty(count), mean, covariance, tree.general,
     )  # fmt: skip
     return mean, covariance
+
+
+def shown(
+    mean: FloatArray, covariance: FloatArray, rule: WindowRule
+) -> tuple[FloatArray, FloatArray]:
+    """Return positions and velocities of states, shape (sequences, 2 dim), and covariances."""
+    size = 2 * rule.motion.dim
+    if rule.way is None:
+        return mean[:, :size], covariance[:, :size, :size]
+    return rule.way.shown(mean, covariance, rule.motion.dim)

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._growth import append_children, append_roots, propose
 from trackweave.association._moving import copy_nodes, held_slots
 from trackweave.association._nodes import (
     Candidates,
@@ -33,6 +32,7 @@ from trackweave.association._pruning import (
 )
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
+from trackweave.association.foreign_growth import appended, proposed, rooted_in
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
@@ -151,7 +151,8 @@ class AssociationTree(NodeRoom):
         for name in ("hidden", "misses", "counted"):
             getattr(nodes, name)[:n_old] = getattr(missed, name)
         self._reserve(chosen.shape[0] + n_new)
-        append_children(self.nodes, n_old, candidates, chosen, scan, self.rule, self.general)
+        grown = self.nodes, n_old, self.rule
+        appended(grown, candidates, chosen, scan, self.general)
         self.n_nodes += chosen.shape[0]
         self.nodes.price[n_old : self.n_nodes] = offer.price[chosen]
         self._append_roots(scan, log_density)
@@ -304,7 +305,8 @@ class AssociationTree(NodeRoom):
             candidates = Candidates(
                 np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
             )
-            count = propose(self.nodes, n, scan, self.rule, candidates, missed, crowding, general)
+            grown = self.nodes, n, self.rule
+            count = proposed(grown, scan, (candidates, missed), crowding, general)
             if count <= room:
                 self._room = count + count // 4
                 self.n_pruned += int(crowding.left_out.sum())
@@ -317,9 +319,8 @@ class AssociationTree(NodeRoom):
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]
         first = self.n_nodes
-        append_roots(
-            self.nodes, first, scan, self.rule, self.n_families, log_density, self.general
-        )
+        grown = self.nodes, first, self.rule
+        rooted_in(grown, scan, self.n_families, log_density, self.general)
         self.n_nodes += count
         start = np.maximum(self.nodes.cost[first : self.n_nodes], 0.0)
         self.add_families(new_families(np.full(count, -1, dtype=np.int64), start))

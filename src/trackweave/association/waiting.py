@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.association._growth import propose
 from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
 from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of
+from trackweave.association.foreign_growth import proposed
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
@@ -35,7 +35,7 @@ def waited(
         unseen = without_reports(scan)
         general = tree.general_for(unseen)
         crowding = crowding_of(nodes, count, tree.track < 0, tree.limits)
-        propose(nodes, count, unseen, patient, nobody, missed, crowding, general)
+        proposed((nodes, count, patient), unseen, (nobody, missed), crowding, general)
         concerned = np.flatnonzero(first <= place)
         for name in Misses._fields:
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]

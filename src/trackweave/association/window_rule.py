@@ -18,11 +18,13 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import ScanInput, WindowRule
+from trackweave.association.foreign_begin import Said, said_by_foreign
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.models.coverage import Coverage, everywhere
+from trackweave.models.foreign_motion import AnyMotion, ForeignMotion
 from trackweave.models.measurements import to_position
-from trackweave.models.motion import Motion
 from trackweave.models.sensors import Sensor
 
 __all__ = ["Context", "coverage_of", "scan_input", "swept", "window_rule", "without_reports"]
@@ -43,7 +45,7 @@ class Context(NamedTuple):
     began [s], ``period`` the scan period in which misses are counted [s].
     """
 
-    motion: Motion
+    motion: AnyMotion
     dim: int
     sensor: int = 0
     n_identities: int = 1
@@ -52,7 +54,7 @@ class Context(NamedTuple):
 
 
 def window_rule(
-    motion: Motion,
+    motion: AnyMotion,
     lifecycle: tuple[float, float, float, float, float],
     dim: int,
     *,
@@ -74,6 +76,7 @@ def window_rule(
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
         max_shown=float(max_shown),
+        way=motion if isinstance(motion, ForeignMotion) else None,
     )
 
 
@@ -91,19 +94,14 @@ def scan_input(
     if scan.platform is not None and scan.platform.size:
         platform = scan.platform
     platforms = np.broadcast_to(platform, (max(count, 1), 6))
-    is_located = kind.gives_position(dim) and (kind.has_range or size == dim)
-    place, spread = np.zeros((count, dim)), np.zeros((count, dim, dim))
-    if is_located:
-        place, spread = to_position(kind, measurement, sigma, platforms[:count], dim)
-    elif count:
-        place = platforms[:count, :dim].copy()
+    told = (measurement, sigma, platforms[:count])
+    if isinstance(kind, ForeignKind):
+        said = said_by_foreign(kind, scan, told, (context.motion, dim))
+    else:
+        said = _said_by_ours(kind, scan, sensor, told, context)
+    is_located, place, spread, covariance, log_begin, foreign = said
     order = np.argsort(place[:, 0] if is_located else measurement[:, -1], kind="stable")
     moment = np.full(count, scan.time) if scan.moments is None else scan.moments
-    covariance = sigma[:, :, None] ** 2 * np.eye(size)
-    if scan.covariance is not None:
-        covariance = scan.covariance
-        if is_located and kind is MeasurementKind.POSITION:
-            spread = covariance
     setting, noise, used = _settings(covariance[order], platforms[:count][order])
     start = _start(scan, context.start)
     coverage = coverage_of(sensor, scan, start)
@@ -134,7 +132,7 @@ def scan_input(
         platform=used,
         position=np.ascontiguousarray(place[order]),
         position_covariance=np.ascontiguousarray(spread[order]),
-        log_begin=_log_begin(sensor, measurement, sigma, platforms[:count], context)[order],
+        log_begin=log_begin[order],
         slot=np.arange(count),
         identity=np.ascontiguousarray(own[order]),
         evidence=np.ascontiguousarray(evidence[order]),
@@ -148,7 +146,33 @@ def scan_input(
         coverage=coverage,
         tail_share=float(sensor.tail_share),
         tail_scale=float(sensor.tail_scale) if sensor.tail_share > 0.0 else 1.0,
+        foreign=None if foreign is None else foreign.part(order),
     ), order
+
+
+def _said_by_ours(
+    kind: MeasurementKind,
+    scan: Scan,
+    sensor: Sensor,
+    told: tuple[FloatArray, FloatArray, FloatArray],
+    context: Context,
+) -> Said:
+    """Return what reports of a kind of ours say; ``told`` are numbers, noise and platforms."""
+    measurement, sigma, platform = told
+    (count, size), dim = measurement.shape, context.dim
+    is_located = kind.gives_position(dim) and (kind.has_range or size == dim)
+    place, spread = np.zeros((count, dim)), np.zeros((count, dim, dim))
+    if is_located:
+        place, spread = to_position(kind, measurement, sigma, platform, dim)
+    elif count:
+        place = platform[:, :dim].copy()
+    covariance = sigma[:, :, None] ** 2 * np.eye(size)
+    if scan.covariance is not None:
+        covariance = scan.covariance
+        if is_located and kind is MeasurementKind.POSITION:
+            spread = covariance
+    log_begin = _log_begin(sensor, measurement, sigma, platform, context)
+    return Said(is_located, place, spread, covariance, log_begin)
 
 
 def _pace(sensor: Sensor, period: float | None) -> float:
@@ -173,7 +197,8 @@ def without_reports(scan: ScanInput) -> ScanInput:
         "measurement", "moment", "setting", "position", "position_covariance", "log_begin",
         "slot", "identity", "evidence",
     )  # fmt: skip
-    return scan._replace(**{name: getattr(scan, name)[:0] for name in per_report})
+    foreign = None if scan.foreign is None else scan.foreign.part(slice(0))
+    return scan._replace(foreign=foreign, **{name: getattr(scan, name)[:0] for name in per_report})
 
 
 def _settings(

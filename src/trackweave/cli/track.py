@@ -50,6 +50,7 @@ def run_track(
         frame_origin=None if origin is None else (origin[0], origin[1]),
         frame_projection=configuration.said("frame", "projection") or "tangent",
         on_bad_row=on_bad_row,
+        kinds=configuration.plugins.kinds(),
     )
     try_on(further, table)
     # Before a search to the letter of a document takes minutes, not after.

@@ -22,7 +22,7 @@ from trackweave.config.sections import LiveSection, MotionSection, OutputSection
 from trackweave.config.sensing import sensor_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
@@ -41,7 +41,7 @@ ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "sca
 class Settings:
     """A configuration without gaps, as the tracker takes it."""
 
-    motion: Motion
+    motion: AnyMotion
     sensors: tuple[Sensor, ...]
     window: Window  # Scans that are open to change
     lifecycle: Lifecycle  # When tracks begin, are believed and end
@@ -106,7 +106,7 @@ def fill(
     # What the file says comes first, for a sensor its own table before ``sensors.default``; then
     # what the preset says; then what was estimated; then the usual. A sensor of which nothing was
     # observed reports positions.
-    ledger = Ledger(configuration.values, preset_values(preset))
+    ledger = Ledger(configuration.plugins.put_back(configuration.values), preset_values(preset))
     seed = configuration.said("seed")
     ledger.enter(("seed",), seed, "default" if seed is None else "file")
     seen = observed or {}
@@ -125,7 +125,9 @@ def fill(
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
     ways = estimates.ways if estimates else None
-    motion = motion_of(ledger, told, min(periods, default=1.0), ways)
+    motion = configuration.plugins.moving(ledger) or motion_of(
+        ledger, told, min(periods, default=1.0), ways
+    )
     unscented = ledger.choose(("motion", "filter"), default=MotionSection.filter) == "unscented"
     window = ledger.filled("window", Window(), estimates)
     lifecycle = _lifecycle(ledger, estimates)

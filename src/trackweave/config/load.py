@@ -2,13 +2,14 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from trackweave.config.ledger import ANY_SENSOR, value_at
+from trackweave.config.plugins import NO_PLUGINS, Plugins, taken_apart
 from trackweave.config.search import check_search
-from trackweave.config.sections import ConfigurationSection
+from trackweave.config.sections import KINDS, MODELS, ConfigurationSection
 from trackweave.config.tables import checked
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key
@@ -23,6 +24,7 @@ class Configuration:
 
     values: Mapping[str, Any] = field(default_factory=dict)  # As given, nested as in the file
     name: str = "configuration"  # What messages call the file
+    plugins: Plugins = NO_PLUGINS  # What it names from outside the package, whose keys are apart
 
     def said(self, *path: str) -> Any:
         """Return what is said of a key; None for nothing."""
@@ -34,7 +36,7 @@ class Configuration:
 
     def changed(self, **tables: Mapping[str, Any]) -> "Configuration":
         """Return the same with other tables, which are not checked again."""
-        return Configuration({**self.values, **tables}, self.name)
+        return replace(self, values={**self.values, **tables})
 
     def sensor(self, name: str) -> dict[str, Any]:
         """Return a sensor's own keys over those for every sensor."""
@@ -75,7 +77,16 @@ def load_configuration(
         )
     else:
         name, values = str(source), read_toml(Path(source), "a configuration")
-    values = checked(values, ConfigurationSection.as_kind(Key()), name)
-    check_search(without_deadline(values.get("search", {})), name)
-    check_search(values.get("fusion", {}).get("search", {}), name, "fusion.search")
-    return Configuration(values, name)
+    rest, plugins = _apart(values, name)
+    rest = checked(rest, ConfigurationSection.as_kind(Key()), name)
+    check_search(without_deadline(rest.get("search", {})), name)
+    check_search(rest.get("fusion", {}).get("search", {}), name, "fusion.search")
+    return Configuration(rest, name, replace(plugins, file=name))
+
+
+def _apart(values: Any, name: str) -> tuple[Any, Plugins]:
+    """Return a file's keys without those of plug-ins, and these."""
+    try:
+        return taken_apart(values, {"motion": (*MODELS, "imm"), "measurement": KINDS})
+    except InvalidInputError as err:
+        raise InvalidInputError(f"{name}, {err}") from err

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
@@ -13,7 +14,7 @@ __all__ = ["UNKNOWN_SENSOR", "ObservedSensor"]
 class ObservedSensor:
     """What one sensor's reports show without any estimating."""
 
-    measurement: MeasurementKind = MeasurementKind.POSITION  # What they hold
+    measurement: MeasurementKind | ForeignKind = MeasurementKind.POSITION  # What they hold
     dim: int = 2
     says_where: bool = False  # Whether each report tells where the sensor was
     # Whether it has to be known where the sensor is, because it does not report positions and is

@@ -7,6 +7,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from trackweave.config.kinds import kind_of
 from trackweave.config.messages import suggest
+from trackweave.config.plugins import plugin_class
 from trackweave.config.tables import Entry, Table, checked
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key
@@ -68,11 +69,22 @@ def make_solver(
     if method is None and not options:
         return None
     method = method or DEFAULT_METHOD
-    if method not in METHODS:
+    if method in METHODS:
+        return _made(method, options, name, key)
+    if _from_outside(method, f"{name}, {key}") is None:
         raise InvalidInputError(
             f'{name}, {key}.method: "{method}" is not known; {instead_of(method, list(METHODS))}'
         )
-    return _made(method, options, name, key)
+    from trackweave.solvers.protocol import require_solver
+
+    solver = _made(method, options, name, key)
+    require_solver(solver, f'{name}, {key}.method: "{method}"')
+    return solver
+
+
+def _from_outside(method: str, key: str = "search") -> type | None:
+    """Return the solver from outside the package that an entry point names; None for none."""
+    return plugin_class("solvers", method, f"{key}.method")
 
 
 def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
@@ -162,7 +174,8 @@ def _solver_class(method: str) -> Any:
     # Compiled kernels come with the solvers: a second that nobody else should wait for.
     from trackweave import solvers
 
-    return getattr(solvers, METHODS[method])
+    known = METHODS.get(method)
+    return _from_outside(method) if known is None else getattr(solvers, known)
 
 
 def _entry(hint: Any, default: Any) -> Entry | None:

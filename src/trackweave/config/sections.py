@@ -27,7 +27,8 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = [
-    "MODELS", "ConfigurationSection", "FieldOfViewSection", "FrameSection", "FusionSection",
+    "KINDS", "MODELS",
+    "ConfigurationSection", "FieldOfViewSection", "FrameSection", "FusionSection",
     "GrowthSection", "ImmSection", "LifecycleSection", "LiveSection", "ModeSection",
     "MotionSection", "OutputSection", "PlotsSection", "SearchSection", "SensorSection",
     "SensorsSection", "SigmaTable", "SolverSection", "StatisticSection", "StrengthSection",
@@ -42,7 +43,13 @@ MODELS = {
 }
 _WAYS = tuple(MODELS)
 _KINDS = [kind for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE]
+KINDS = tuple(kind.word for kind in _KINDS)
 _SIGMAS = [set(kind.columns(dim)) for kind in _KINDS for dim in (2, 3)]
+
+
+def _or_plugin(words: tuple[str, ...]) -> str:
+    """Return what a message says was expected of a word that plug-ins may bring too."""
+    return f"one of {', '.join(words)}, or the name of a plug-in"
 
 
 def _is_rate(value: str, most: float = 100, part: float = 0.0) -> bool:
@@ -99,7 +106,7 @@ class MotionSection(ModeSection, of=tuple(MODELS.values())):
 
     model: Annotated[
         str,
-        Key(words=(*_WAYS, "imm")),
+        Key(_or_plugin((*_WAYS, "imm")), words=(*_WAYS, "imm")),
         "How objects move: what wanders, or imm for changes between several ways.",
     ]
     filter: Annotated[
@@ -166,7 +173,7 @@ class SensorSection(Section, of=(Sensor,)):
 
     measurement: Annotated[
         str,
-        Key(words=tuple(kind.word for kind in _KINDS)),
+        Key(_or_plugin(KINDS), words=KINDS),
         "What its reports hold; read off the columns where left out.",
     ]
     sigma: Annotated[

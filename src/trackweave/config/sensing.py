@@ -12,6 +12,7 @@ from trackweave.config.ledger import Ledger
 from trackweave.config.load import Configuration
 from trackweave.config.messages import show_value
 from trackweave.config.observed import ObservedSensor
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.estimation import SensorEstimate
@@ -58,6 +59,8 @@ def sensor_of(
             f'sensors.{name}.measurement: "{said}"; expected "{kind.word}", as its reports hold'
         )
     sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
+    if isinstance(kind, ForeignKind):
+        configuration.plugins.enter(name, kind, ledger)
     detection = choose(
         "detection_probability",
         found and found.detection_probability,
@@ -116,6 +119,8 @@ def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[A
     sigma = None if found is None else found.sigma
     if kind is MeasurementKind.POSITION:
         return sigma, None
+    if isinstance(kind, ForeignKind):
+        return None, USUAL["sigma"]
     columns = kind.columns(seen.dim)
     usual = {**USUAL_SIGMA, "range_m": USUAL_RANGE_SHARE * seen.usual_range}
     default = {column: usual[column] for column in columns}
@@ -138,7 +143,8 @@ def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[A
 def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, ...]:
     """Return the noise by component [m, rad, m/s]."""
     kind = seen.measurement
-    if kind is MeasurementKind.POSITION and not isinstance(value, Mapping):
+    is_single = kind is MeasurementKind.POSITION or isinstance(kind, ForeignKind)
+    if is_single and not isinstance(value, Mapping):
         return float(value)
     columns = kind.columns(3 if kind is MeasurementKind.POSITION else seen.dim)
     given = value if isinstance(value, Mapping) else {}

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.facts import Facts, Skips
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -52,7 +53,7 @@ class BadRow:
 
 _PER_REPORT = (
     "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-    "strength", "height", "row",
+    "strength", "height", "row", "context",
 )  # fmt: skip
 
 
@@ -115,6 +116,9 @@ class ReportTable:
     unavailable
         Reports whose position is a code for "not available": their measurements are NaN, and
         they are of no scan; None where there are none.
+    context
+        Further numbers of each report that a kind from outside the package asks for, shape
+        (reports, numbers), NaN where a cell is empty; None where no kind does.
     report_type
         The polars type of the whole numbers that all identifiers are, None where they are text.
     facts
@@ -146,7 +150,7 @@ class ReportTable:
     iso_time: bool = False
     skipped: tuple[BadRow, ...] = ()
     kind: str = "polars"
-    kinds: tuple[MeasurementKind, ...] = ()
+    kinds: tuple[MeasurementKind | ForeignKind, ...] = ()
     space: int = 0
     platform: FloatArray | None = None
     identity: IntArray | None = None
@@ -156,6 +160,7 @@ class ReportTable:
     notes: tuple[str, ...] = ()
     row: IntArray | None = None
     report_type: Any = None
+    context: FloatArray | None = None
     unavailable: "ReportTable | None" = None
     facts: Facts = field(default_factory=Facts)
     undecoded: Skips = field(default_factory=Skips)
@@ -170,7 +175,7 @@ class ReportTable:
         """Number of dimensions of the tracking space, 2 or 3."""
         return self.space or int(self.measurement.shape[1])
 
-    def kind_of(self, sensor: int) -> MeasurementKind:
+    def kind_of(self, sensor: int) -> MeasurementKind | ForeignKind:
         """Return what a sensor measures, by its index."""
         return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
 
@@ -238,7 +243,8 @@ class ReportTable:
         The scan; ``Scan.report`` holds the row numbers.
         """
         sensor = int(self.sensor[rows[0]])
-        size = self.kind_of(sensor).n_components(self.dim)
+        kind = self.kind_of(sensor)
+        size = kind.n_components(self.dim)
         # Positions without a height stand in a space of three dimensions with two numbers.
         size = min(size, self.measurement.shape[1])
         has_platform = self.platform is not None and not np.isnan(self.platform[rows, 0]).any()
@@ -254,4 +260,28 @@ class ReportTable:
             else None,
             identity=None if self.identity is None else self.identity[rows],
             strength=None if self.strength is None else self.strength[rows],
+            context=self.context_of(kind, rows),
         )
+
+    def context_of(self, kind: MeasurementKind | ForeignKind, rows: IntArray) -> FloatArray | None:
+        """Return further numbers of some reports of a kind; None for a kind of ours.
+
+        Parameters
+        ----------
+        kind
+            What their sensor measures.
+        rows
+            Row numbers.
+
+        Returns
+        -------
+        Shape (rows, numbers).
+        """
+        if not isinstance(kind, ForeignKind) or self.context is None:
+            return None
+        return np.ascontiguousarray(self.context[rows, : len(kind.context)])
+
+    @property
+    def has_foreign(self) -> bool:
+        """Whether any sensor's kind is from outside the package."""
+        return any(isinstance(kind, ForeignKind) for kind in self.kinds)

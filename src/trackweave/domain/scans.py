@@ -56,6 +56,9 @@ class Scan:
         Covariance of each report's numbers in place of ``sigma``, shape (reports, components,
         components), symmetric and positive definite: for reports whose errors are correlated,
         as those fused of several plots are. None for errors that are independent.
+    context
+        Further numbers of each report, shape (reports, numbers), as a kind of measurement from
+        outside the package asks for; None for none.
 
     Raises
     ------
@@ -82,6 +85,7 @@ class Scan:
     identity: IntArray | None = None
     strength: FloatArray | None = None
     covariance: FloatArray | None = None
+    context: FloatArray | None = None
 
     __repr__ = summary
 
@@ -138,6 +142,8 @@ class Scan:
             set_field(self, "identity", int_array(self.identity, "identity", (n_reports,)))
         if self.strength is not None:
             set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
+        if self.context is not None:
+            set_field(self, "context", float_array(self.context, "context", (n_reports, None)))
 
     def _check_covariance(self, given: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         """Check and cast the covariances; return the standard deviations on their diagonals."""

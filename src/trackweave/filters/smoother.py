@@ -8,7 +8,7 @@ from trackweave.filters._smoothing import Course, Readings, go_back, go_forward,
 from trackweave.filters._straight import smooth_straight
 from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
 
-__all__ = ["Course", "Readings", "filtered", "merged", "smoothed"]
+__all__ = ["Course", "Readings", "filtered", "gone_back", "merged", "smoothed"]
 
 
 def filtered(
@@ -51,6 +51,11 @@ def smoothed(
     course = filtered(readings, start, motion)
     go_back(readings.time, motion, course)
     return course
+
+
+def gone_back(time: FloatArray, motion: MotionRule, course: Course) -> None:
+    """Turn states after each moment's report into those given all of them, in place."""
+    go_back(time, motion, course)
 
 
 def _is_straight(readings: Readings, motion: MotionRule) -> bool:

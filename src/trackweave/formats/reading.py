@@ -4,7 +4,7 @@ import gzip
 import os
 import sys
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from io import BufferedReader
 from itertools import chain
@@ -78,13 +78,14 @@ def load(source: Any, told: str | None = None) -> RawTable:
     return within_calendars(_load_one(Path(source), told))
 
 
-def read_reports(
+def read_reports(  # noqa: PLR0913 each says another thing of the same file
     source: Any,
     *,
     told: str | None = None,
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
+    kinds: Mapping[str, Any] | None = None,
 ) -> ReportTable:
     """Read reports and check every value.
 
@@ -123,6 +124,9 @@ def read_reports(
     on_bad_row
         "fail" to refuse a table with a bad row; "skip" to leave bad rows out and list them in
         ``skipped`` of the result.
+    kinds
+        Kinds of measurement from outside the package by the names of their sensors, "default" for
+        all others, None for one of ours; their rows are read by the columns that the kinds name.
 
     Returns
     -------
@@ -149,6 +153,7 @@ def read_reports(
         frame_origin=frame_origin,
         frame_projection=frame_projection,
         on_bad_row=on_bad_row,
+        kinds=kinds,
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
@@ -276,15 +277,20 @@ def _measured_columns(reports: ReportTable) -> list[pl.Series]:
     values: dict[str, FloatArray] = {}
     noise: dict[str, FloatArray] = {}
     for sensor in range(len(reports.sensors)):
-        rows = reports.sensor == sensor
-        for place, name in enumerate(reports.kind_of(sensor).columns(reports.dim)):
-            unit = np.pi / 180 if name.endswith("_deg") else 1.0
+        rows, kind = reports.sensor == sensor, reports.kind_of(sensor)
+        is_ours = not isinstance(kind, ForeignKind)
+        for place, name in enumerate(kind.columns(reports.dim)):
+            unit = np.pi / 180 if is_ours and name.endswith("_deg") else 1.0
             for columns, column, numbers in (
                 (values, name, reports.measurement),
                 (noise, f"sigma_{name}", reports.sigma),
             ):
                 column_values = columns.setdefault(column, np.full(len(reports), np.nan))
                 column_values[rows] = numbers[rows, place] / unit
+        if isinstance(kind, ForeignKind) and reports.context is not None:
+            for place, name in enumerate(kind.context):
+                own = values.setdefault(name, np.full(len(reports), np.nan))
+                own[rows] = reports.context[rows, place]
     written = {name: numbers for name, numbers in noise.items() if not np.isnan(numbers).all()}
     if any(name in written for name in ("sigma_x", "sigma_y")):
         written = {name: n for name, n in noise.items() if name in written or name[-1] in "xy"}

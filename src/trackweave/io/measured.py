@@ -1,11 +1,14 @@
 """What each row of a table of reports measures: a position, a range and angles, or a bearing."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import DataFormatError
@@ -18,7 +21,7 @@ from trackweave.io.positions import has_height, has_positions, not_available, re
 __all__ = ["Measured", "read_measured"]
 
 _SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
-_POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN = range(5)
+_POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN, _ELSEWHERE = range(6)
 
 
 class Measured(NamedTuple):
@@ -38,9 +41,18 @@ class Measured(NamedTuple):
     """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
     notes: tuple[str, ...] = ()
     """What was not used."""
+    context: FloatArray | None = None
+    """Further numbers of rows of kinds from outside, NaN where there is none."""
+    foreign: Mapping[str, ForeignKind] = MappingProxyType({})
+    """Those kinds, by the names of their sensors."""
 
 
-def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | None) -> Measured:
+def read_measured(
+    checks: RowChecks,
+    sensors: pl.Series,
+    frame: LocalFrame | None,
+    elsewhere: BoolArray | None = None,
+) -> Measured:
     """Return what each row measures.
 
     A row is a position where it has one, otherwise a range with its azimuth, otherwise a
@@ -59,16 +71,21 @@ def read_measured(checks: RowChecks, sensors: pl.Series, frame: LocalFrame | Non
         Each row's sensor, null in bad rows.
     frame
         The plane for latitudes and longitudes; None to choose one.
+    elsewhere
+        Rows that are read otherwise; None for none.
 
     Returns
     -------
     Numbers, noise and kinds of all rows.
     """
     group = _groups(checks)
+    if elsewhere is not None:
+        group[elsewhere] = _ELSEWHERE
     unknown = (group == _POSITION) & not_available(checks, frame)
     checks.set_aside(unknown)
     if not np.isin(group, (_RANGE, _BEARING)).any():
-        positions = read_positions(checks, frame, ~unknown if unknown.any() else None)
+        among = ~unknown & (group != _ELSEWHERE)
+        positions = read_positions(checks, frame, None if among.all() else among)
         dim = positions.values.shape[1]
         columns = (*positions.columns, *_SIGMA_COLUMNS[:dim])
         sigma = _position_sigma(checks, dim)
@@ -114,7 +131,7 @@ def _refuse_two_kinds(
     words = {_POSITION: "a position", _RANGE: "a range", _BEARING: "a bearing"}
     names, sensor = sensors
     for number, name in enumerate(names):
-        rows = np.flatnonzero(checks.good & (sensor == number))
+        rows = np.flatnonzero(checks.good & (sensor == number) & (group != _ELSEWHERE))
         if rows.size == 0:
             continue
         first = group[rows[0]]

@@ -8,13 +8,16 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
 from trackweave.io.columns import numbered, read_text, text_array, typed_column
-from trackweave.io.measured import Measured, read_measured
+from trackweave.io.foreign import read_all_measured
+from trackweave.io.measured import Measured
 from trackweave.io.platforms import read_platforms
 from trackweave.io.plausible import ask_back, questions
 from trackweave.io.positions import choose_frame, frame_about, require_origin
@@ -37,6 +40,7 @@ def reports_in(
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
+    kinds: Mapping[str, Any] | None = None,
 ) -> ReportTable:
     """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
@@ -54,7 +58,7 @@ def reports_in(
     ask_back(checks)
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)
-    measured = read_measured(checks, sensor_names, frame)
+    measured = read_all_measured(checks, sensor_names, frame, _checked_kinds(kinds))
     on_plane = measured.frame is None and {"x", "y"} <= set(measured.columns)
     read = _Read(
         sensor_names,
@@ -137,7 +141,7 @@ def _reports_of(
         carried=_carried(checks, table, measured, rows),
         frame=measured.frame or read.frame,
         kind=table.kind,
-        kinds=_kinds(measured.kind, rows, code),
+        kinds=_kinds(measured, rows, code, sensors),
         space=0 if measured.kind is None else measured.space,
         platform=None if platform is None else platform[rows],
         identity=identity,
@@ -146,6 +150,7 @@ def _reports_of(
         height=None if read.height is None else read.height[rows],
         row=table.row[rows],
         report_type=_type_of_identifiers(table),
+        context=None if measured.context is None else measured.context[rows],
     )
 
 
@@ -164,12 +169,32 @@ def _sensor_names(checks: RowChecks) -> pl.Series:
     return pl.Series("sensor", [ONLY_SENSOR]).new_from_index(0, len(checks))
 
 
-def _kinds(kind: IntArray | None, rows: IntArray, code: IntArray) -> tuple[MeasurementKind, ...]:
+def _checked_kinds(kinds: Mapping[str, Any] | None) -> dict[str, ForeignKind | None]:
+    """Return kinds from outside by the names of their sensors."""
+    if kinds is None:
+        return {}
+    expected = "kinds of measurement of your own by the names of their sensors"
+    if not isinstance(kinds, Mapping):
+        raise InvalidInputError(f"kinds: {kinds!r:.80}; expected {expected}")
+    found = {str(name): kind_of(kind) for name, kind in kinds.items()}
+    for name, kind in found.items():
+        if not isinstance(kind, ForeignKind | None):
+            raise InvalidInputError(f"kinds: {name}: {kind!r:.80}; expected {expected}")
+    return found
+
+
+def _kinds(
+    measured: Measured, rows: IntArray, code: IntArray, sensors: tuple[str, ...]
+) -> tuple[MeasurementKind | ForeignKind, ...]:
     """Return what each sensor measures, none where all measure positions."""
-    if kind is None:
+    if measured.kind is None:
         return ()
     _, first = np.unique(code, return_index=True)
-    return tuple(MeasurementKind(number) for number in kind[rows[first]])
+    numbers = measured.kind[rows[first]]
+    return tuple(
+        measured.foreign.get(name) or MeasurementKind(number)
+        for name, number in zip(sensors, numbers, strict=True)
+    )
 
 
 def _optional(checks: RowChecks, name: str, within: Range) -> FloatArray | None:

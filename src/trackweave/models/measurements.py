@@ -3,6 +3,7 @@
 import numpy as np
 
 from trackweave.arrays import ROUNDING, FloatArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 
 __all__ = ["NO_PLATFORM", "to_position", "with_rounding"]
@@ -11,23 +12,28 @@ NO_PLATFORM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """A sensor that stands at the origin: x, y, z [m] and their rates [m/s]."""
 
 
-def to_position(
-    kind: MeasurementKind,
+def to_position(  # noqa: PLR0913 a report is all of these
+    kind: MeasurementKind | ForeignKind,
     measurement: FloatArray,
     sigma: FloatArray,
     platform: FloatArray,
     dim: int,
+    context: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions [m], shape (reports, dim), and covariances of where reports put objects."""
     # Ranges and angles are unbiased to second order in the angles' noise: the mean of a position
     # on an arc lies inside it [1]. Measurements and sigma have the shape (reports, components),
     # ``platform`` is where the sensor was, x, y, z [m] first. What comes is NaN where a report of
-    # this kind does not tell.
+    # this kind does not tell. ``context`` is what a kind from outside the package asks for.
     # [1] D. Lerro, Y. Bar-Shalom, Tracking with debiased consistent converted measurements versus
     #     EKF, 1993, eqs. 13-16. doi:10.1109/7.220948
     count = measurement.shape[0]
     if not kind.gives_position(dim):
         return np.full((count, dim), np.nan), np.full((count, dim, dim), np.nan)
+    if isinstance(kind, ForeignKind):
+        width = kind.n_components(dim)
+        reported = kind.reported(measurement[:, :width], sigma[:, :width], context)
+        return kind.first_state(platform, reported, dim)
     if kind is MeasurementKind.POSITION:
         covariance = sigma[:, :dim, None] ** 2 * np.eye(dim)
         return measurement[:, :dim].copy(), covariance

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from trackweave.arrays import FloatArray, name_text
+from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
@@ -46,7 +47,7 @@ class Sensor:
         What it covers, about ``position`` or where its scans say that it is; None for
         everywhere.
     measurement
-        What its reports hold.
+        What its reports hold; one of ours, or a kind of your own, see `Measurement`.
     position
         Where it stands, x, y[, z] [m]; None for the origin. Scans of a moving sensor say it.
     rotation
@@ -101,7 +102,7 @@ class Sensor:
     ] = 1e-6
     scan_period: Annotated[float | None, SECONDS] = None
     field_of_view: FieldOfView | None = None
-    measurement: MeasurementKind = MeasurementKind.POSITION
+    measurement: MeasurementKind | ForeignKind = MeasurementKind.POSITION
     position: tuple[float, ...] | None = None
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
@@ -113,6 +114,7 @@ class Sensor:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_text(plain(self.name), "name"))
+        object.__setattr__(self, "measurement", kind_of(self.measurement))
         settle(self)
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
         if sigmas.size == 0 or not np.all(sigmas > 0):

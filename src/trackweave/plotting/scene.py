@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
@@ -76,6 +77,9 @@ def places_of_reports(
         kind = reports.kind_of(code)
         if kind is MeasurementKind.POSITION:
             places[rows] = reports.measurement[rows, :2]
+            continue
+        if isinstance(kind, ForeignKind):
+            # Where such a report puts its object takes the noise that the run was told.
             continue
         dim = 3 if kind.has_elevation else 2
         width = kind.n_components(dim)

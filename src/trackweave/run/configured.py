@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
 from trackweave.config.observed import ObservedSensor
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR
@@ -14,7 +15,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
 from trackweave.run.facts import with_facts
-from trackweave.run.observing import settle
+from trackweave.run.observing import needs_place, settle
 from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:
@@ -88,7 +89,10 @@ def _missing(configuration: Configuration, name: str) -> list[str]:
         kind in (MeasurementKind.POSITION, MeasurementKind.BEARING) or "max_range_m" in view
     )
     keys = []
-    if "sigma" not in own and kind is MeasurementKind.POSITION:
+    is_unknown = kind is MeasurementKind.POSITION or (
+        isinstance(kind, ForeignKind) and not kind.has_own_covariance
+    )
+    if "sigma" not in own and is_unknown:
         keys.append("sigma")
     if "clutter_density" not in own and ("clutter_per_scan" not in own or not is_bounded):
         why = "" if "clutter_per_scan" not in own else " (clutter_per_scan needs a field_of_view)"
@@ -96,7 +100,10 @@ def _missing(configuration: Configuration, name: str) -> list[str]:
     return [f"sensors.{name}.{key}" for key in keys]
 
 
-def _kind(configuration: Configuration, name: str) -> MeasurementKind:
+def _kind(configuration: Configuration, name: str) -> MeasurementKind | ForeignKind:
+    outside = configuration.plugins.kind_of(name)
+    if outside is not None:
+        return outside
     word = configuration.sensor(name).get("measurement")
     kinds = {kind.word: kind for kind in MeasurementKind}
     return MeasurementKind.POSITION if word is None else kinds[word]
@@ -111,6 +118,6 @@ def _as_told(configuration: Configuration, name: str, *, alone: bool) -> Observe
     return ObservedSensor(
         measurement=kind,
         dim=3 if kind.has_elevation else 2,
-        needs_place=kind is not MeasurementKind.POSITION and not alone,
+        needs_place=needs_place(kind) and not alone,
         rotation=rotation,
     )

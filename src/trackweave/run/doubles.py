@@ -116,7 +116,7 @@ def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:
 def _same_numbers(reports: ReportTable) -> IntArray:
     """Return one number for all reports of a sensor that are equal but for their times."""
     columns: list[FloatArray | IntArray] = [reports.sensor]
-    for matrix in (reports.measurement, reports.sigma, reports.platform):
+    for matrix in (reports.measurement, reports.sigma, reports.platform, reports.context):
         columns += [] if matrix is None else list(matrix.T)
     for column in (reports.identity, reports.strength, reports.height):
         columns += [] if column is None else [column]

@@ -34,6 +34,9 @@ class Doubts:
         """Look at the tracks so far; tell whether ``configuration`` changed, to begin again."""
         # ``track`` is that of each report as far as it is known, -1 for none; ``at_end`` no more
         # come.
+        if reports.has_foreign:
+            # Nothing here knows how reports of a kind from outside scatter.
+            return False
         if self._noise.contradict(reports, settings, track, at_end=at_end):
             return True
         if not (self._noise.is_settled or at_end):

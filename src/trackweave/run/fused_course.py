@@ -8,6 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config.fill import Settings
 from trackweave.config.plots import PlotSettings
+from trackweave.domain.foreign_kind import ours
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
@@ -33,7 +34,7 @@ def fuser_of(
     volumes, widths, notes = {}, {}, []
     for index, sensor in enumerate(sensors):
         measured = reports.measurement[reports.sensor == index]
-        kind = sensor.measurement
+        kind = ours(sensor.measurement, sensor.name)
         plain = _without_rate(kind)
         if plain is not kind:
             widths[sensor.name] = filled(kind, measured) / filled(plain, measured)

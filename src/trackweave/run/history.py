@@ -7,11 +7,14 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.filters.smoother import merged, smoothed
+from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import MotionRule
-from trackweave.run.beginnings import Evidence, first_state, readings_of
+from trackweave.run.beginnings import Evidence, begun, first_state, readings_of
+from trackweave.run.foreign_history import smoothed_together
 from trackweave.run.scans import scan_ends
 
 __all__ = ["smoothed_history"]
@@ -39,27 +42,53 @@ def smoothed_history(
     # Where rows are wanted once in a period only, at those between the two, or at the last report.
     # Each state is conditioned on all of the track's reports, later ones included. Status and
     # score are taken from the tracks as they were known scan by scan.
-    motion = settings.motion.rule(reports.dim, unscented=settings.unscented)
+    rule = settings.motion.rule(reports.dim, unscented=settings.unscented)
+    motion = rule, settings.motion if isinstance(settings.motion, ForeignMotion) else None
     evidence = Evidence.of(reports, settings.sensors)
     ends = scan_ends(
         reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
     )
-    parts, first_rows = [], _first_rows(tracks)
     moments = np.unique(np.concatenate([tracks.time, ends]))
     if settings.period is not None and len(tracks):
         moments = np.unique(tracks.time)
-    for path in _paths(evidence, (ends, moments), assignment, priors):
-        readings = readings_of(evidence, path.time, path.report)
-        if path.start is None:
-            known = _state(tracks, first_rows.get(path.track))
-            start = first_state(evidence, readings, path.report, motion, known)
-        else:
-            start = _widened(path.start, motion)
-        mean, covariance = merged(smoothed(readings, start, motion))
-        parts.append(_table(path, (ends, settings.period), (mean, covariance), motion))
+    paths, first_rows = (
+        list(_paths(evidence, (ends, moments), assignment, priors)),
+        _first_rows(tracks),
+    )
+    begun_from = {path.track: _state(tracks, first_rows.get(path.track)) for path in paths}
+    states = _states(evidence, paths, begun_from, motion)
+    parts = [
+        _table(path, (ends, settings.period), each, rule)
+        for path, each in zip(paths, states, strict=True)
+    ]
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return table.at(np.lexsort((table.track, table.time)))
+
+
+def _states(
+    evidence: Evidence,
+    paths: list[_Path],
+    known: Mapping[int, tuple[float, FloatArray, FloatArray] | None],
+    motion: tuple[MotionRule, ForeignMotion | None],
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the states of each path, by moment; ``known`` is where each track was first shown."""
+    rule, way = motion
+    has_foreign = way is not None or any(isinstance(k, ForeignKind) for k in evidence.kinds)
+    read, starts = [], []
+    for path in paths:
+        readings = readings_of(evidence, path.time, path.report)
+        if path.start is None:
+            start = first_state(evidence, readings, path.report, motion, known[path.track])
+        else:
+            start = _widened(path.start, motion)
+        if not has_foreign:
+            yield merged(smoothed(readings, start, rule))
+            continue
+        read.append((readings, path.report))
+        starts.append(start)
+    for states in smoothed_together(evidence, read, starts, motion) if read else ():
+        yield states if way is None else way.shown(*states, rule.dim)
 
 
 def _paths(
@@ -109,12 +138,15 @@ def _first_rows(tracks: TrackTable) -> dict[int, int]:
 
 
 def _widened(
-    start: tuple[FloatArray, FloatArray], motion: MotionRule
+    start: tuple[FloatArray, FloatArray], motion: tuple[MotionRule, ForeignMotion | None]
 ) -> tuple[FloatArray, FloatArray]:
     """Return a state of positions and velocities with room for what else the motion has."""
-    mean, covariance = np.zeros(motion.prior.size), np.diag(motion.prior)
-    size = start[0].size
-    mean[:size], covariance[:size, :size] = start
+    dim, size = motion[0].dim, start[0].size
+    if motion[1] is not None and motion[1].has_kinematics:
+        size = 0
+    mean, covariance = begun(*motion, start[0][:dim], start[1][:dim, :dim])
+    covariance[:size], covariance[:, :size] = 0.0, 0.0
+    mean[:size], covariance[:size, :size] = start[0][:size], start[1][:size, :size]
     return mean, covariance
 
 

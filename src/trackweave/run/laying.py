@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
@@ -37,7 +38,7 @@ def laid(reports: ReportTable, sensors: Sequence[Sensor]) -> tuple[ReportTable, 
     measurement = reports.measurement.copy()
     for index, kind in enumerate(reports.kinds):
         rows = np.flatnonzero(reports.sensor == index)
-        if kind is MeasurementKind.POSITION or rows.size == 0:
+        if kind is MeasurementKind.POSITION or isinstance(kind, ForeignKind) or rows.size == 0:
             continue
         height = None if reports.height is None else reports.height[rows]
         is_flat = kind.has_range and not kind.has_elevation and reports.dim == 2

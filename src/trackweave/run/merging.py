@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.models._kernels import is_covered
@@ -79,6 +80,7 @@ def _rows_that_may_merge(
         if scans and some.size:
             scanning[number] = evidence.is_located(int(some[0]))
     rows = np.array(sorted(assignment), dtype=np.int64)
+    scanning &= [not isinstance(sensor.measurement, ForeignKind) for sensor in own]
     return rows[scanning[reports.sensor[rows]]]
 
 

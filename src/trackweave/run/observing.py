@@ -11,6 +11,7 @@ from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
 from trackweave.config.sensing import is_period, view_keys
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -21,8 +22,9 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
+from trackweave.run.required import require_told
 
-__all__ = ["filled", "observe", "positions_in", "settle"]
+__all__ = ["filled", "needs_place", "observe", "positions_in", "settle"]
 
 # From so many moments on it can be told whether reports come one by one.
 FEWEST_MOMENTS = 20
@@ -44,6 +46,7 @@ def settle(
     # There are no estimates where none were needed or no report tells a position. To be edited, a
     # note is enough where only a person can know, such as where a sensor stands.
     _require_few_sensors(reports, configuration)
+    require_told(reports, configuration)
     observed = observe(reports, configuration)
     places = positions_in(reports, configuration)
     unplaced = [
@@ -155,12 +158,14 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
         measured = reports.measurement[rows]
         says_where = reports.platform is not None and not np.isnan(reports.platform[rows, 0]).any()
         is_alone = len(reports.sensors) == 1 and reports.frame is None
-        turns, is_sure = _rotation(
-            configuration.sensor(name),
-            reports.time[rows],
-            _azimuth(kind, measured, platform[rows]),
-            numbered=reports.scan is not None,
-        )
+        turns, is_sure = None, True
+        if isinstance(kind, MeasurementKind):
+            turns, is_sure = _rotation(
+                configuration.sensor(name),
+                reports.time[rows],
+                _azimuth(kind, measured, platform[rows]),
+                numbered=reports.scan is not None,
+            )
         moments = np.unique(reports.time[rows])
         n_scans = moments.size
         if turns is not None:
@@ -170,7 +175,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             measurement=kind,
             dim=reports.dim,
             says_where=says_where,
-            needs_place=kind is not MeasurementKind.POSITION and not is_alone,
+            needs_place=needs_place(kind) and not is_alone,
             extent=filled(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
@@ -188,6 +193,7 @@ def _of_positions(
     sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
     for name, table in sensors.items():
         seen = observed.get(name)
+        configuration.plugins.take_out(name, table)
         table.pop("measurement", None)
         table.pop("rotation", None)
         sigma = table.get("sigma")
@@ -245,11 +251,19 @@ def _is_trusted(said: Mapping[str, Any], key: str) -> bool:
     return trust if isinstance(trust, bool) else key in trust
 
 
-def filled(kind: MeasurementKind, measured: FloatArray) -> float:
+def needs_place(kind: MeasurementKind | ForeignKind) -> bool:
+    """Tell whether reports count from where their sensor stands, as far as is known."""
+    return isinstance(kind, MeasurementKind) and kind is not MeasurementKind.POSITION
+
+
+def filled(kind: MeasurementKind | ForeignKind, measured: FloatArray) -> float:
     """Return the extent, in their units, that measurements (reports ≥ 1, components) fill."""
     # It is 1 for positions, whose extent is estimated with their noise.
     if kind is MeasurementKind.POSITION:
         return 1.0
+    if isinstance(kind, ForeignKind):
+        sides = np.ptp(measured[:, : kind.n_components(2)], axis=0)
+        return float(np.prod(np.where(sides > 0.0, MARGIN * sides, 1.0)))
     if kind is MeasurementKind.BEARING:
         return _arc(measured[:, 0])
     extent = MARGIN * float(measured[:, 0].max()) * _arc(measured[:, 1]) or 1.0
@@ -269,5 +283,5 @@ def _arc(angle: FloatArray) -> float:
     return max(2 * np.pi - widest, NARROWEST) if widest > WIDEST_CHANCE_GAP else 2 * np.pi
 
 
-def _usual_range(kind: MeasurementKind, measured: FloatArray) -> float:
+def _usual_range(kind: MeasurementKind | ForeignKind, measured: FloatArray) -> float:
     return float(np.median(measured[:, 0])) or 1.0 if kind.has_range else 1000.0

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import to_position
@@ -40,7 +41,12 @@ def placed(
     if not reports.kinds:
         return reports
     dim = reports.dim
-    telling = [index for index, kind in enumerate(reports.kinds) if kind.gives_position(dim)]
+    # What a plug-in's reports tell takes a noise that only a person knows.
+    telling = [
+        index
+        for index, kind in enumerate(reports.kinds)
+        if kind.gives_position(dim) and not isinstance(kind, ForeignKind)
+    ]
     platform = platforms_of(reports, positions)
     position, sigma = np.full((2, len(reports), dim), np.nan)
     for index in telling:

@@ -160,7 +160,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     # Tracks by a document's letter are no judges of what was told.
     case = Case(table, settings, assigned.track, history, course.looks())
     overruled = doubts.findings()
-    found = overruled if preset_notes(preset) else diagnose(case, overruled)
+    is_judged = not preset_notes(preset) and not table.has_foreign
+    found = diagnose(case, overruled) if is_judged else overruled
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     merged = merged_reports(table, assignment, history, settings.sensors)
     record = record_of(table, settings, log, assignment, merged)
@@ -310,6 +311,7 @@ def report_table(
             frame_origin=None if origin is None else (origin[0], origin[1]),
             frame_projection=configuration.said("frame", "projection") or "tangent",
             on_bad_row=on_bad_row,
+            kinds=configuration.plugins.kinds(),
         )
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")

@@ -17,12 +17,13 @@ from trackweave.arrays import (
     require_instance,
 )
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, checked_members, plain
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion, checked_motion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.protocol import require_solver
@@ -42,7 +43,10 @@ def checked_sensors(sensors: object) -> dict[str, Sensor]:
 
 def tells_place(sensor: Sensor) -> bool:
     """Tell whether a sensor's reports say where their objects are, not just in which direction."""
-    return sensor.measurement is not MeasurementKind.BEARING
+    kind = sensor.measurement
+    if isinstance(kind, ForeignKind):
+        return kind.gives_position(kind.dim or 2)
+    return kind is not MeasurementKind.BEARING
 
 
 def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
@@ -87,16 +91,17 @@ def checked_priors(priors: TrackTable | None) -> TrackTable | None:
     return priors if len(priors) else None
 
 
-def require_parts(motion: object, search: object, lifecycle: object, limits: object) -> None:
-    """Refuse parts of a tracker that are of another kind; only the first must be there."""
-    if not isinstance(motion, Motion):
-        raise InvalidInputError(f"motion: {motion!r:.80}; expected a motion model")
+def require_parts(motion: object, search: object, lifecycle: object, limits: object) -> AnyMotion:
+    """Refuse parts of a tracker that are of another kind, and return how objects move."""
+    # Only that must be there.
+    moving = checked_motion(motion)
     if search is not None:
         require_solver(search, "search")
     if lifecycle is not None:
         require_instance(lifecycle, Lifecycle, "lifecycle")
     if limits is not None:
         require_instance(limits, GrowthLimits, "limits")
+    return moving
 
 
 def require_step(
@@ -208,8 +213,9 @@ def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
     if len(scan) or scan.measurement.shape[1] == size:
         return scan
     return replace(
-        scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)), covariance=None
-    )
+        scan, measurement=np.empty((0, size)), sigma=np.empty((0, size)), covariance=None,
+        context=None,
+    )  # fmt: skip
 
 
 def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
@@ -252,7 +258,14 @@ def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
         identity=None if identity is None else identity.astype(np.int64),
         strength=both("strength", np.nan),
         covariance=_both_covariances(first, second, sensor),
+        context=_both_contexts(first, second),
     )
+
+
+def _both_contexts(first: Scan, second: Scan) -> FloatArray | None:
+    """Return the context of two scans' reports; None where neither has any."""
+    told = [scan.context for scan in (first, second) if scan.context is not None and len(scan)]
+    return np.concatenate(told) if told else None
 
 
 def _both_covariances(first: Scan, second: Scan, sensor: Sensor) -> FloatArray | None:

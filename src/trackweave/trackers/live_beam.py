@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.estimation.following import Beam, corrected, first_beam, off_beam
@@ -39,6 +40,9 @@ def beam_with(known: LiveBeam | None, sensor: Sensor, scan: Scan) -> LiveBeam | 
     # It is None for a sensor that does not turn or whose turn is known for all times.
     told = sensor.rotation
     if told is None or isinstance(told, FollowedRotation) or scan.moments is None:
+        return None
+    kind = sensor.measurement
+    if isinstance(kind, ForeignKind) and not kind.gives_position(kind.dim or 2):
         return None
     if known is None:
         start = float(scan.moments.min(initial=scan.time))
@@ -79,10 +83,17 @@ def rotation_by(known: LiveBeam | None, told: Rotation) -> Rotation:
 
 def _azimuth(sensor: Sensor, scan: Scan) -> FloatArray:
     """Return where reports come from [rad, clockwise from north]."""
-    if sensor.measurement is not MeasurementKind.POSITION:
-        return scan.measurement[:, 0 if sensor.measurement is MeasurementKind.BEARING else 1]
+    kind, place = sensor.measurement, scan.measurement
     platform = sensor.platform
     if scan.platform is not None and scan.platform.size:
         platform = np.asarray(scan.platform)
-    east, north = (scan.measurement[:, :2] - platform[..., :2]).T
+    if isinstance(kind, ForeignKind):
+        dim = kind.dim or 2
+        sigma = np.where(np.isnan(scan.sigma), sensor.sigmas(dim), scan.sigma)
+        reported = kind.reported(scan.measurement, sigma, scan.context, scan.covariance)
+        platforms = np.broadcast_to(platform, (len(scan), 6))
+        place, _ = kind.first_state(platforms, reported, dim)
+    elif kind is not MeasurementKind.POSITION:
+        return scan.measurement[:, 0 if kind is MeasurementKind.BEARING else 1]
+    east, north = (place[:, :2] - platform[..., :2]).T
     return np.asarray(np.arctan2(east, north))

@@ -19,7 +19,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.fields import checked_choice, checked_flag
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion, MotionModel
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
 from trackweave.solvers.auto import Auto
@@ -66,7 +66,7 @@ class MultiHypothesisTracker(ScanByScan):
     Parameters
     ----------
     motion
-        How objects move.
+        How objects move: a model of ours, or one of your own, see `MotionModel`.
     sensors
         What the sensors report; scans of other sensors are refused.
     window
@@ -117,7 +117,7 @@ class MultiHypothesisTracker(ScanByScan):
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
-        motion: Motion,
+        motion: AnyMotion | MotionModel,
         sensors: Sequence[Sensor],
         window: Window | int | None = None,
         search: Solver | None = None,
@@ -129,10 +129,9 @@ class MultiHypothesisTracker(ScanByScan):
         unscented: bool = False,
         max_ahead: float | None = MAX_AHEAD,
     ) -> None:
-        require_parts(motion, search, lifecycle, limits)
+        self._motion = require_parts(motion, search, lifecycle, limits)
         checked_choice(estimate, "estimate", ("average", "best"))
         self._sensors = checked_sensors(sensors)
-        self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._search: Solver = search if search is not None else Auto()
         self._by_bearings = not any(map(tells_place, self._sensors.values()))

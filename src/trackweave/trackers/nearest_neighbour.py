@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.association._nodes import ScanInput
+from trackweave.association.foreign_growth import distances_of
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.states import states_at
 from trackweave.association.tree import AssociationTree
@@ -15,7 +16,7 @@ from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice, checked_flag, checked_number
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion, MotionModel
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
 from trackweave.solvers.protocol import Stop
@@ -27,7 +28,6 @@ from trackweave.trackers._arguments import (
     require_parts,
     require_step,
 )
-from trackweave.trackers._nearest import squared_distances
 from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
 from trackweave.trackers.hypothesis import (
     Assignments,
@@ -67,7 +67,7 @@ class NearestNeighbourTracker(ScanByScan):
     Parameters
     ----------
     motion
-        How objects move.
+        How objects move: a model of ours, or one of your own, see `MotionModel`.
     sensors
         What the sensors report; scans of other sensors are refused.
     lifecycle
@@ -129,7 +129,7 @@ class NearestNeighbourTracker(ScanByScan):
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
         self,
         *,
-        motion: Motion,
+        motion: AnyMotion | MotionModel,
         sensors: Sequence[Sensor],
         lifecycle: Lifecycle | None = None,
         priors: TrackTable | None = None,
@@ -139,7 +139,7 @@ class NearestNeighbourTracker(ScanByScan):
         unscented: bool = False,
         max_ahead: float | None = MAX_AHEAD,
     ) -> None:
-        require_parts(motion, None, lifecycle, None)
+        self._motion = require_parts(motion, None, lifecycle, None)
         checked_choice(pairing, "pairing", ("one-to-one", "nearest"))
         if gate is not None:
             expected = "a finite number > 0, or None"
@@ -147,7 +147,6 @@ class NearestNeighbourTracker(ScanByScan):
             if not gate > 0:
                 raise InvalidInputError(f"gate: {gate}; expected {expected}")
         self._sensors = checked_sensors(sensors)
-        self._motion = motion
         self._lifecycle = lifecycle or Lifecycle()
         self._priors = checked_priors(priors)
         self._is_shared = pairing == "nearest"
@@ -324,8 +323,7 @@ class NearestNeighbourTracker(ScanByScan):
         track, report = nodes.parent[children], nodes.report[children]
         n_reports = data.slot.shape[0]
         if self._is_shared:
-            distance = np.empty(children.shape[0])
-            squared_distances(nodes, children, data, tree.rule.motion, distance, tree.general)
+            distance = distances_of((nodes, children, tree.rule), data, tree.general)
             alone = np.full(n_tracks, 0.5 * data.gate)
             return nearest(Offers(track, report, 0.5 * distance, alone, n_reports))
         # That a report may be of a new object does not count: what could be a known one's is.

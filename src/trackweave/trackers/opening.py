@@ -13,9 +13,11 @@ from trackweave.association.beginning import Beginning
 from trackweave.association.tree import AssociationTree
 from trackweave.association.waiting import waited
 from trackweave.association.window_rule import Context, scan_input, window_rule
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
-from trackweave.models.motion import Motion
+from trackweave.errors import InvalidInputError
+from trackweave.models.foreign_motion import AnyMotion, ForeignMotion
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
@@ -42,7 +44,7 @@ MOST_TURNED = 1.1
 class Opener:
     """Opens scans, and remembers what a scan is seen against; misses count per period [s]."""
 
-    def __init__(self, motion: Motion, sensors: Mapping[str, Sensor], period: float) -> None:
+    def __init__(self, motion: AnyMotion, sensors: Mapping[str, Sensor], period: float) -> None:
         self._motion = motion
         self._period = period
         self._sensors = sensors
@@ -106,7 +108,7 @@ class Opener:
 
 
 def rule_of(
-    motion: Motion,
+    motion: AnyMotion,
     lifecycle: Lifecycle,
     sensors: Mapping[str, Sensor],
     dim: int,
@@ -114,6 +116,13 @@ def rule_of(
     unscented: bool,
 ) -> WindowRule:
     """Return the rule by which a tracker's tree grows."""
+    if isinstance(motion, ForeignMotion) and motion.has_kinematics:
+        for sensor in sensors.values():
+            if sensor.measurement.has_rate or sensor.measurement is MeasurementKind.BEARING:
+                raise InvalidInputError(
+                    f"{motion.name}: sensor {sensor.name} measures {sensor.measurement.word}; "
+                    "expected states that begin with position and velocity, without kinematics"
+                )
     period = period_of(sensors.values())
     misses = lifecycle.delete_after_misses or USUAL_MISSES
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
@@ -136,8 +145,15 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
     modes, size = motion.kind.shape[0], motion.prior.shape[0]
     mean, covariance = np.zeros((count, modes, size)), np.zeros((count, modes, size, size))
     covariance[:] = np.diag(motion.prior)
-    mean[:, :, :known] = priors.mean[:, None]
-    covariance[:, :, :known, :known] = priors.covariance[:, None]
+    if rule.way is not None and count:
+        place, spread = priors.mean[:, : motion.dim], priors.covariance[:, : motion.dim]
+        begun = rule.way.begin(place, np.ascontiguousarray(spread[:, :, : motion.dim]), size)
+        mean[:, 0], covariance[:, 0] = begun
+        # Of states that tell velocities in their own way only the place is taken.
+        known = 0 if rule.way.has_kinematics else known
+        covariance[:, 0, :known], covariance[:, 0, :, :known] = 0.0, 0.0
+    mean[:, :, :known] = priors.mean[:, None, :known]
+    covariance[:, :, :known, :known] = priors.covariance[:, None, :known, :known]
     zero, nobody = np.zeros(count), np.full(count, -1, dtype=np.int64)
     return Beginning(
         track=priors.track,

@@ -11,13 +11,14 @@ from trackweave.association.plots_rule import PlotsRule
 from trackweave.association.problem import Answer, Certificate, Status
 from trackweave.association.scan_plots import plots_of
 from trackweave.association.sensor_plots import SensorPlots
+from trackweave.domain.foreign_kind import ours
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_count, checked_members, settle
 from trackweave.models.coverage import FieldOfView, everywhere
 from trackweave.models.extent import extent
-from trackweave.models.motion import Motion
+from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
@@ -150,7 +151,7 @@ class PlotFuser:
     sensors: Sequence[Sensor]
     rule: PlotsRule
     search: Solver = field(default_factory=Auto)
-    motion: Motion | None = None
+    motion: AnyMotion | None = None
     volumes: Mapping[str, float] = field(default_factory=dict)
     ignored_widths: Mapping[str, float] = field(default_factory=dict)
     dim: int | None = None
@@ -350,7 +351,7 @@ class PlotFuser:
             return self.volumes[sensor.name]
         view = sensor.field_of_view
         coverage = everywhere() if view is None else view.coverage()
-        return extent(coverage, sensor.measurement) if dim == 2 else None
+        return extent(coverage, ours(sensor.measurement, sensor.name)) if dim == 2 else None
 
     def _dimensions(self, scans: Sequence[Scan]) -> int | None:
         """Return the number of dimensions, None where empty scans do not tell it."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.states import states_at
+from trackweave.association.states import shown, states_at
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.trackers.lifecycle import Lifecycle
@@ -89,14 +89,15 @@ class Roster:
         node = np.argsort(self.track[family], kind="stable")
         family = family[node]
         mean, covariance = states_at(tree, node, time)
-        size, ahead = 2 * tree.dim, tree.rule.motion.acceleration_at
+        place, spread = shown(mean, covariance, tree.rule)
+        ahead = tree.rule.motion.acceleration_at
         confirmed = np.where(nodes.misses[node] >= 0.5, COASTING, CONFIRMED)
         return TrackTable(
             time=np.full(node.shape[0], time),
             track=self.track[family],
             status=np.where(self.is_confirmed[family], confirmed, TENTATIVE),
-            mean=mean[:, :size],
-            covariance=covariance[:, :size, :size],
+            mean=place,
+            covariance=spread,
             score=self._score[family],
             hits=nodes.hits[node],
             last_update=nodes.time[node],

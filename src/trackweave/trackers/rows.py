@@ -5,7 +5,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
 from trackweave.association.dormant import Dormant
-from trackweave.association.states import average_at
+from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 
@@ -53,13 +53,14 @@ def live_rows(
     track, status, mean, covariance, score, hits, last_update, *chances = (
         row[order] for row in rows
     )
-    size, ahead = 2 * dim, tree.rule.motion.acceleration_at
+    ahead = tree.rule.motion.acceleration_at
+    place, spread = shown(mean, covariance, tree.rule)
     return TrackTable(
         time=np.full(track.shape[0], time),
         track=track,
         status=status,
-        mean=mean[:, :size],
-        covariance=covariance[:, :size, :size],
+        mean=place,
+        covariance=spread,
         score=score,
         hits=hits,
         last_update=last_update,

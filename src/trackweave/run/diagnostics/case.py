@@ -9,7 +9,6 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.models.sensors import Sensor
@@ -152,7 +151,7 @@ class Case:
 
     def tells_place(self, index: int) -> bool:
         """Tell whether a sensor's reports say where their objects are."""
-        kind: MeasurementKind = self.reports.kind_of(index)
+        kind = self.reports.kind_of(index)
         return kind.gives_position(self.reports.dim) and self.rows[index].size > 0
 
 

@@ -1,0 +1,1 @@
+"""Models for trackweave that are not its own."""
