@@ -28,10 +28,13 @@ def test_any_report_is_reachable_where_one_is(dim):
             reach = MOTION.max_speed * (scan.time - nodes.time[node])
             state = nodes.mean, nodes.covariance, nodes.weight, node
             reports = scan.position, scan.position_covariance
+            scale = 3.0 if node % 2 else 1.0
             each = [
-                is_reachable(*state, *reports, index, reach) for index in range(len(scan.position))
+                is_reachable(*state, *reports, index, reach, scale)
+                for index in range(len(scan.position))
             ]
-            told.append(is_any_reachable(*state, *reports, widest(scan, dim), reach))
+            broad = widest(scan, dim) * scale**2
+            told.append(is_any_reachable(*state, *reports, broad, reach, scale))
             assert told[-1] == any(each)
     assert 0.1 < np.mean(told) < 0.9
 

@@ -58,7 +58,7 @@ def test_refuses_a_window_of_broken_numbers(values):
     "values", [{"confirm_hits": 2.5}, {"survival": "0.9"}, {"survival": None}, {"survival": True}]
 )
 def test_refuses_a_lifecycle_of_broken_numbers(values):
-    with pytest.raises(InvalidInputError, match=r"expected a (finite|whole) number"):
+    with pytest.raises(InvalidInputError, match=r"expected a (whole )?number"):
         Lifecycle(**values)
 
 
