@@ -129,11 +129,11 @@ class TestConfigurations:
             (SCENE.replace("5.0", "9" * 400), "sensors[0].sigma: 99999999999999999999…; expected"),
             (
                 SCENE + CROSSING.replace("count = 2", "count = 1000000000"),
-                "crossings[0].count: 1000000000; expected at most 100000",
+                "crossings[0].count: 1000000000; expected a whole number from 2 to 100000",
             ),
             (SCENE + 900 * CROSSING.replace("2", "1000"), "targets: 900000 with crossings"),
             (SCENE.replace('"a"', '" a"'), "sensors[0].name: ' a'; expected a text"),
-            (SCENE.replace('"a"', f'"{"a" * 300}"'), "expected at most 256 bytes"),
+            (SCENE.replace('"a"', f'"{"a" * 300}"'), "that is not empty, of at most 256 bytes"),
         ],
     )
     def test_of_scenes_are_refused_before_anything_is_made(
@@ -246,7 +246,7 @@ class TestSizes:
             (SCENE, "no report comes of it"),
             (SCENE + CROSSING.replace("speed = 1", "speed = 1e12"), "targets: a place of"),
             (SCENE.replace("20.0", "1e12"), "duration: 1000000000000.0; expected a number above"),
-            (SCENE.replace("5.0", "1e-12"), "sensors[0].sigma: 1e-12; expected a number of at"),
+            (SCENE.replace("5.0", "1e-12"), "sensors[0].sigma: 1e-12; expected a number above 0"),
         ],
     )
     def test_scenes_that_no_reader_takes_are_refused(

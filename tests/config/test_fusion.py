@@ -30,6 +30,7 @@ def test_a_file_has_the_keys_and_words_of_the_library() -> None:
     assert set(statistic["kind"]["enum"]) == set(KINDS)
     for key in ("memory", "correlation"):
         assert set(statistic[key]["enum"]) == set(get_args(get_type_hints(Statistic)[key]))
+    assert fusion["bias"]["items"]["enum"] == list(BIASES)
     order_of({"register": True, "bias": list(BIASES)})
 
 

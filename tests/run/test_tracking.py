@@ -163,6 +163,12 @@ def rotating(n_scans: int = 10) -> dict[str, Any]:
     return {"time": time, "x": place[:, 0], "y": place[:, 1], "turn": turn}
 
 
+def turning_not(period: float | None) -> dict[str, Any]:
+    """Return a configuration of a sensor that is told not to turn."""
+    sensor = {**CONFIG["sensors"]["default"], "scan_period": period, "rotation": "none"}
+    return {**CONFIG, "sensors": {"default": {k: v for k, v in sensor.items() if v}}}
+
+
 @pytest.mark.parametrize(
     ("period", "said"),
     [
@@ -171,12 +177,24 @@ def rotating(n_scans: int = 10) -> dict[str, Any]:
     ],
 )
 def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> None:
-    sensor = {**CONFIG["sensors"]["default"], "scan_period": period, "rotation": "none"}
-    config = {**CONFIG, "sensors": {"default": {k: v for k, v in sensor.items() if v}}}
-    table = pl.DataFrame(rotating())
+    config = turning_not(period)
+    table = rotating()
+    # At any moment of a turn: no beam shows that could be told instead.
+    table["time"] = 4.0 * table["turn"] + np.random.default_rng(5).uniform(0, 3.9, 20)
+    table = pl.DataFrame({**table, "x": 5 * table["time"]})
     notes = [note for note in tracked(table, config).run["notes"] if note.startswith(said)]
     assert len(notes) == 1
     assert "for a rotating sensor give its rotation and scan_period, or a `scan`" in notes[0]
+    with_scans = tracked(table.rename({"turn": "scan"}), config)
+    assert not any("turn" in note for note in with_scans.run["notes"])
+
+
+@pytest.mark.parametrize("period", [4.0, None])
+def test_says_that_a_beam_turns_which_is_told_not_to(period: float | None) -> None:
+    config, table = turning_not(period), pl.DataFrame(rotating())
+    (note,) = tracked(table, config).run["notes"]
+    assert "its reports come as from a beam that turns counter-clockwise in 4.0" in note
+    assert 'leave rotation = "none" out' in note
     with_scans = tracked(table.rename({"turn": "scan"}), config)
     assert not any("turn" in note for note in with_scans.run["notes"])
 

@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.fusion.bias import BIASES
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
 from trackweave.models.motion import (
     PROCESS_NOISE,
@@ -44,6 +43,8 @@ MODELS = {
 _WAYS = tuple(MODELS)
 _KINDS = [kind for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE]
 KINDS = tuple(kind.word for kind in _KINDS)
+# Not read off BiasModel: a run that fuses nothing does not import what does.
+_BIASES = ("translation", "rotation", "range", "azimuth", "clock")
 _SIGMAS = [set(kind.columns(dim)) for kind in _KINDS for dim in (2, 3)]
 
 
@@ -357,7 +358,7 @@ class FusionSection(Section, of=("trackweave.fusion.associator:TrackAssociator",
         bool, "Whether each sensor's shift, turn and clock beside the first is looked for."
     ] = False
     bias: Annotated[
-        tuple[Annotated[str, Key(words=BIASES)], ...],
+        tuple[Annotated[str, Key(words=_BIASES)], ...],
         Key("some of translation, rotation, range, azimuth and clock", size=(1, math.inf)),
         "What ``register`` looks for.",
     ]
