@@ -191,7 +191,10 @@ def propose(
                     )
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+                    cost += rhythm_cost(
+                        nodes.rhythm, node, scan.sensor, scan.moment[index],
+                        scan.detection_probability,
+                    )  # fmt: skip
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
