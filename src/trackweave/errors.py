@@ -40,7 +40,7 @@ class InvalidInputError(TrackweaveError, ValueError):
     >>> tw.Window(depth=2.5)  # scans
     Traceback (most recent call last):
         ...
-    trackweave.errors.InvalidInputError: depth: 2.5; expected a whole number
+    trackweave.errors.InvalidInputError: depth: 2.5; expected a whole number from 1 to 200
     """
 
 

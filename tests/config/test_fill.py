@@ -375,12 +375,10 @@ def test_strength_and_identities_are_handed_on() -> None:
         "clutter_mean": 12.0,
         "clutter_sigma": 4.0,
     }
-    (sensor, other) = filled(
-        {"sensors": {"A": {"strength": strength, "identity_error": 0.2}}}
-    ).sensors
+    values = {"sensors": {"A": {"strength": strength, "identity_error": 0.2}}}
+    sensor, other = filled(values).sensors
     assert sensor.strength == StrengthModel(20.0, 5.0, 12.0, 4.0)
-    assert (sensor.identity_error, other.identity_error) == (0.2, 0.01)
-    assert other.strength is None
+    assert (sensor.identity_error, other.identity_error, other.strength) == (0.2, 0.01, None)
 
 
 def test_the_kind_of_filter_is_handed_on() -> None:
@@ -391,15 +389,12 @@ def test_the_kind_of_filter_is_handed_on() -> None:
 @pytest.mark.parametrize("repeated", [{}, {"method": "genetic"}])
 def test_a_key_of_the_search_is_merged_over_the_presets(repeated: dict[str, str]) -> None:
     settings = filled({"search": {**repeated, "population": 40}}, preset="hillis-1997")
-    assert settings.search.population == 40
-    assert settings.search.crossover == 0.9
-    assert settings.search.settle is False
-    assert settings.sources["search.population"] == "file"
-    assert settings.sources["search.settle"] == "preset"
+    search, sources = settings.search, settings.sources
+    assert (search.population, search.crossover, search.settle) == (40, 0.9, False)
+    assert (sources["search.population"], sources["search.settle"]) == ("file", "preset")
 
 
 def test_says_whose_an_option_of_another_solver_is() -> None:
-    with pytest.raises(InvalidInputError, match=r"search\.ants: a key of ant-system.*is genetic"):
-        filled({"search": {"ants": 50}}, preset="hillis-1997")
-    with pytest.raises(InvalidInputError, match=r"search\.ants: a key of ant-system.*is auto"):
-        filled({"search": {"ants": 50}})
+    for preset, method in (("hillis-1997", "genetic"), (None, "auto")):
+        with pytest.raises(InvalidInputError, match=rf"ants: a key of ant-system.*is {method}"):
+            filled({"search": {"ants": 50}}, preset=preset)

@@ -180,7 +180,7 @@ def test_the_record_holds_every_key_of_a_plugin_and_whence_it_came():
         ),
         (
             {"motion": {"model": "straight", "process_noise": "much", "max_speed": 1.0}},
-            'configuration, motion.process_noise: "much"; expected another value for straight',
+            'configuration, motion.process_noise: "much"; expected a number',
         ),
         (
             {"motion": {"model": "straight", "proces_noise": 1.0}},

@@ -48,7 +48,7 @@ def resolves(token: str) -> bool:
     if re.fullmatch(r"test_\w+", token):
         return is_defined(token, [path.read_text() for path in (ROOT / "tests").rglob("*.py")])
     if re.fullmatch(r"\w+\.png", token):
-        return any(token in path.read_text() for path in (SOURCE / "studies").glob("*.py"))
+        return any(token in path.read_text() for path in (SOURCE / "studies").glob("*.[pt]*"))
     return True
 
 

@@ -50,7 +50,8 @@ _SIGMAS = [set(kind.columns(dim)) for kind in _KINDS for dim in (2, 3)]
 
 def _or_plugin(words: tuple[str, ...]) -> str:
     """Return what a message says was expected of a word that plug-ins may bring too."""
-    return f"one of {', '.join(words)}, or the name of a plug-in"
+    known = ", ".join(f'"{word}"' for word in words)
+    return f"one of {known}, or the name of a plug-in"
 
 
 def _is_rate(value: str, most: float = 100, part: float = 0.0) -> bool:

@@ -116,7 +116,7 @@ def _process(settings: Settings) -> float:
 
 def _is_open(case: Case) -> bool:
     """Tell whether the file tells a process noise that may give way."""
-    trust = case.settings.values["motion"]["trust"]
+    trust = case.settings.values["motion"].get("trust", False)
     return (
         isinstance(case.settings.motion, ConstantVelocity)
         and case.settings.sources.get(KEY) == "file"
