@@ -6,15 +6,13 @@ import pytest
 from oracles.rhythms import rhythm_costs
 from trackweave.association._rhythm import SIZE, begin_rhythm, hear, rhythm_cost
 
-RATE = 0.1
-
 
 def costs(times, sensor=0):
     rhythm = np.empty((1, SIZE))
     begin_rhythm(rhythm, 0, sensor, times[0])
     found = [0.0]
     for time in times[1:]:
-        found.append(rhythm_cost(rhythm, 0, sensor, time, RATE))
+        found.append(rhythm_cost(rhythm, 0, sensor, time))
         hear(rhythm, 0, sensor, time)
     return found
 
@@ -26,7 +24,7 @@ def test_costs_are_those_of_the_whole_history(seed):
     lost = rng.geometric(0.7, size=usual.size)
     waits = usual * lost * rng.uniform(0.8, 1.2, usual.size) * (rng.random(usual.size) > 0.05)
     times = np.cumsum(waits).tolist()
-    np.testing.assert_allclose(costs(times), rhythm_costs(times, RATE), atol=1e-9)
+    np.testing.assert_allclose(costs(times), rhythm_costs(times), atol=1e-9)
 
 
 def test_two_objects_cost_more_as_one():
@@ -49,12 +47,6 @@ def test_another_sensor_says_nothing_of_the_intervals():
     for time in (10.0, 20.0):
         hear(rhythm, 0, 0, time)
     before = rhythm.copy()
-    assert rhythm_cost(rhythm, 0, 1, 21.0, RATE) == 0.0
+    assert rhythm_cost(rhythm, 0, 1, 21.0) == 0.0
     hear(rhythm, 0, 1, 21.0)
     np.testing.assert_array_equal(rhythm, before)
-
-
-def test_an_irregular_object_costs_more_as_two_that_take_turns():
-    times = np.cumsum(np.random.default_rng(1).uniform(1.0, 5.0, 100))
-    turns = sum(costs(times[::2].tolist())) + sum(costs(times[1::2].tolist()))
-    assert turns > sum(costs(times.tolist())) + 10.0

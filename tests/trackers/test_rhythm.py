@@ -18,11 +18,6 @@ def followed(ships, end, rng, negligible=0.0):
         for ship, (_, interval, first) in enumerate(ships)
         for time in np.arange(first, end, interval)
     )
-    return followed_at(heard, [place for place, _, _ in ships], rng, negligible)
-
-
-def followed_at(heard, places, rng, negligible=0.0):
-    """Return the track of each ship's reports, heard at a time and of a ship each."""
     following = MultiHypothesisTracker(
         motion=ConstantVelocity(process_noise=1e-6, max_speed=0.5),
         sensors=[Sensor("ais", 8.0, 0.05, 1e-9, scans=False)],
@@ -38,12 +33,12 @@ def followed_at(heard, places, rng, negligible=0.0):
         track.update(zip(assignments.report.tolist(), assignments.track.tolist(), strict=True))
 
     for number, (time, ship) in enumerate(heard):
-        place = np.array([[places[ship], 0.0]]) + rng.normal(0.0, 6.0, (1, 2))
+        place = np.array([[ships[ship][0], 0.0]]) + rng.normal(0.0, 6.0, (1, 2))
         enter(following.step(Scan(time, "ais", place, report=[number]), rng=rng).final)
     enter(following.pending())
     own = np.array([ship for _, ship in heard])
     tracks = np.array([track[number] for number in range(len(heard))])
-    return [tracks[own == ship].tolist() for ship in range(len(places))]
+    return [tracks[own == ship].tolist() for ship in range(len(ships))]
 
 
 def share_of_own(found):
@@ -67,10 +62,3 @@ def test_neighbours_at_a_quay_are_told_apart_by_when_they_report(negligible):
 def test_a_ship_that_reports_often_is_not_two():
     found = followed([(0.0, 10.0, 1.0)], 600.0, np.random.default_rng(1))
     assert len(set(found[0])) == 1
-
-
-def test_a_motionless_object_with_irregular_pauses_keeps_one_track():
-    rng = np.random.default_rng(3)
-    times = np.cumsum(rng.uniform(1.0, 5.0, 200))
-    found = followed_at([(float(time), 0) for time in times], [0.0], rng)[0]
-    assert max(map(found.count, set(found))) >= 0.98 * len(found)

@@ -191,10 +191,7 @@ def propose(
                     )
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(
-                        nodes.rhythm, node, scan.sensor, scan.moment[index],
-                        scan.detection_probability,
-                    )  # fmt: skip
+                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:

@@ -1,8 +1,8 @@
 """At which intervals an object reports itself, as its sequence tells. Nothing here checks.
 
 A row of a sequence's ``rhythm`` holds the sensor that hears it (-1 for none), when that last did
-[s], the logarithm of the reporting interval, the variance of the logarithm, how many intervals tell
-of both (0 after the first report), and how often the object reports at any other.
+[s], the logarithm of the reporting interval, the variance of the logarithm, and how many
+intervals tell of both; 0 after the first report.
 """
 
 import math
@@ -10,8 +10,8 @@ import math
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
 
-SIZE = 6
-SENSOR, TIME, INTERVAL, VARIANCE, COUNT, ANY = range(SIZE)
+SIZE = 5
+SENSOR, TIME, INTERVAL, VARIANCE, COUNT = range(SIZE)
 
 CHANGED, LOST, MOST_LOST = 0.05, 0.3, 4
 """How often the next report comes at another interval or after a silence, and how often one is
@@ -29,7 +29,6 @@ def begin_rhythm(rhythm: FloatArray, node: int, sensor: int, moment: float) -> N
     """Write what one report tells, the sequence's first; a negative sensor for none heard."""
     rhythm[node, SENSOR], rhythm[node, TIME] = sensor, moment
     rhythm[node, INTERVAL], rhythm[node, VARIANCE], rhythm[node, COUNT] = 0.0, USUAL_VARIANCE, 0.0
-    rhythm[node, ANY] = CHANGED
 
 
 @jit
@@ -37,33 +36,26 @@ def _odds(row: FloatArray, waited: float, lost: int) -> float:
     """Return how much likelier the next report is then, so many lost, than of who is unknown."""
     spread = row[VARIANCE] * (1.0 + 1.0 / row[COUNT])
     off = math.log(waited / (lost + 1.0)) - row[INTERVAL]
-    share = (1.0 - row[ANY]) * (1.0 - LOST) * LOST**lost
+    share = (1.0 - CHANGED) * (1.0 - LOST) * LOST**lost
     return share * RANGE * math.exp(-0.5 * off * off / spread) / math.sqrt(2.0 * math.pi * spread)
 
 
 @jit
-def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float, rate: float) -> float:
+def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float) -> float:
     """Return what it costs that a sensor hears the object next at a moment [nats].
 
-    Against a report of an object that reports ``rate`` times a second, at any moment: the interval
-    is log-normal about the object's own, or about a multiple of it where reports are lost, or it
-    is any.
+    Against a report of which no rhythm tells: the interval is log-normal about the object's own,
+    or about a multiple of it where reports are lost, or it is any.
     """
     row = rhythm[node]
-    if row[SENSOR] != sensor:
+    if row[SENSOR] != sensor or row[COUNT] == 0.0:
         return 0.0
     waited = abs(moment - row[TIME])
-    # Densities are of the logarithm, the rate is of time: of the same reports, two objects that
-    # take turns wait longer than one does, and without this would cost less.
-    longer = math.log(max(waited * rate, 1e-9))
-    cost = min(max(longer, -0.5 * RANGE), 0.0)
-    if row[COUNT] == 0.0:
-        return cost
-    odds = row[ANY]
+    odds = CHANGED
     if waited > 0.0:
         for lost in range(MOST_LOST):
             odds += _odds(row, waited, lost)
-    return cost - math.log(odds)
+    return -math.log(odds)
 
 
 @jit
@@ -76,15 +68,12 @@ def hear(rhythm: FloatArray, node: int, sensor: int, moment: float) -> None:
     waited = abs(moment - row[TIME])
     if row[SENSOR] != sensor or waited == 0.0:
         return
-    best, odds, total = 0, 0.0, 0.0
+    best, odds = 0, 0.0
     if row[COUNT] > 0.0:
         for lost in range(MOST_LOST):
             value = _odds(row, waited, lost)
-            total += value
             if value > odds:
                 best, odds = lost, value
-        surely_any = row[ANY] / (row[ANY] + total)
-        row[ANY] = max(CHANGED, row[ANY] + (surely_any - row[ANY]) / MOST_COUNT)
     row[TIME] = max(moment, row[TIME])
     if odds > CHANGED:
         off, count = math.log(waited / (best + 1.0)) - row[INTERVAL], row[COUNT]

@@ -25,7 +25,7 @@ class Beginning:
     # How probable it is then that an object that lives is where no sensor can see it.
     hidden: FloatArray
     misses: FloatArray  # Their number
-    # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 6).
+    # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray
     identity: IntArray  # Whom the track is of; -1 for nobody
     former: IntArray  # Whom it was of before; -1 for nobody
