@@ -222,10 +222,7 @@ def admit_pairs(
                     )
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(
-                        nodes.rhythm, node, scan.sensor, scan.moment[index],
-                        scan.detection_probability,
-                    )  # fmt: skip
+                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             at += 1
         missed.tail[node] += scan.survival_cost

@@ -69,7 +69,8 @@ class Settings:
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     """Tell whether a configuration leaves out, for any sensor, what can be estimated."""
-    if any(configuration.said(*path) is None for path in ESTIMATED):
+    given = configuration.plugins.put_back(configuration.values)
+    if any(value_at(given, path) is None for path in ESTIMATED):
         return True
     for name in names:
         own = configuration.sensor(name)

@@ -72,7 +72,8 @@ class MotDecoder(Lines):
 
 
 def _recognise(head: bytes, name: str) -> bool:
-    return most_lines(head, _is_box)
+    # A table of anything else has a first line that names its columns.
+    return _is_box(head.lstrip().partition(b"\n")[0]) and most_lines(head, _is_box)
 
 
 def _is_box(line: bytes) -> bool:
