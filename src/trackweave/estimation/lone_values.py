@@ -19,7 +19,7 @@ WORTH = 16.0
 # What the first of an object's reports costs more than one of nobody, at most [nats].
 DEAR = 4.0
 # Slow pauses between an object's own reports that a window holds, and instants in any case.
-PAUSES, DEPTHS = 3.0, (5, 120)
+PAUSES, DEPTHS = 2.0, (5, 80)
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
