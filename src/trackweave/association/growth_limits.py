@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 from trackweave.fields import Limit, settle
-from trackweave.keys import COUNT, POSITIVE, Key
+from trackweave.keys import COUNT, POSITIVE, PROBABILITY, Key
 
 __all__ = ["GrowthLimits"]
 
@@ -63,7 +63,7 @@ class GrowthLimits:
     max_nodes: Annotated[
         int, Key("a whole number from 1 to 100000000", 1, 10**8, is_open=True)
     ] = 500_000
-    negligible: Annotated[float, Key("a number from 0 to 1", 0, 1)] = 0.0
+    negligible: Annotated[float, Key("a number from 0 to below 1", 0, PROBABILITY.most)] = 0.0
 
     def __post_init__(self) -> None:
         settle(self)
