@@ -20,7 +20,7 @@ def costs(times, sensor=0):
 @pytest.mark.parametrize("seed", range(10))
 def test_costs_are_those_of_the_whole_history(seed):
     rng = np.random.default_rng(seed)
-    usual = rng.choice([2.0, 10.0, 180.0], size=4).repeat(15)
+    usual = rng.choice([0.1, 2.0, 10.0, 180.0, 900.0], size=4).repeat(15)
     lost = rng.geometric(0.7, size=usual.size)
     waits = usual * lost * rng.uniform(0.8, 1.2, usual.size) * (rng.random(usual.size) > 0.05)
     times = np.cumsum(waits).tolist()
@@ -28,7 +28,7 @@ def test_costs_are_those_of_the_whole_history(seed):
 
 
 def test_two_objects_cost_more_as_one():
-    one = 30.0 * np.arange(12.0)
+    one = 30.0 * np.arange(24.0)
     other = one + 13.0
     both = np.sort(np.concatenate([one, other]))
     assert sum(costs(both.tolist())) > sum(costs(one.tolist())) + sum(costs(other.tolist())) + 10.0
@@ -39,6 +39,13 @@ def test_one_object_costs_more_as_two():
     mixed = np.random.default_rng(1).permutation(24) % 2 == 0
     parts = sum(costs(one[mixed].tolist())) + sum(costs(one[~mixed].tolist()))
     assert parts > sum(costs(one.tolist())) + 10.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_taking_turns_on_one_that_reports_at_odd_times_is_worth_nothing(seed):
+    times = np.cumsum(np.random.default_rng(seed).uniform(1.0, 5.0, 400))
+    parts = sum(costs(times[::2].tolist())) + sum(costs(times[1::2].tolist()))
+    assert parts > sum(costs(times.tolist()))
 
 
 def test_another_sensor_says_nothing_of_the_intervals():

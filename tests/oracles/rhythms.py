@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from operator import truediv
 
 CHANGED, LOST, RANGE, MOST = 0.05, 0.3, 5.0, 8.0
 USUAL, LEAST = 0.15**2, 0.01**2
@@ -29,7 +30,9 @@ def rhythm_costs(times):
             continue
         interval, variance, count = known
         chances = _chances(*known, waited) if waited > 0 else [0.0]
-        costs.append(-math.log(CHANGED + sum(chances)))
+        slow = [math.exp(interval) * (lost + 1) / 10 if count >= 3 else 1.0 for lost in range(4)]
+        rare = [min(max(one, 1 / 20), 20.0) for one in slow]
+        costs.append(-math.log(CHANGED + sum(map(truediv, chances, rare))))
         if waited == 0:
             continue
         likeliest = max(range(4), key=chances.__getitem__)
