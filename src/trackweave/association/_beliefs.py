@@ -13,8 +13,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Nodes, State
-from trackweave.filters._kernels import predict
-from trackweave.filters._states import advance, combine
+from trackweave.association._predicting import move_state
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
 
@@ -209,18 +208,7 @@ def average_states(
         # Sequences of less than a ten-thousandth of the best cannot be seen in the average.
         share = weight[node] if weight[node] > 1e-4 * largest[family] else 0.0
         if share > 0.0 and nodes.is_line[node] == 0:
-            interval = time - nodes.time[node]
-            if general is None:
-                predict(
-                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
-                    motion.noise[0, 0], moved, predicted,
-                )  # fmt: skip
-            else:
-                advance(
-                    nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
-                    motion, general.mean, general.covariance, general.weight,
-                )  # fmt: skip
-                combine(general.mean, general.covariance, general.weight, moved, predicted)
+            move_state(nodes, node, time, motion, general, moved, predicted)
             # Moments about the average so far, which moves: West, 1979.
             before = kept[family]
             kept[family] += share
@@ -256,21 +244,8 @@ def move_states(
     """Write the state of each chosen node at its time, averaged over modes."""
     for row in range(chosen.shape[0]):
         node = chosen[row]
-        interval = time[row] - nodes.time[node]
-        if general is None:
-            predict(
-                nodes.mean[node, 0], nodes.covariance[node, 0], interval, motion.noise[0, 0],
-                mean_out[row], covariance_out[row],
-            )  # fmt: skip
-        elif nodes.is_line[node] == 1:
+        if general is not None and nodes.is_line[node] == 1:
             mean_out[row] = math.nan
             covariance_out[row] = math.nan
         else:
-            advance(
-                nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval, motion,
-                general.mean, general.covariance, general.weight,
-            )  # fmt: skip
-            combine(
-                general.mean, general.covariance, general.weight, mean_out[row],
-                covariance_out[row],
-            )  # fmt: skip
+            move_state(nodes, node, time[row], motion, general, mean_out[row], covariance_out[row])

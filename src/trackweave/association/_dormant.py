@@ -8,8 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._clusters import find
 from trackweave.association._nodes import Nodes, State
-from trackweave.filters._kernels import predict
-from trackweave.filters._states import advance, combine
+from trackweave.association._predicting import move_state
 from trackweave.jit import jit
 from trackweave.models.coverage import Coverage
 from trackweave.models.motion import MotionRule
@@ -88,18 +87,8 @@ def locate(
             continue
         count[own] += 1.0
         for step in range(2):
-            interval = time + step * horizon - nodes.time[node]
-            if general is None:
-                predict(
-                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
-                    motion.noise[0, 0], moved, predicted,
-                )  # fmt: skip
-            else:
-                advance(
-                    nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
-                    motion, general.mean, general.covariance, general.weight,
-                )  # fmt: skip
-                combine(general.mean, general.covariance, general.weight, moved, predicted)
+            then = time + step * horizon
+            move_state(nodes, node, then, motion, general, moved, predicted)
             reach[step, node] = SPREADS * math.sqrt(max(predicted[0, 0] + predicted[1, 1], 0.0))
             for axis in range(2):
                 place[step, node, axis] = moved[axis]

@@ -23,6 +23,8 @@ letter. Each line added, and why:
 
 from typing import Any
 
+from trackweave.presets import huo_2008
+
 __all__ = ["CONFIGURATION"]
 
 CONFIGURATION: dict[str, Any] = {
@@ -37,18 +39,9 @@ CONFIGURATION: dict[str, Any] = {
         "correlation": "effective",
     },
     "search": {
-        "method": "list-genetic",
-        "population": 200,
-        "generations": 300,
-        "evaluations": 100_000,
-        "reproduction": 0.2,
-        "mutation": 0.6,
-        "mutate": "swap",
-        "tolerance": 0.0,
-        "patience": 100,
+        **huo_2008.CONFIGURATION["search"],
         "seeded": True,
         "improvement": True,
         "decompose": True,
-        "by_size": True,
     },
 }
