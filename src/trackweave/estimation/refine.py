@@ -70,7 +70,8 @@ def stretch_of(reports: ReportTable) -> ReportTable:
     """Return a part of the reports that is quick to track and tells as much as the whole."""
     # It is a middle part of the plane where it is crowded, and of the time.
     keep = np.ones(len(reports), dtype=bool)
-    n_moments = np.unique(np.stack([reports.time, reports.sensor]), axis=1).shape[1]
+    number = reports.time if reports.scan is None else reports.scan
+    n_moments = np.unique(np.stack([number, reports.sensor]), axis=1).shape[1]
     if len(reports) <= MOST_REPORTS:
         return reports
     share = MOST_REPORTS_PER_SCAN * n_moments / len(reports)
@@ -100,7 +101,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
             continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
-            sensors[name] = _clutter(sensors[name], tracks, reports, index)
+            sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed)
         found = _noise(sensors[name], tracks, reports, index)
         if found is not None:
             sigma = float(np.hypot(found[0], sensors[name].disagreement))
@@ -232,14 +233,15 @@ def _detection(
 
 
 def _clutter(
-    sensor: SensorEstimate, tracks: list[Track], reports: ReportTable, index: int
+    sensor: SensorEstimate, tracks: list[Track], of: tuple[ReportTable, int], followed: Followed
 ) -> SensorEstimate:
     """Return a sensor with the false alarms that are left beside the sure tracks."""
+    reports, index = of
     if sensor.density <= 0:
         return sensor
     total = int(np.count_nonzero(reports.sensor == index))
     # In a crowd false alarms line up for a while.
-    n_looks = np.unique(reports.time[reports.sensor == index]).size
+    n_looks = max(followed.looks[reports.sensors[index]].size, 1)
     lasting = min(max(SURE_HITS, n_looks // 2), LASTING_HITS)
     taken = sum(
         int(np.count_nonzero(reports.sensor[track.rows] == index))

@@ -20,7 +20,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
 
-__all__ = ["fitted_tails", "with_tails"]
+__all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
 
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
@@ -69,6 +69,8 @@ def with_tails(
         place = None if places is None else places.get(name)
         known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
         is_mixed = name not in (told or {}) and _is_mixed(known)
+        if is_mixed:
+            known = sensors[name] = replace(known, sigma=known.sigma_of_most)
         beside = _beside((known, index, place), reports, tracks)
         if beside.track.size >= FEWEST_REPORTS and (is_mixed or _speaks(beside, known)):
             share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
@@ -146,7 +148,7 @@ def _beside(
             variance[:, 1] = np.maximum(found.sigma[1] * reach, found.sigma[0]) ** 2
         least = np.full(middle.shape[0], np.inf)
         square, distance = np.full(middle.shape, np.inf), np.full(middle.shape[0], np.inf)
-        for expected, known in _expected(time, position[:, :2]):
+        for expected, known in expected_of(time, position[:, :2]):
             off = middle - expected
             along = np.einsum("kij,kj->ki", turned, off)
             mine = along**2 / (variance * (1.0 + known)[:, None])
@@ -160,7 +162,7 @@ def _beside(
     return _Beside(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _expected(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Return where neighbours say that reports are, several ways, and how exactly."""
     # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
     # with the variance of each as a share of one report's. One that is off itself spoils some.

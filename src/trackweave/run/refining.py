@@ -29,8 +29,10 @@ from trackweave.estimation import (
     with_tails,
     without_echoes,
 )
+from trackweave.models.rotation import Rotation
 from trackweave.run.collect import Assigned
-from trackweave.run.scans import complete_scans
+from trackweave.run.scans import complete_scans, missing_times
+from trackweave.run.turns import turn_ends, with_turns
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.opening import USUAL_MISSES
 from trackweave.trackers.window import Window
@@ -68,16 +70,20 @@ def estimates_for(
     configuration: Configuration,
     directions: Directions | None = None,
     scanning: Mapping[str, bool] | None = None,
+    rotations: Mapping[str, Rotation] | None = None,
 ) -> Estimates | None:
     """Return estimates of what a configuration leaves out, None where there is nothing."""
     # First estimates come from reports that line up beyond chance. With them a stretch of the
     # recording is tracked, patiently; the tracks tell more, and better in a crowd. ``directions``
-    # are the ranges and bearings that the positions came from or stand beside.
+    # are the ranges and bearings that the positions came from or stand beside. Turns of the
+    # ``rotations`` are scans.
     names = reports.sensors
     if directions is None and not needs_estimates(configuration, names):
         return None
     # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
     configuration = configuration.changed(search={})
+    turning = {name: each for name, each in (rotations or {}).items() if name in names}
+    reports = replace(reports, scan=with_turns(reports, turning))
     reports, notes = without_echoes(reports)
     estimates = estimate(reports, known_sigma(configuration, names), scanning)
     in_metres = reports.frame is not None or directions is not None
@@ -89,7 +95,8 @@ def estimates_for(
         return estimates
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
-        followed = _follow(stretch, fill(configuration, _patient(estimates), names))
+        settings = fill(configuration, _patient(estimates), names)
+        followed = _follow(stretch, settings, turning)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
@@ -187,15 +194,22 @@ def _patient(estimates: Estimates) -> Estimates:
     return replace(estimates, process_noise=max(known, min(PATIENT_NOISE * known, most)))
 
 
-def _follow(reports: ReportTable, settings: Settings) -> Followed:
+def _follow(
+    reports: ReportTable, settings: Settings, rotations: Mapping[str, Rotation]
+) -> Followed:
     """Track reports patiently; return the track of each, and when each sensor looked."""
     # Of several sensors, some may see what others never see.
     patient = PATIENT_DETECTION if len(settings.sensors) == 1 else PATIENT_AMONG_OTHERS
     sensors = [
-        replace(sensor, detection_probability=min(sensor.detection_probability, patient))
+        replace(
+            sensor,
+            detection_probability=min(sensor.detection_probability, patient),
+            rotation=rotations.get(sensor.name),
+        )
         for sensor in settings.sensors
     ]
-    scans = complete_scans(reports, {sensor.name: sensor.scan_period for sensor in sensors})
+    periods = {sensor.name: sensor.scan_period for sensor in sensors}
+    scans = complete_scans(reports, periods, rotations)
     silent = {sensor.name for sensor in sensors if sensor.scans is False}
     counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
     misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
@@ -214,7 +228,14 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
     assigned.enter(tracker.pending())
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
-        looks[scan.sensor].append(scan.time)
+        if scan.sensor not in rotations:
+            looks[scan.sensor].append(scan.time)
+    for index, name in enumerate(reports.sensors):
+        rows = reports.sensor == index
+        if name in rotations and np.any(rows):
+            # A turn's scan counts as of its end, its reports as of their own times.
+            ends = np.unique(turn_ends(reports.time[rows], rotations[name])[1])
+            looks[name] = sorted([*ends, *missing_times(ends, rotations[name].period)])
     views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
     return Followed(
         assigned.track, {name: np.array(times) for name, times in looks.items()}, views
