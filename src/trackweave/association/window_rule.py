@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._nodes import ScanInput, WindowRule
+from trackweave.association._nodes import NO_COLUMNS, ScanInput, WindowRule
 from trackweave.association.foreign_begin import Said, said_by_foreign
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
@@ -40,7 +40,8 @@ APART = 0.5
 class Context(NamedTuple):
     """What a scan is seen against.
 
-    ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker,
+    ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker
+    and ``column`` that among those that do not see some objects for a while, -1 for none;
     ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
     began [s], ``period`` the scan period in which misses are counted [s].
     """
@@ -48,6 +49,7 @@ class Context(NamedTuple):
     motion: AnyMotion
     dim: int
     sensor: int = 0
+    column: int = -1
     n_identities: int = 1
     start: float | None = None
     period: float | None = None
@@ -60,12 +62,14 @@ def window_rule(
     *,
     unscented: bool = False,
     crossing_time: float = 0.0,
+    unseen: FloatArray = NO_COLUMNS,
 ) -> WindowRule:
     """Return the rule as kernels read it, for the extended filter or the unscented one."""
     # ``lifecycle`` is the probability of survival per scan period; and when an object is not
     # looked for any more: by how much more probable it is that it is gone [nats], after how many
     # misses in a row, and after how many seconds without a report; and for how many its track is
-    # shown then. ``crossing_time`` is how far apart in time two bearings may cross [s].
+    # shown then. ``crossing_time`` is how far apart in time two bearings may cross [s]; ``unseen``
+    # how probably each of some sensors does not see a new object.
     survival, gone, max_misses, max_unseen, max_shown = lifecycle
     end_cost = -math.log(1.0 - survival)
     return WindowRule(
@@ -76,6 +80,7 @@ def window_rule(
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
         max_shown=float(max_shown),
+        unseen=unseen,
         way=motion if isinstance(motion, ForeignMotion) else None,
     )
 
@@ -109,6 +114,10 @@ def scan_input(
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
         evidence = sensor.strength.evidence(scan.strength)
+    if sensor.echoes and is_located:
+        volume = measurement[:, 0] if kind.has_range else np.ones(count)
+        evidence -= np.log(sensor.false_alarms(place[:, :2], volume))
+    fading, clearing = sensor.hiding() if context.column >= 0 else (0.0, 0.0)
     error = sensor.identity_error
     turning = sensor.rotation is not None or scan.moments is not None
     return ScanInput(
@@ -146,6 +155,9 @@ def scan_input(
         coverage=coverage,
         tail_share=float(sensor.tail_share),
         tail_scale=float(sensor.tail_scale) if sensor.tail_share > 0.0 else 1.0,
+        column=context.column,
+        fading=fading,
+        clearing=clearing,
         foreign=None if foreign is None else foreign.part(order),
     ), order
 

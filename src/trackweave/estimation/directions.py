@@ -12,7 +12,7 @@ from trackweave.estimation.frames import scan_period
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
 from trackweave.estimation.tails import LONGEST_SPAN, expected_of
 
-__all__ = ["bearing_sensor", "with_components"]
+__all__ = ["bearing_sensor", "components", "with_components"]
 
 FEWEST_RESIDUALS, FEWEST_OF_TRACK = 30, 7
 SAME_TIME = 1e-6
@@ -58,7 +58,7 @@ def _component_noise(
         curve, known = expected_of(time, position)[-1]
         near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
         seen_from = platform_of(reports, rows, place)[2:-2]
-        off = _components(position[2:-2] - seen_from) - _components(curve - seen_from)
+        off = components(position[2:-2] - seen_from) - components(curve - seen_from)
         parts.append((_wrapped(off) / np.sqrt(1.0 + known)[:, None])[near])
     parts = [part for part in parts if part.size]
     count = np.array([part.shape[0] for part in parts])
@@ -76,7 +76,7 @@ def _component_noise(
     return next(found), next(found)
 
 
-def _components(relative: FloatArray) -> FloatArray:
+def components(relative: FloatArray) -> FloatArray:
     """Return range, azimuth and, in space, elevation."""
     distance = np.linalg.norm(relative, axis=1)
     columns = [distance, np.arctan2(relative[:, 0], relative[:, 1])]

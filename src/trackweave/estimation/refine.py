@@ -44,6 +44,8 @@ WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
 FEWEST_LOOKS, EARLY_LOOKS = 10, 4
+# So many long silences tell of what a sensor does not see, and for no more of the time.
+FEWEST_SILENCES, MOST_HIDDEN = 3, 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,8 +209,9 @@ def _detection(
     """Return a sensor with its chance of detection and its clutter as the tracks tell."""
     index = reports.sensors.index(name)
     looks = followed.looks[name]
-    hits = 0
-    pauses: list[IntArray] = [np.empty(0, dtype=np.int64)]
+    hits, pauses = 0, [np.empty(0, dtype=np.int64)]
+    # Beside others, what it alone does not see for long is hidden from it, not missed.
+    is_beside = sum(times.size > 1 for times in followed.looks.values()) > 1
     for track in tracks:
         time, is_own = reports.time[track.rows], reports.sensor[track.rows] == index
         # A turn's scan counts as of its end, its reports as of their own times. The first and
@@ -222,11 +225,20 @@ def _detection(
         unseen = inner[~seen]
         if name in followed.views:
             unseen = unseen[in_view(followed.views[name], reports, index, track.rows, unseen)]
-        # What another sensor saw between two misses was not hidden.
-        pauses.append(np.bincount(np.searchsorted(time, unseen), minlength=time.size))
+        own = time[is_own]
+        pauses.append(np.bincount(np.searchsorted(own, unseen), minlength=own.size))
     missed = np.concatenate(pauses)
+    chances = hits + int(missed.sum())
     # What was hidden for long was not missed.
-    missed = missed[~long_pauses(missed, hits + int(missed.sum()))]
+    is_long = long_pauses(missed, chances)
+    hidden, n_long = int(missed[is_long].sum()), int(is_long.sum())
+    if is_beside and n_long >= FEWEST_SILENCES and sensor.scan_period is not None:
+        sensor = replace(
+            sensor,
+            hidden_share=digits(min(hidden / chances, MOST_HIDDEN)),
+            mean_silence=digits(hidden * sensor.scan_period / n_long),
+        )
+    missed = missed[~is_long]
     usual = USUAL_DETECTION * USUAL_CHANCES
     share = (hits + usual) / (hits + int(missed.sum()) + USUAL_CHANCES)
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))

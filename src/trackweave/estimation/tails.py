@@ -25,8 +25,6 @@ __all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
 FAR, FEWEST_FAR, FEWEST_TRACKS, FEWEST_REPORTS = 5.0, 5, 3, 100
-# Noise of all tracks that is so many times that of most, but not more, is of a few that are worse.
-MIXED = (2.0, 5.0)
 # What is believed of tails beforehand, as if so many reports had told: the tracks that tell never
 # held what was farther off than their gates.
 USUAL_SHARE, USUAL_REPORTS, MOST_SHARE = 0.01, 500.0, 0.5
@@ -68,23 +66,20 @@ def with_tails(
             continue
         place = None if places is None else places.get(name)
         known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
-        is_mixed = name not in (told or {}) and _is_mixed(known)
-        if is_mixed:
-            known = sensors[name] = replace(known, sigma=known.sigma_of_most)
-        beside = _beside((known, index, place), reports, tracks)
-        if beside.track.size >= FEWEST_REPORTS and (is_mixed or _speaks(beside, known)):
+        narrow = known if name in (told or {}) else _of_most(known)
+        beside = _beside((narrow, index, place), reports, tracks)
+        if beside.track.size >= FEWEST_REPORTS and _speaks(beside, narrow):
             share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
-            sensors[name] = replace(sensors[name], tail_share=share, tail_scale=scale)
+            sigma = sensors[name].sigma if name in (told or {}) else narrow.sigma
+            sensors[name] = replace(
+                sensors[name], sigma=sigma, tail_share=share, tail_scale=scale
+            )
     return replace(estimates, sensors=sensors)
 
 
-def _is_mixed(sensor: SensorEstimate) -> bool:
-    """Tell whether the noise of some tracks is many times that of most."""
-    whole, most = sensor.sigma, sensor.sigma_of_most
-    if not isinstance(whole, tuple) or most is None:
-        return False
-    times = max(one / other for one, other in zip(whole, most, strict=True))
-    return MIXED[0] < times < MIXED[1]
+def _of_most(sensor: SensorEstimate) -> SensorEstimate:
+    """Return a sensor with the noise of most tracks: that of few that are worse is its tail."""
+    return sensor if sensor.sigma_of_most is None else replace(sensor, sigma=sensor.sigma_of_most)
 
 
 def _speaks(beside: _Beside, sensor: SensorEstimate) -> bool:

@@ -25,6 +25,7 @@ from trackweave.estimation import (
     stretch_of,
     sure_tracks,
     with_components,
+    with_standing,
     with_strengths,
     with_tails,
     without_echoes,
@@ -45,6 +46,9 @@ PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 # So much more do objects turn then, as long as reports tell what they do from look to look: less
 # than this share of what would hide in their noise.
 PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
+# Some of what radars see is off by far, and beside others each sees nothing at times: or the
+# tracks would leave out the very reports that tell.
+PATIENT_TURN = {"tail_share": 0.05, "tail_scale": 10.0, "hidden_share": 0.1}
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -101,14 +105,18 @@ def estimates_for(
         estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
         return with_tails(estimates, stretch, followed)
-    return _directed(estimates, stretch, followed, directions)
+    return _directed(estimates, (reports, stretch), followed, directions)
 
 
 def _directed(
-    estimates: Estimates, stretch: ReportTable, followed: Followed, directions: Directions
+    estimates: Estimates,
+    tables: tuple[ReportTable, ReportTable],
+    followed: Followed,
+    directions: Directions,
 ) -> Estimates:
     """Return estimates with those of sensors that measure directions."""
-    observed = directions.observed
+    # ``tables`` are all reports and the stretch of them that was followed.
+    (reports, stretch), observed = tables, directions.observed
     ranging = {
         name: directions.places.get(name, ())
         for name, seen in observed.items()
@@ -116,6 +124,7 @@ def _directed(
     }
     estimates = with_components(estimates, stretch, followed, ranging)
     estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
+    estimates = with_standing(estimates, reports, ranging)
     sensors = dict(estimates.sensors)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):
@@ -205,6 +214,7 @@ def _follow(
             sensor,
             detection_probability=min(sensor.detection_probability, patient),
             rotation=rotations.get(sensor.name),
+            **(PATIENT_TURN if sensor.name in rotations else {}),
         )
         for sensor in settings.sensors
     ]
