@@ -63,7 +63,7 @@ class Windows:
             for number in range(n_sensors)
         ]
         shares = np.array([sensor.hidden_share for sensor in self.sensors if lost])
-        self.rule = window_rule(MOTION, self.lifecycle, dim, unseen=shares)
+        self.rule = window_rule(MOTION, self.lifecycle, dim)._replace(unseen=shares)
         self.times = times or [float(t) for t in np.cumsum(rng.choice([0.0, 1.0, 2.5], size=3))]
         self.log_density = float(np.log(1e-5))
         self.known = [self._known(rng) for _ in range(n_known)]

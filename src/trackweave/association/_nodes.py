@@ -13,8 +13,8 @@ from trackweave.models.coverage import Coverage
 from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
 
-
 NO_COLUMNS = np.empty(0)
+"""Of scans in which no sensor loses objects for a while."""
 
 
 class ForeignReports(NamedTuple):
@@ -112,8 +112,9 @@ class ScanInput(NamedTuple):
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
-    ``showing``. Of ``column``, -1 for none, it is known how long it does not see what is in sight:
-    from look to look it loses an object with ``fading`` and finds one with ``clearing``. A share of the reports, ``tail_share``, has noise ``tail_scale`` times as wide;
+    ``showing``. Where ``column`` is not -1 the sensor by itself loses an object from look to look
+    with probability ``fading``, and finds one that it lost with ``clearing``. A share of the
+    reports, ``tail_share``, has noise ``tail_scale`` times as wide;
     where none has, the scale is 1. ``foreign`` is what the reports are where their kind is from
     outside the package; kernels take such scans without it.
     """
@@ -161,7 +162,8 @@ class ScanInput(NamedTuple):
 class WindowRule(NamedTuple):
     """What it costs to extend a sequence; see ``association.window_rule``.
 
-    ``unseen`` is how probably a new object is unseen, by columns of sensors. ``way`` is how objects move where the model is from outside the package; kernels take rules
+    ``unseen`` is how probably a new object is unseen, by columns of sensors. ``way`` is
+    how objects move where the model is from outside the package; kernels take rules
     without it.
     """
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._nodes import NO_COLUMNS, ScanInput, WindowRule
+from trackweave.association._nodes import ScanInput, WindowRule
 from trackweave.association.foreign_begin import Said, said_by_foreign
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
@@ -62,14 +62,12 @@ def window_rule(
     *,
     unscented: bool = False,
     crossing_time: float = 0.0,
-    unseen: FloatArray = NO_COLUMNS,
 ) -> WindowRule:
     """Return the rule as kernels read it, for the extended filter or the unscented one."""
     # ``lifecycle`` is the probability of survival per scan period; and when an object is not
     # looked for any more: by how much more probable it is that it is gone [nats], after how many
     # misses in a row, and after how many seconds without a report; and for how many its track is
-    # shown then. ``crossing_time`` is how far apart in time two bearings may cross [s]; ``unseen``
-    # how probably each of some sensors does not see a new object.
+    # shown then. ``crossing_time`` is how far apart in time two bearings may cross [s].
     survival, gone, max_misses, max_unseen, max_shown = lifecycle
     end_cost = -math.log(1.0 - survival)
     return WindowRule(
@@ -80,7 +78,6 @@ def window_rule(
         max_misses=float(max_misses),
         max_unseen=float(max_unseen),
         max_shown=float(max_shown),
-        unseen=unseen,
         way=motion if isinstance(motion, ForeignMotion) else None,
     )
 

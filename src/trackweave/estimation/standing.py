@@ -60,7 +60,8 @@ def _echoes(
     n_scans = np.unique(scan).size
     if n_scans < FEWEST_SCANS:
         return []
-    part = np.minimum((PARTS * (time - time.min()) / max(np.ptp(time), 1e-9)).astype(int), PARTS - 1)
+    elapsed = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
+    part = np.minimum((PARTS * elapsed).astype(np.int64), PARTS - 1)
     scaled = polar[:, :2] / sigma
     tree = cKDTree(scaled)
     count = tree.query_ball_point(scaled, NEAR, return_length=True)

@@ -71,9 +71,7 @@ def with_tails(
         if beside.track.size >= FEWEST_REPORTS and _speaks(beside, narrow):
             share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
             sigma = sensors[name].sigma if name in (told or {}) else narrow.sigma
-            sensors[name] = replace(
-                sensors[name], sigma=sigma, tail_share=share, tail_scale=scale
-            )
+            sensors[name] = replace(sensors[name], sigma=sigma, tail_share=share, tail_scale=scale)
     return replace(estimates, sensors=sensors)
 
 

@@ -138,14 +138,14 @@ def rule_of(
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
     shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
     unseen = lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
-    return window_rule(
+    rule = window_rule(
         motion,
         (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen, shown),
         dim,
         unscented=unscented,
         crossing_time=period,
-        unseen=np.array(shares, dtype=np.float64),
     )
+    return rule._replace(unseen=np.array(shares, dtype=np.float64))
 
 
 def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
