@@ -31,6 +31,7 @@ from trackweave.estimation import (
     without_echoes,
 )
 from trackweave.models.rotation import Rotation
+from trackweave.models.sensors import Sensor
 from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans, missing_times
 from trackweave.run.turns import turn_ends, with_turns
@@ -48,7 +49,7 @@ PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 # Some of what radars see is off by far, and beside others each sees nothing at times: or the
 # tracks would leave out the very reports that tell.
-PATIENT_TURN = {"tail_share": 0.05, "tail_scale": 10.0, "hidden_share": 0.1}
+PATIENT_TAILS, PATIENT_SCALE, PATIENT_SHARE = 0.05, 10.0, 0.1
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -203,6 +204,19 @@ def _patient(estimates: Estimates) -> Estimates:
     return replace(estimates, process_noise=max(known, min(PATIENT_NOISE * known, most)))
 
 
+def _turned(sensor: Sensor, rotation: Rotation | None) -> Sensor:
+    """Return a sensor as what it sees is followed, where its beam turns."""
+    if rotation is None:
+        return sensor
+    return replace(
+        sensor,
+        rotation=rotation,
+        tail_share=PATIENT_TAILS,
+        tail_scale=PATIENT_SCALE,
+        hidden_share=PATIENT_SHARE,
+    )
+
+
 def _follow(
     reports: ReportTable, settings: Settings, rotations: Mapping[str, Rotation]
 ) -> Followed:
@@ -213,11 +227,10 @@ def _follow(
         replace(
             sensor,
             detection_probability=min(sensor.detection_probability, patient),
-            rotation=rotations.get(sensor.name),
-            **(PATIENT_TURN if sensor.name in rotations else {}),
         )
         for sensor in settings.sensors
     ]
+    sensors = [_turned(each, rotations.get(each.name)) for each in sensors]
     periods = {sensor.name: sensor.scan_period for sensor in sensors}
     scans = complete_scans(reports, periods, rotations)
     silent = {sensor.name for sensor in sensors if sensor.scans is False}
