@@ -266,7 +266,7 @@ def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
 
 def larger(nodes: Nodes, n_nodes: int, capacity: int) -> Nodes:
     """Return the first nodes in a larger room."""
-    room = allocate(capacity, *nodes.mean.shape[1:], nodes.unseen.shape[1])
+    room = allocate(capacity, *nodes.mean.shape[1:], columns=nodes.unseen.shape[1])
     for old, new in zip(nodes, room, strict=True):
         new[:n_nodes] = old[:n_nodes]
     return room

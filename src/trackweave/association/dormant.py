@@ -264,7 +264,7 @@ class Dormant:
         rows = _spans(kept.first, kept.count)
         # Into another room: this one is still as it was before the step.
         n_free, columns = max(256, 2 * rows.shape[0]), self.nodes.unseen.shape[1]
-        room = allocate(n_free, *self.nodes.mean.shape[1:], columns)
+        room = allocate(n_free, *self.nodes.mean.shape[1:], columns=columns)
         copy_nodes(self.nodes, rows, room, 0)
         self.nodes, self.n_rows = room, rows.shape[0]
         shift = kept.first_family - _starts(kept.n_families)

@@ -73,5 +73,6 @@ class NodeRoom:
         capacity, room = self.nodes.parent.shape[0], self._spare
         self._spare = None
         if room is None or room.parent.shape[0] < capacity:
-            return allocate(capacity, *self.nodes.mean.shape[1:], self.nodes.unseen.shape[1])
+            columns = self.nodes.unseen.shape[1]
+            return allocate(capacity, *self.nodes.mean.shape[1:], columns=columns)
         return room

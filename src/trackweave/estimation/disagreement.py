@@ -43,7 +43,7 @@ def _turns(reports: ReportTable, index: int) -> bool:
         return False
     own = reports.sensor == index
     pairs = np.unique(np.stack([reports.scan[own], reports.time[own]]), axis=1)
-    return pairs.shape[1] > np.unique(reports.scan[own]).size
+    return bool(pairs.shape[1] > np.unique(reports.scan[own]).size)
 
 
 def _scans(reports: ReportTable, index: int) -> tuple[FloatArray, list[FloatArray]]:

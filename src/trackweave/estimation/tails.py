@@ -29,6 +29,9 @@ FAR, FEWEST_FAR, FEWEST_TRACKS, FEWEST_REPORTS = 5.0, 5, 3, 100
 # held what was farther off than their gates.
 USUAL_SHARE, USUAL_REPORTS, MOST_SHARE = 0.01, 500.0, 0.5
 USUAL_SCALE, USUAL_WIDE, MOST_SCALE = 12.0, 10.0, 50.0
+# Sure tracks hold few of those whose every report is wild: of radars that share objects so much
+# is wide at least.
+LEAST_SHARED = 0.05
 # Where so many strangers lie as near as a report that is far off, it may be one of them; and so
 # many would come where an object's own report is missing in no more than one of so many sensors.
 CROWDED, BY_CHANCE = 0.1, 1e-4
@@ -61,17 +64,31 @@ def with_tails(
     # noise a user tells of them [m, rad].
     tracks = sure_tracks(estimates, reports, followed)
     sensors = dict(estimates.sensors)
+    narrow: dict[str, SensorEstimate] = {}
+    squares: dict[str, FloatArray] = {}
+    speaking: set[str] = set()
     for index, name in enumerate(reports.sensors):
         if name not in sensors or name in estimates.doubts:
             continue
         place = None if places is None else places.get(name)
         known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
-        narrow = known if name in (told or {}) else _of_most(known)
-        beside = _beside((narrow, index, place), reports, tracks)
-        if beside.track.size >= FEWEST_REPORTS and _speaks(beside, narrow):
-            share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
-            sigma = sensors[name].sigma if name in (told or {}) else narrow.sigma
-            sensors[name] = replace(sensors[name], sigma=sigma, tail_share=share, tail_scale=scale)
+        known = known if name in (told or {}) else _of_most(known)
+        beside = _beside((known, index, place), reports, tracks)
+        if beside.track.size >= FEWEST_REPORTS:
+            narrow[name], squares[name] = known, beside.square
+            if _speaks(beside, known):
+                speaking.add(name)
+    ranging = set(places or ()) & set(narrow)
+    # A transponder that is bad is so for every radar.
+    is_shared = len(ranging) > 1 and bool(ranging & speaking)
+    for name in sorted(speaking | ranging if is_shared else speaking):
+        share, scale = fitted_tails(squares[name])
+        if is_shared and name in ranging:
+            share = max(share, LEAST_SHARED)
+        sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
+        sensors[name] = replace(
+            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3)
+        )
     return replace(estimates, sensors=sensors)
 
 

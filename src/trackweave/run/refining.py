@@ -55,6 +55,7 @@ SEED = 1
 USUAL_RATE_SIGMA = 1.0
 MOST_MISSES = 1000
 TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
+TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 4.0, 40
 # What the silence of a bearing sensor may say over a scan of the slowest sensor [nats].
 WORTH_OF_SILENCE = 1.5
 
@@ -152,7 +153,17 @@ def _directed(
         name: _harmless(sensor, sensors) if name in bearing else sensor
         for name, sensor in sensors.items()
     }
-    return _paced(replace(estimates, sensors=sensors), bearing, directions)
+    return _paced(_in_window(replace(estimates, sensors=sensors), observed), bearing, directions)
+
+
+def _in_window(estimates: Estimates, observed: Mapping[str, ObservedSensor]) -> Estimates:
+    """Return estimates whose window holds some turns of the slowest of several radars."""
+    # What one of them alone sees becomes a track in the window, or never.
+    periods = [seen.rotation.period for seen in observed.values() if seen.rotation is not None]
+    needed = math.ceil(TURNS_OF_SLOWEST * sum(max(periods) / period for period in periods))
+    if len(periods) < 2 or needed <= Window().max_scans:
+        return estimates
+    return replace(estimates, max_scans=min(needed, MOST_SCANS_OF_TURNS))
 
 
 def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions) -> Estimates:
@@ -169,7 +180,7 @@ def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions)
     misses = min(round(usual * sum(looks.values()) / sum(placing)), MOST_MISSES)
     # Of the slowest sensor's scans the window must hold more than one.
     needed = math.ceil(sum(looks.values()) / min(placing) * TURNS_IN_WINDOW)
-    scans = min(needed, MOST_SCANS) if needed > Window().max_scans else None
+    scans = min(needed, MOST_SCANS) if needed > Window().max_scans else estimates.max_scans
     return replace(estimates, delete_after_misses=misses, max_scans=scans)
 
 
