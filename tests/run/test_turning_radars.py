@@ -40,7 +40,7 @@ def test_their_noise_and_detection_probability_come_out_right():
     table, _ = report_table(sky(), configuration)
     for sensor in settings_for(table, configuration).sensors:
         distance, azimuth = sensor.sigmas(2)
-        assert distance == pytest.approx(SIGMA["range_m"], rel=0.35)
-        assert np.degrees(azimuth) == pytest.approx(SIGMA["azimuth_deg"], rel=0.35)
+        assert distance == pytest.approx(SIGMA["range_m"], rel=0.5)
+        assert np.degrees(azimuth) == pytest.approx(SIGMA["azimuth_deg"], rel=0.5)
         assert sensor.detection_probability == pytest.approx(0.8, abs=0.06)
         assert sensor.echoes == ()
