@@ -38,6 +38,11 @@ def test_holds_every_sequence_of_sensors_with_an_edge(seed):
     assert_same(Windows(seed, n_known=1, views=True))
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_holds_every_sequence_of_sensors_that_lose_objects_for_a_while(seed):
+    assert_same(Windows(seed, n_known=1, views=seed % 2 == 0, lost=True))
+
+
 @pytest.mark.parametrize("seed", range(15))
 def test_holds_every_sequence_in_three_dimensions(seed):
     assert_same(Windows(seed, dim=3, n_known=1))

@@ -44,7 +44,10 @@ def scene(n_targets=15, n_scans=40, sigma=10.0, detection=0.9, clutter=15.0, per
     return table(times, np.concatenate(places))
 
 
-MAY_BE_NOTHING = ("disagreement", "tail_share", "tail_scale", "sigma_of_most", "strength")
+MAY_BE_NOTHING = (
+    "disagreement", "tail_share", "tail_scale", "sigma_of_most", "strength", "hidden_share",
+    "mean_silence", "echoes",
+)  # fmt: skip
 
 
 def numbers(estimates: Estimates) -> list[float]:

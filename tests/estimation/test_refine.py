@@ -11,8 +11,8 @@ SENSOR = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
 GUESS = Estimates({"near": SENSOR, "far": SENSOR}, 0.01, 20.0, 1e-9, 1e-8)
 
 
-def detection(*, far_sees: bool) -> dict[str, float]:
-    """Return how often two sensors are said to see objects that one never sees in the middle."""
+def learned(*, far_sees: bool) -> dict[str, SensorEstimate]:
+    """Return what is said of two sensors, of which one sees nothing in the middle."""
     rng = np.random.default_rng(1)
     time, place, sensor, track = [], [], [], []
     for number in range(6):
@@ -30,16 +30,18 @@ def detection(*, far_sees: bool) -> dict[str, float]:
     place += rng.normal(0, 5, place.shape)
     reports = table(time, place, sensor, ("near", "far"))
     followed = Followed(track[np.lexsort((sensor, time))], {"near": LOOKS, "far": LOOKS + 0.5})
-    sensors = refined(GUESS, reports, followed).sensors
-    return {name: each.detection_probability for name, each in sensors.items()}
+    return dict(refined(GUESS, reports, followed).sensors)
 
 
-def test_what_another_sensor_saw_meanwhile_was_missed() -> None:
-    found = detection(far_sees=True)
-    assert found["near"] == pytest.approx(0.9 * 0.6, abs=0.05)
-    assert found["far"] == pytest.approx(0.9, abs=0.03)
+def test_what_another_sensor_saw_meanwhile_was_hidden_from_this_one_alone() -> None:
+    found = learned(far_sees=True)
+    assert found["near"].detection_probability == pytest.approx(0.9, abs=0.03)
+    assert found["near"].hidden_share == pytest.approx(0.4, abs=0.05)
+    assert found["near"].mean_silence == pytest.approx(40.0, abs=3.0)
+    assert found["far"].detection_probability == pytest.approx(0.9, abs=0.03)
+    assert found["far"].hidden_share == 0.0
 
 
 def test_what_no_sensor_saw_for_long_was_hidden() -> None:
-    for share in detection(far_sees=False).values():
-        assert share == pytest.approx(0.9, abs=0.03)
+    for each in learned(far_sees=False).values():
+        assert each.detection_probability == pytest.approx(0.9, abs=0.03)

@@ -82,3 +82,14 @@ def test_a_sensor_that_stands_is_a_platform_that_does_not_move(position):
     platform = Sensor(**(GOOD | {"position": position})).platform
     known = position or ()
     assert platform.tolist() == [*known, *[0.0] * (6 - len(known))]
+
+
+def test_echoes_make_false_alarms_denser_where_they_are():
+    echo = (1000.0, 0.0, 50.0, 0.4)
+    sensor = Sensor("A", clutter_density=1e-6, echoes=(echo,))
+    place = np.array([[1000.0, 0.0], [1050.0, 0.0], [9000.0, 0.0]])
+    peak = 0.4 / (2 * np.pi * 50.0**2) / 1e-6
+    expected = [1 + peak, 1 + peak * np.exp(-0.5), 1.0]
+    np.testing.assert_allclose(sensor.false_alarms(place, np.ones(3)), expected)
+    # A unit of range and azimuth is as many square metres as the range has metres.
+    np.testing.assert_allclose(sensor.false_alarms(place[:1], np.array([1e3])), 1 + 1e3 * peak)

@@ -99,6 +99,8 @@ def score(looks, choice, rules, known=None):
     cost = living = misses = 0.0
     hearing = Hearing()
     sight, hidden = 1.0, 0.0
+    # How probably each sensor alone cannot see it.
+    lost = {look.sensor.name: look.sensor.hidden_share for look in looks}
     counted = None
     mean = covariance = time = None
     if known is not None:
@@ -117,17 +119,24 @@ def score(looks, choice, rules, known=None):
                 np.concatenate([look.sigmas[index] ** 2, np.full(dim, rules.velocity_variance)])
             )
             time, counted = look.time, (look.time, 1.0)
+            lost[look.sensor.name] = 0.0
             continue
         interval = look.time - time
         ahead, spread = kalman.predict(mean, covariance, interval, rules.process_noise)
-        seen = detection * share(look, ahead, spread)
+        looked = share(look, ahead, spread)
+        own = lost[look.sensor.name]
+        fading, clearing = look.sensor.hiding()
+        own += looked * ((1 - own) * fading - own * clearing)
+        seen = detection * looked * (1 - own)
         living += look.survival_cost
         sight, hidden = look.hiding.moved(sight, hidden)
         if index is None:
-            seen *= look.sensor.tells_silence(len(look.positions))
-            sight *= 1 - seen
+            telling = look.sensor.tells_silence(len(look.positions))
+            missed = (sight * (1 - seen * telling) + hidden) / (sight + hidden)
+            lost[look.sensor.name] = own / missed if telling else own
+            sight *= 1 - seen * telling
             before = counted[1] if counted and counted[0] == look.time else 0.0
-            chance = max(0.0, seen / detection - before)
+            chance = max(0.0, looked * telling - before)
             counted = (look.time, before + chance)
             misses += chance
             given_up = given_up or misses >= rules.max_misses or interval > rules.max_unseen
@@ -146,6 +155,7 @@ def score(looks, choice, rules, known=None):
         mean, covariance = kalman.update(ahead, spread, position, sigma)
         living = misses = 0.0
         sight, hidden = 1.0, 0.0
+        lost[look.sensor.name] = 0.0
         time, counted = look.time, (look.time, 1.0)
     tail = living - math.log(sight + hidden)
     ending = rules.end_cost if given_up else min(tail, rules.end_cost)

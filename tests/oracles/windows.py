@@ -38,11 +38,11 @@ class Windows:
         max_misses=np.inf,
         times=None,
         heard=False,
+        lost=False,
     ):
         rng = np.random.default_rng(seed)
         self.dim = dim
         self.lifecycle = (SURVIVAL, np.inf, max_misses, np.inf, np.inf)
-        self.rule = window_rule(MOTION, self.lifecycle, dim)
         self.rules = Rules(
             MOTION.process_noise, MOTION.velocity_variance(dim), MOTION.max_speed,
             GATES[dim], SURVIVAL, max_misses,
@@ -57,9 +57,13 @@ class Windows:
                 field_of_view=_view(rng) if views else None,
                 scan_period=None if heard else 1.0,
                 scans=False if heard else None,
+                hidden_share=float(rng.uniform(0.1, 0.5)) if lost else 0.0,
+                mean_silence=3.0,
             )
             for number in range(n_sensors)
         ]
+        shares = np.array([sensor.hidden_share for sensor in self.sensors if lost])
+        self.rule = window_rule(MOTION, self.lifecycle, dim)._replace(unseen=shares)
         self.times = times or [float(t) for t in np.cumsum(rng.choice([0.0, 1.0, 2.5], size=3))]
         self.log_density = float(np.log(1e-5))
         self.known = [self._known(rng) for _ in range(n_known)]
@@ -89,7 +93,9 @@ class Windows:
         inputs, reports, slot, before = [], [], 0, None
         for place, look in enumerate(self.looks):
             scan = Scan(look.time, look.sensor.name, look.positions, look.sigmas)
-            context = Context(MOTION, self.dim, sensor=self.sensors.index(look.sensor))
+            number = self.sensors.index(look.sensor)
+            column = number if self.rule.unseen.size else -1
+            context = Context(MOTION, self.dim, sensor=number, column=column)
             data, order = scan_input(scan, look.sensor, look.survival_cost, context)
             data = data._replace(
                 slot=slot + np.arange(len(order)),

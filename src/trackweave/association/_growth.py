@@ -75,6 +75,8 @@ def propose(
         hidden = nodes.hidden[node]
         hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
         missed.hidden[node] = hidden
+        unseen = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
+        missed.unseen[node] = unseen
         missed.misses[node] = nodes.misses[node]
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
         if nodes.tail[node] == math.inf:
@@ -106,6 +108,10 @@ def propose(
                 )  # fmt: skip
             if not scan.coverage.everywhere:
                 seen *= share_covered(state, scan.coverage)
+            if scan.column >= 0:
+                looked = seen / scan.detection_probability
+                unseen += looked * ((1.0 - unseen) * scan.fading - unseen * scan.clearing)
+                missed.unseen[node] = unseen
             low, high = 0, n_reports
             if scan.is_located:
                 low, high = within_reach(
@@ -183,7 +189,7 @@ def propose(
                     + scan.survival_cost
                     - log_likelihood
                     + scan.log_clutter
-                    - math.log(seen * (1.0 - hidden))
+                    - math.log(seen * (1.0 - hidden) * (1.0 - unseen))
                     - scan.evidence[index]
                     + identity_cost(
                         scan.identity[index], nodes.identity[node], nodes.former[node],
@@ -195,9 +201,10 @@ def propose(
                 count = admit(candidates, begin, count, crowding, node, index, cost)
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
-            silence = 1.0 - seen * (1.0 - hidden)
+            silence = 1.0 - seen * (1.0 - hidden) * (1.0 - unseen)
             missed.tail[node] -= math.log(silence)
             missed.hidden[node] = hidden / silence
+            missed.unseen[node] = unseen / silence
             chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
             missed.counted[node] += chance
             missed.misses[node] += chance * scan.pace
@@ -308,6 +315,10 @@ def append_children(
         nodes.cost[child] = candidates.cost[entry]
         nodes.tail[child] = 0.0
         nodes.hidden[child] = 0.0
+        for column in range(nodes.unseen.shape[1]):
+            nodes.unseen[child, column] = nodes.unseen[above, column]
+        if scan.column >= 0:
+            nodes.unseen[child, scan.column] = 0.0
         nodes.misses[child] = 0.0
         nodes.counted[child] = 1.0
         nodes.price[child] = 0.0
@@ -360,6 +371,10 @@ def append_roots(
         nodes.is_line[node] = 0
         nodes.tail[node] = 0.0
         nodes.hidden[node] = 0.0
+        for column in range(nodes.unseen.shape[1]):
+            nodes.unseen[node, column] = rule.unseen[column]
+        if scan.column >= 0:
+            nodes.unseen[node, scan.column] = 0.0
         nodes.misses[node] = 0.0
         nodes.counted[node] = 1.0
         nodes.price[node] = 0.0

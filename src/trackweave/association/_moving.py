@@ -36,6 +36,8 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.time[to] = source.time[row]
         for column in range(source.rhythm.shape[1]):
             target.rhythm[to, column] = source.rhythm[row, column]
+        for column in range(source.unseen.shape[1]):
+            target.unseen[to, column] = source.unseen[row, column]
         for mode in range(modes):
             target.weight[to, mode] = source.weight[row, mode]
             for axis in range(size):

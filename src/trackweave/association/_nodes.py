@@ -13,6 +13,9 @@ from trackweave.models.coverage import Coverage
 from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
 
+NO_COLUMNS = np.empty(0)
+"""Of scans in which no sensor loses objects for a while."""
+
 
 class ForeignReports(NamedTuple):
     """Reports of a kind from outside the package, in the order of their scan."""
@@ -31,7 +34,8 @@ class Nodes(NamedTuple):
     ``report`` is the last report's slot in the window, -1 where a track from before the window
     starts. ``chosen`` is 1 for the last hypothesis's sequences. ``cost`` is what the sequence
     costs up to its last report and ``tail`` what the scans since then add while the object lives
-    [nats]; ``hidden`` is how probable it is, if it lives, that no sensor can see it now.
+    [nats]; ``hidden`` is how probable it is, if it lives, that no sensor can see it now, and
+    ``unseen`` that this one cannot, by sensors of which such is known (``ScanInput.column``).
     ``misses`` counts the chances to be seen since the last report, where all sensors of
     one instant give one chance, of which ``counted`` is the share already counted at this
     instant; ``chances`` counts those up to and with the last report, from the object's first.
@@ -60,6 +64,7 @@ class Nodes(NamedTuple):
     cost: FloatArray
     tail: FloatArray
     hidden: FloatArray
+    unseen: FloatArray
     misses: FloatArray
     counted: FloatArray
     chances: FloatArray
@@ -107,7 +112,9 @@ class ScanInput(NamedTuple):
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
-    ``showing``. A share of the reports, ``tail_share``, has noise ``tail_scale`` times as wide;
+    ``showing``. Where ``column`` is not -1 the sensor by itself loses an object from look to look
+    with probability ``fading``, and finds one that it lost with ``clearing``. A share of the
+    reports, ``tail_share``, has noise ``tail_scale`` times as wide;
     where none has, the scale is 1. ``foreign`` is what the reports are where their kind is from
     outside the package; kernels take such scans without it.
     """
@@ -146,13 +153,17 @@ class ScanInput(NamedTuple):
     coverage: Coverage
     tail_share: float = 0.0
     tail_scale: float = 1.0
+    column: int = -1
+    fading: float = 0.0
+    clearing: float = 0.0
     foreign: ForeignReports | None = None
 
 
 class WindowRule(NamedTuple):
     """What it costs to extend a sequence; see ``association.window_rule``.
 
-    ``way`` is how objects move where the model is from outside the package; kernels take rules
+    ``unseen`` is how probably a new object is unseen, by columns of sensors. ``way`` is
+    how objects move where the model is from outside the package; kernels take rules
     without it.
     """
 
@@ -163,6 +174,7 @@ class WindowRule(NamedTuple):
     max_misses: float
     max_unseen: float
     max_shown: float
+    unseen: FloatArray = NO_COLUMNS
     way: ForeignMotion | None = None
 
 
@@ -171,6 +183,7 @@ class Misses(NamedTuple):
 
     tail: FloatArray
     hidden: FloatArray
+    unseen: FloatArray
     misses: FloatArray
     counted: FloatArray
 
@@ -228,8 +241,8 @@ def is_plain(scan: ScanInput, motion: MotionRule) -> bool:
     )
 
 
-def allocate(capacity: int, modes: int, size: int) -> Nodes:
-    """Return room for nodes of states of so many modes and numbers."""
+def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
+    """Return room for nodes of states of so many modes and numbers, and columns of sensors."""
 
     def column(*shape: int, dtype: Any = np.float64) -> NDArray[Any]:
         return np.empty((capacity, *shape), dtype=dtype)
@@ -243,6 +256,7 @@ def allocate(capacity: int, modes: int, size: int) -> Nodes:
     return Nodes(
         **{name: column(dtype=np.int64) for name in whole},
         **{name: column() for name in real},
+        unseen=column(columns),
         rhythm=column(RHYTHM_SIZE),
         mean=column(modes, size),
         covariance=column(modes, size, size),
@@ -252,7 +266,7 @@ def allocate(capacity: int, modes: int, size: int) -> Nodes:
 
 def larger(nodes: Nodes, n_nodes: int, capacity: int) -> Nodes:
     """Return the first nodes in a larger room."""
-    room = allocate(capacity, *nodes.mean.shape[1:])
+    room = allocate(capacity, *nodes.mean.shape[1:], columns=nodes.unseen.shape[1])
     for old, new in zip(nodes, room, strict=True):
         new[:n_nodes] = old[:n_nodes]
     return room

@@ -197,6 +197,8 @@ def admit_pairs(
         hidden = nodes.hidden[node]
         hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
         missed.hidden[node] = hidden
+        unseen = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
+        missed.unseen[node] = unseen
         missed.misses[node] = nodes.misses[node]
         missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
         if nodes.tail[node] == math.inf:
@@ -205,6 +207,10 @@ def admit_pairs(
             count = _propose_crossings(
                 nodes, node, scan, rule, candidates, count, crowding, general
             )
+        if scan.column >= 0:
+            looked = seen[node] / scan.detection_probability
+            unseen += looked * ((1.0 - unseen) * scan.fading - unseen * scan.clearing)
+            missed.unseen[node] = unseen
         while at < own.shape[0] and own[at] == node:
             if distance[at] <= scan.gate:
                 index = report[at]
@@ -214,7 +220,7 @@ def admit_pairs(
                     + scan.survival_cost
                     - log_likelihood[at]
                     + scan.log_clutter
-                    - math.log(seen[node] * (1.0 - hidden))
+                    - math.log(seen[node] * (1.0 - hidden) * (1.0 - unseen))
                     - scan.evidence[index]
                     + identity_cost(
                         scan.identity[index], nodes.identity[node], nodes.former[node],
@@ -227,9 +233,10 @@ def admit_pairs(
             at += 1
         missed.tail[node] += scan.survival_cost
         if scan.is_silence_telling:
-            silence = 1.0 - seen[node] * (1.0 - hidden)
+            silence = 1.0 - seen[node] * (1.0 - hidden) * (1.0 - unseen)
             missed.tail[node] -= math.log(silence)
             missed.hidden[node] = hidden / silence
+            missed.unseen[node] = unseen / silence
             chance = max(0.0, seen[node] / scan.detection_probability - missed.counted[node])
             missed.counted[node] += chance
             missed.misses[node] += chance * scan.pace

@@ -24,6 +24,8 @@ class Beginning:
     tail: FloatArray  # Cost of the chances missed since ``time`` [nats]
     # How probable it is then that an object that lives is where no sensor can see it.
     hidden: FloatArray
+    # … and where one cannot, shape (tracks, sensors of which such is known).
+    unseen: FloatArray
     misses: FloatArray  # Their number
     # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray

@@ -97,7 +97,7 @@ class Dormant:
         self._last_time = -np.inf
         self._debts: dict[int, float] = {}
         self._next_debt = 0
-        self.nodes = allocate(256, *n_modes_and_size(rule.motion))
+        self.nodes = allocate(256, *n_modes_and_size(rule.motion), rule.unseen.shape[0])
         """The sequences: of a component the parents count from its first, and so do families
         from the first of all. What has been brought back is neither chosen nor believed in."""
         self.n_rows = 0
@@ -263,7 +263,8 @@ class Dormant:
             return
         rows = _spans(kept.first, kept.count)
         # Into another room: this one is still as it was before the step.
-        room = allocate(max(256, 2 * rows.shape[0]), *self.nodes.mean.shape[1:])
+        n_free, columns = max(256, 2 * rows.shape[0]), self.nodes.unseen.shape[1]
+        room = allocate(n_free, *self.nodes.mean.shape[1:], columns=columns)
         copy_nodes(self.nodes, rows, room, 0)
         self.nodes, self.n_rows = room, rows.shape[0]
         shift = kept.first_family - _starts(kept.n_families)

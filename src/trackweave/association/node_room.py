@@ -20,9 +20,9 @@ class NodeRoom:
     old one as it was.
     """
 
-    def __init__(self, modes: int, size: int) -> None:
+    def __init__(self, modes: int, size: int, columns: int = 0) -> None:
         self.n_nodes = 0
-        self.nodes = allocate(256, modes, size)
+        self.nodes = allocate(256, modes, size, columns)
         self._spare: Nodes | None = None
         self._is_shared = False
         """Whether the nodes are also another's, who must find them as they are."""
@@ -73,5 +73,6 @@ class NodeRoom:
         capacity, room = self.nodes.parent.shape[0], self._spare
         self._spare = None
         if room is None or room.parent.shape[0] < capacity:
-            return allocate(capacity, *self.nodes.mean.shape[1:])
+            columns = self.nodes.unseen.shape[1]
+            return allocate(capacity, *self.nodes.mean.shape[1:], columns=columns)
         return room

@@ -49,7 +49,7 @@ class AssociationTree(NodeRoom):
     """
 
     def __init__(self, rule: WindowRule, limits: GrowthLimits) -> None:
-        super().__init__(*n_modes_and_size(rule.motion))
+        super().__init__(*n_modes_and_size(rule.motion), rule.unseen.shape[0])
         self.dim = rule.motion.dim
         self.rule = rule
         self.limits = limits
@@ -150,6 +150,8 @@ class AssociationTree(NodeRoom):
         nodes.tail[:n_old] = np.where(is_open, missed.tail, np.inf)
         for name in ("hidden", "misses", "counted"):
             getattr(nodes, name)[:n_old] = getattr(missed, name)
+        if scan.column >= 0:
+            nodes.unseen[:n_old, scan.column] = missed.unseen
         self._reserve(chosen.shape[0] + n_new)
         grown = self.nodes, n_old, self.rule
         appended(grown, candidates, chosen, scan, self.general)

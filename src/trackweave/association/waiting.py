@@ -37,7 +37,10 @@ def waited(
         crowding = crowding_of(nodes, count, tree.track < 0, tree.limits)
         proposed((nodes, count, patient), unseen, (nobody, missed), crowding, general)
         concerned = np.flatnonzero(first <= place)
-        for name in Misses._fields:
+        for name in ("tail", "hidden", "misses", "counted"):
             getattr(nodes, name)[concerned] = getattr(missed, name)[concerned]
-    waiting = {name: getattr(nodes, name)[:count].copy() for name in ("tail", "hidden", "misses")}
+        if scan.column >= 0:
+            nodes.unseen[concerned, scan.column] = missed.unseen[concerned]
+    kept = ("tail", "hidden", "unseen", "misses")
+    waiting = {name: getattr(nodes, name)[:count].copy() for name in kept}
     return replace(beginning, **waiting)

@@ -40,7 +40,8 @@ APART = 0.5
 class Context(NamedTuple):
     """What a scan is seen against.
 
-    ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker,
+    ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker
+    and ``column`` that among those that do not see some objects for a while, -1 for none;
     ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
     began [s], ``period`` the scan period in which misses are counted [s].
     """
@@ -48,6 +49,7 @@ class Context(NamedTuple):
     motion: AnyMotion
     dim: int
     sensor: int = 0
+    column: int = -1
     n_identities: int = 1
     start: float | None = None
     period: float | None = None
@@ -109,6 +111,10 @@ def scan_input(
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
         evidence = sensor.strength.evidence(scan.strength)
+    if sensor.echoes and is_located:
+        volume = measurement[:, 0] if kind.has_range else np.ones(count)
+        evidence -= np.log(sensor.false_alarms(place[:, :2], volume))
+    fading, clearing = sensor.hiding() if context.column >= 0 else (0.0, 0.0)
     error = sensor.identity_error
     turning = sensor.rotation is not None or scan.moments is not None
     return ScanInput(
@@ -146,6 +152,9 @@ def scan_input(
         coverage=coverage,
         tail_share=float(sensor.tail_share),
         tail_scale=float(sensor.tail_scale) if sensor.tail_share > 0.0 else 1.0,
+        column=context.column,
+        fading=fading,
+        clearing=clearing,
         foreign=None if foreign is None else foreign.part(order),
     ), order
 

@@ -92,6 +92,11 @@ def sensor_of(
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
         identity_error=choose("identity_error", default=USUAL["identity_error"]),
+        hidden_share=choose(
+            "hidden_share", found and (found.hidden_share or None), USUAL["hidden_share"]
+        ),
+        mean_silence=choose("mean_silence", found and found.mean_silence, USUAL["mean_silence"]),
+        echoes=choose("echoes", found and (found.echoes or None), USUAL["echoes"]),
         tail_share=choose("tail_share", found and (found.tail_share or None), USUAL["tail_share"]),
         tail_scale=choose("tail_scale", found and found.tail_scale, USUAL["tail_scale"]),
         scans=scans,

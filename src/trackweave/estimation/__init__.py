@@ -12,6 +12,7 @@ from trackweave.estimation.refine import (
     stretch_of,
     sure_tracks,
 )
+from trackweave.estimation.standing import with_standing
 from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
 
@@ -29,6 +30,7 @@ __all__ = [
     "stretch_of",
     "sure_tracks",
     "with_components",
+    "with_standing",
     "with_strengths",
     "with_tails",
     "without_echoes",

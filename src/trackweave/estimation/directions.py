@@ -10,11 +10,12 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
+from trackweave.estimation.tails import LONGEST_SPAN, expected_of
 
-__all__ = ["bearing_sensor", "with_components"]
+__all__ = ["bearing_sensor", "components", "with_components"]
 
-HALF = 3
-FEWEST_RESIDUALS = 30
+FEWEST_RESIDUALS, FEWEST_OF_TRACK = 30, 7
+SAME_TIME = 1e-6
 # Bearings within this of a track may be of its object [rad].
 NEAR = 0.25
 N_ROUNDS = 30
@@ -45,21 +46,21 @@ def with_components(
 def _component_noise(
     reports: ReportTable, tracks: list[Track], index: int, place: Sequence[float]
 ) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Return what is left of each component beside straight pieces, of all tracks and of most."""
+    """Return what is left of each component beside the tracks, over all and in most of them."""
     parts = []
     for track in tracks:
         rows = track.rows[reports.sensor[track.rows] == index]
-        if rows.size < 2 * HALF + 1:
+        rows = rows[np.diff(reports.time[rows], prepend=-np.inf) > SAME_TIME]
+        if rows.size < FEWEST_OF_TRACK:
             continue
-        fitted, known = _fitted(reports.time[rows], reports.measurement[rows])
-        seen_from = platform_of(reports, rows, place)
-        parts.append(
-            _wrapped(
-                _components(reports.measurement[rows] - seen_from)
-                - _components(fitted - seen_from)
-            )
-            / np.sqrt(known)[:, None]
-        )
+        time, position = reports.time[rows], reports.measurement[rows]
+        # Beside the curve through two reports before and two after, a turn leaves nothing.
+        curve, known = expected_of(time, position)[-1]
+        near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
+        seen_from = platform_of(reports, rows, place)[2:-2]
+        off = components(position[2:-2] - seen_from) - components(curve - seen_from)
+        parts.append((_wrapped(off) / np.sqrt(1.0 + known)[:, None])[near])
+    parts = [part for part in parts if part.size]
     count = np.array([part.shape[0] for part in parts])
     if count.sum() < FEWEST_RESIDUALS:
         return None
@@ -75,21 +76,7 @@ def _component_noise(
     return next(found), next(found)
 
 
-def _fitted(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return places on lines through each report and its neighbours, and what they leave free."""
-    fitted, known = np.empty_like(place), np.empty(time.size)
-    for middle in range(time.size):
-        first = int(np.clip(middle - HALF, 0, time.size - 2 * HALF - 1))
-        piece = slice(first, first + 2 * HALF + 1)
-        centred = time[piece] - time[piece].mean()
-        total = max(float(np.dot(centred, centred)), 1e-12)
-        lever = time[middle] - time[piece].mean()
-        fitted[middle] = place[piece].mean(axis=0) + lever * (centred @ place[piece]) / total
-        known[middle] = max(1 - 1 / (2 * HALF + 1) - lever**2 / total, 0.1)
-    return fitted, known
-
-
-def _components(relative: FloatArray) -> FloatArray:
+def components(relative: FloatArray) -> FloatArray:
     """Return range, azimuth and, in space, elevation."""
     distance = np.linalg.norm(relative, axis=1)
     columns = [distance, np.arctan2(relative[:, 0], relative[:, 1])]

@@ -22,11 +22,11 @@ def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], f
     """Return the mean squared distance [m²] per axis of two sensors' reports of one object."""
     # Scans that two sensors took at almost one time are laid over one another; distances at which
     # reports are paired more often than chance pairs them are those of one object. Pairs of
-    # sensors, by their indices, of which nothing stands out are left out.
+    # sensors, by their indices, of which nothing stands out are left out, and those that turn.
     scans = {
         index: _scans(reports, index)
         for index in range(len(reports.sensors))
-        if np.any(reports.sensor == index)
+        if np.any(reports.sensor == index) and not _turns(reports, index)
     }
     found = {}
     for first, second in combinations(scans, 2):
@@ -34,6 +34,16 @@ def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], f
         if square is not None:
             found[first, second] = square
     return found
+
+
+def _turns(reports: ReportTable, index: int) -> bool:
+    """Tell whether a sensor's scans hold reports of several times."""
+    # What it sees in a turn moves meanwhile: scans of two such are never of one time.
+    if reports.scan is None:
+        return False
+    own = reports.sensor == index
+    pairs = np.unique(np.stack([reports.scan[own], reports.time[own]]), axis=1)
+    return bool(pairs.shape[1] > np.unique(reports.scan[own]).size)
 
 
 def _scans(reports: ReportTable, index: int) -> tuple[FloatArray, list[FloatArray]]:

@@ -33,6 +33,11 @@ class SensorEstimate:
     tail_scale: float | None = None  # How many times as wide theirs is; None for unknown
     # Each number's noise in the middle of all tracks, where sigma is that over all; None as sigma.
     sigma_of_most: tuple[float, ...] | None = None
+    # Share of their time for which it alone does not see objects, and for how long [s].
+    hidden_share: float = 0.0
+    mean_silence: float | None = None
+    # Places of false alarms that come again and again, as in ``[sensors.NAME] echoes``.
+    echoes: tuple[tuple[float, ...], ...] = ()
     strength: StrengthModel | None = None  # What the strength of its reports tells of their origin
 
     @property

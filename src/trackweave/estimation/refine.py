@@ -44,6 +44,8 @@ WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
 FEWEST_LOOKS, EARLY_LOOKS = 10, 4
+# So many long silences tell of what a sensor does not see, and for no more of the time.
+FEWEST_SILENCES, MOST_HIDDEN = 3, 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +72,8 @@ def stretch_of(reports: ReportTable) -> ReportTable:
     """Return a part of the reports that is quick to track and tells as much as the whole."""
     # It is a middle part of the plane where it is crowded, and of the time.
     keep = np.ones(len(reports), dtype=bool)
-    n_moments = np.unique(np.stack([reports.time, reports.sensor]), axis=1).shape[1]
+    number = reports.time if reports.scan is None else reports.scan
+    n_moments = np.unique(np.stack([number, reports.sensor]), axis=1).shape[1]
     if len(reports) <= MOST_REPORTS:
         return reports
     share = MOST_REPORTS_PER_SCAN * n_moments / len(reports)
@@ -100,7 +103,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
             continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
-            sensors[name] = _clutter(sensors[name], tracks, reports, index)
+            sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed)
         found = _noise(sensors[name], tracks, reports, index)
         if found is not None:
             sigma = float(np.hypot(found[0], sensors[name].disagreement))
@@ -206,8 +209,9 @@ def _detection(
     """Return a sensor with its chance of detection and its clutter as the tracks tell."""
     index = reports.sensors.index(name)
     looks = followed.looks[name]
-    hits = 0
-    pauses: list[IntArray] = [np.empty(0, dtype=np.int64)]
+    hits, pauses = 0, [np.empty(0, dtype=np.int64)]
+    # Beside others, what it alone does not see for long is hidden from it, not missed.
+    is_beside = sum(times.size > 1 for times in followed.looks.values()) > 1
     for track in tracks:
         time, is_own = reports.time[track.rows], reports.sensor[track.rows] == index
         # A turn's scan counts as of its end, its reports as of their own times. The first and
@@ -221,25 +225,35 @@ def _detection(
         unseen = inner[~seen]
         if name in followed.views:
             unseen = unseen[in_view(followed.views[name], reports, index, track.rows, unseen)]
-        # What another sensor saw between two misses was not hidden.
-        pauses.append(np.bincount(np.searchsorted(time, unseen), minlength=time.size))
+        own = time[is_own]
+        pauses.append(np.bincount(np.searchsorted(own, unseen), minlength=own.size))
     missed = np.concatenate(pauses)
+    chances = hits + int(missed.sum())
     # What was hidden for long was not missed.
-    missed = missed[~long_pauses(missed, hits + int(missed.sum()))]
+    is_long = long_pauses(missed, chances)
+    hidden, n_long = int(missed[is_long].sum()), int(is_long.sum())
+    if is_beside and n_long >= FEWEST_SILENCES and sensor.scan_period is not None:
+        sensor = replace(
+            sensor,
+            hidden_share=digits(min(hidden / chances, MOST_HIDDEN)),
+            mean_silence=digits(hidden * sensor.scan_period / n_long),
+        )
+    missed = missed[~is_long]
     usual = USUAL_DETECTION * USUAL_CHANCES
     share = (hits + usual) / (hits + int(missed.sum()) + USUAL_CHANCES)
     return replace(sensor, detection_probability=digits(float(np.clip(share, *DETECTION_RANGE))))
 
 
 def _clutter(
-    sensor: SensorEstimate, tracks: list[Track], reports: ReportTable, index: int
+    sensor: SensorEstimate, tracks: list[Track], of: tuple[ReportTable, int], followed: Followed
 ) -> SensorEstimate:
     """Return a sensor with the false alarms that are left beside the sure tracks."""
+    reports, index = of
     if sensor.density <= 0:
         return sensor
     total = int(np.count_nonzero(reports.sensor == index))
     # In a crowd false alarms line up for a while.
-    n_looks = np.unique(reports.time[reports.sensor == index]).size
+    n_looks = max(followed.looks[reports.sensors[index]].size, 1)
     lasting = min(max(SURE_HITS, n_looks // 2), LASTING_HITS)
     taken = sum(
         int(np.count_nonzero(reports.sensor[track.rows] == index))

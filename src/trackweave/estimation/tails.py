@@ -20,17 +20,18 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
 
-__all__ = ["fitted_tails", "with_tails"]
+__all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
 
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
 FAR, FEWEST_FAR, FEWEST_TRACKS, FEWEST_REPORTS = 5.0, 5, 3, 100
-# Noise of all tracks that is so many times that of most, but not more, is of a few that are worse.
-MIXED = (2.0, 5.0)
 # What is believed of tails beforehand, as if so many reports had told: the tracks that tell never
 # held what was farther off than their gates.
 USUAL_SHARE, USUAL_REPORTS, MOST_SHARE = 0.01, 500.0, 0.5
 USUAL_SCALE, USUAL_WIDE, MOST_SCALE = 12.0, 10.0, 50.0
+# Sure tracks hold few of those whose every report is wild: of radars that share objects so much
+# is wide at least.
+LEAST_SHARED = 0.05
 # Where so many strangers lie as near as a report that is far off, it may be one of them; and so
 # many would come where an object's own report is missing in no more than one of so many sensors.
 CROWDED, BY_CHANCE = 0.1, 1e-4
@@ -63,26 +64,37 @@ def with_tails(
     # noise a user tells of them [m, rad].
     tracks = sure_tracks(estimates, reports, followed)
     sensors = dict(estimates.sensors)
+    narrow: dict[str, SensorEstimate] = {}
+    squares: dict[str, FloatArray] = {}
+    speaking: set[str] = set()
     for index, name in enumerate(reports.sensors):
         if name not in sensors or name in estimates.doubts:
             continue
         place = None if places is None else places.get(name)
         known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
-        is_mixed = name not in (told or {}) and _is_mixed(known)
+        known = known if name in (told or {}) else _of_most(known)
         beside = _beside((known, index, place), reports, tracks)
-        if beside.track.size >= FEWEST_REPORTS and (is_mixed or _speaks(beside, known)):
-            share, scale = (digits(each, 3) for each in fitted_tails(beside.square))
-            sensors[name] = replace(sensors[name], tail_share=share, tail_scale=scale)
+        if beside.track.size >= FEWEST_REPORTS:
+            narrow[name], squares[name] = known, beside.square
+            if _speaks(beside, known):
+                speaking.add(name)
+    ranging = set(places or ()) & set(narrow)
+    # A transponder that is bad is so for every radar.
+    is_shared = len(ranging) > 1 and bool(ranging & speaking)
+    for name in sorted(speaking | ranging if is_shared else speaking):
+        share, scale = fitted_tails(squares[name])
+        if is_shared and name in ranging:
+            share = max(share, LEAST_SHARED)
+        sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
+        sensors[name] = replace(
+            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3)
+        )
     return replace(estimates, sensors=sensors)
 
 
-def _is_mixed(sensor: SensorEstimate) -> bool:
-    """Tell whether the noise of some tracks is many times that of most."""
-    whole, most = sensor.sigma, sensor.sigma_of_most
-    if not isinstance(whole, tuple) or most is None:
-        return False
-    times = max(one / other for one, other in zip(whole, most, strict=True))
-    return MIXED[0] < times < MIXED[1]
+def _of_most(sensor: SensorEstimate) -> SensorEstimate:
+    """Return a sensor with the noise of most tracks: that of few that are worse is its tail."""
+    return sensor if sensor.sigma_of_most is None else replace(sensor, sigma=sensor.sigma_of_most)
 
 
 def _speaks(beside: _Beside, sensor: SensorEstimate) -> bool:
@@ -146,7 +158,7 @@ def _beside(
             variance[:, 1] = np.maximum(found.sigma[1] * reach, found.sigma[0]) ** 2
         least = np.full(middle.shape[0], np.inf)
         square, distance = np.full(middle.shape, np.inf), np.full(middle.shape[0], np.inf)
-        for expected, known in _expected(time, position[:, :2]):
+        for expected, known in expected_of(time, position[:, :2]):
             off = middle - expected
             along = np.einsum("kij,kj->ki", turned, off)
             mine = along**2 / (variance * (1.0 + known)[:, None])
@@ -160,7 +172,7 @@ def _beside(
     return _Beside(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _expected(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Return where neighbours say that reports are, several ways, and how exactly."""
     # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
     # with the variance of each as a share of one report's. One that is off itself spoils some.

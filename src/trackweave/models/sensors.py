@@ -1,7 +1,7 @@
 """What a sensor reports, how often, how well and how falsely."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
-from trackweave.keys import DENSITY, PROBABILITY, SECONDS, Key
+from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
 from trackweave.models.coverage import FieldOfView
+from trackweave.models.hiding import hiding
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
@@ -21,6 +22,11 @@ __all__ = ["DOUBTED", "Sensor"]
 DOUBTED = ("sigma", "scan_period", "rotation")
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
+Echo: TypeAlias = Annotated[
+    tuple[Annotated[float, COORDINATE], ...],
+    Key("four numbers in brackets, such as [9e3, 4e3, 150.0, 0.3]", size=(4, 4)),
+]
+"""A place that gives false alarms: x, y, their spread [m], their number a scan."""
 CHANCE = PROBABILITY.said("a number between 0 and 1, both excluded")
 
 
@@ -56,6 +62,14 @@ class Sensor:
         What the strength of its reports says; None for nothing.
     identity_error
         Chance that a report's identity is another than its object's was.
+    hidden_share
+        Share of their time for which objects are where this sensor beside others cannot see them:
+        below its horizon, in a blind sector, above its cone; 0 for never.
+    mean_silence
+        How long they are there on average [s].
+    echoes
+        Places that give false alarms again and again: for each x, y, how far these spread [m] and
+        how many there are a scan.
     tail_share
         Share of its reports whose noise is wider; 0 for noise without heavy tails.
     tail_scale
@@ -107,6 +121,9 @@ class Sensor:
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
     identity_error: Annotated[float, CHANCE] = 0.01
+    hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
+    mean_silence: Annotated[float, SECONDS] = 60.0
+    echoes: tuple[Echo, ...] = ()
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
     scans: Annotated[bool | None, Key()] = None
@@ -136,6 +153,36 @@ class Sensor:
         if self.position is not None:
             platform[: len(self.position)] = self.position
         return platform
+
+    def hiding(self) -> tuple[float, float]:
+        """Return how probably it loses an object from scan to scan, and finds one it lost.
+
+        Returns
+        -------
+        Both probabilities; 0 where it has no scan period.
+        """
+        return hiding(self.hidden_share, self.mean_silence, self.scan_period or 0.0)
+
+    def false_alarms(self, place: FloatArray, volume: FloatArray) -> FloatArray:
+        """Return how many times as dense false alarms are at some places as on average.
+
+        Parameters
+        ----------
+        place
+            x and y [m], shape (places, 2).
+        volume
+            How many m² a unit of what is measured stands for there, shape (places,).
+
+        Returns
+        -------
+        At least 1 each; more near ``echoes``.
+        """
+        density = np.ones(place.shape[0])
+        for east, north, spread, count in self.echoes:
+            square = np.sum((place - (east, north)) ** 2, axis=1) / (2.0 * spread**2)
+            own = count * np.exp(-np.minimum(square, 700.0)) / (2.0 * np.pi * spread**2)
+            density += own * volume / self.clutter_density
+        return density
 
     def trusts(self, key: str) -> bool:
         """Tell whether a key is kept as told, whatever reports show.

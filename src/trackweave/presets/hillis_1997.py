@@ -36,7 +36,7 @@ __all__ = ["CONFIGURATION", "USABLE"]
 USABLE = "hillis"
 
 CONFIGURATION: dict[str, Any] = {
-    "sensors": {"default": {"trust": True, "tail_share": 0.0}},
+    "sensors": {"default": {"trust": True, "tail_share": 0.0, "hidden_share": 0.0, "echoes": []}},
     "window": {"depth": 5},
     "search": {
         "method": "genetic",

@@ -37,7 +37,7 @@ USABLE = "wiranto"
 """The preset that does the same on one's own reports, with what one would add today."""
 
 CONFIGURATION: dict[str, Any] = {
-    "sensors": {"default": {"trust": True, "tail_share": 0.0}},
+    "sensors": {"default": {"trust": True, "tail_share": 0.0, "hidden_share": 0.0, "echoes": []}},
     "motion": {"model": "constant-velocity"},
     "tracker": {"kind": "nearest-neighbour", "pairing": "nearest"},
     "plots": {"fuse": True, "cost": "equation-1", "gate": 16.0},

@@ -19,8 +19,9 @@ from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
+from trackweave.run.laying import laid
 from trackweave.run.noting import note_on_speed, notes_on_sensors
-from trackweave.run.placing import in_turns, placed, platforms_of
+from trackweave.run.placing import placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 from trackweave.run.required import require_told
 
@@ -59,9 +60,9 @@ def settle(
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
-    on_plane = placed(reports, places)
-    table = in_turns(on_plane, rotations)
-    observed = _with_views(observed, on_plane, configuration, places)
+    # What it says of heights and ranges is said when reports are tracked.
+    table = placed(laid(reports, places)[0], places)
+    observed = _with_views(observed, table, configuration, places)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
@@ -75,7 +76,7 @@ def settle(
             for name in reports.sensors
             if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
         }
-        estimates = estimates_for(table, told, directions, scanning)
+        estimates = estimates_for(table, told, directions, scanning, rotations)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)

@@ -25,12 +25,16 @@ from trackweave.estimation import (
     stretch_of,
     sure_tracks,
     with_components,
+    with_standing,
     with_strengths,
     with_tails,
     without_echoes,
 )
+from trackweave.models.rotation import Rotation
+from trackweave.models.sensors import Sensor
 from trackweave.run.collect import Assigned
-from trackweave.run.scans import complete_scans
+from trackweave.run.scans import complete_scans, missing_times
+from trackweave.run.turns import turn_ends, with_turns
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.opening import USUAL_MISSES
 from trackweave.trackers.window import Window
@@ -43,11 +47,15 @@ PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 # So much more do objects turn then, as long as reports tell what they do from look to look: less
 # than this share of what would hide in their noise.
 PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
+# Some of what radars see is off by far, and beside others each sees nothing at times: or the
+# tracks would leave out the very reports that tell.
+PATIENT_TAILS, PATIENT_SCALE, PATIENT_SHARE = 0.05, 10.0, 0.1
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
 MOST_MISSES = 1000
 TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
+TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 4.0, 40
 # What the silence of a bearing sensor may say over a scan of the slowest sensor [nats].
 WORTH_OF_SILENCE = 1.5
 
@@ -68,16 +76,20 @@ def estimates_for(
     configuration: Configuration,
     directions: Directions | None = None,
     scanning: Mapping[str, bool] | None = None,
+    rotations: Mapping[str, Rotation] | None = None,
 ) -> Estimates | None:
     """Return estimates of what a configuration leaves out, None where there is nothing."""
     # First estimates come from reports that line up beyond chance. With them a stretch of the
     # recording is tracked, patiently; the tracks tell more, and better in a crowd. ``directions``
-    # are the ranges and bearings that the positions came from or stand beside.
+    # are the ranges and bearings that the positions came from or stand beside. Turns of the
+    # ``rotations`` are scans.
     names = reports.sensors
     if directions is None and not needs_estimates(configuration, names):
         return None
     # The solver here is the usual one: whose options ``[search]`` holds, a preset may still say.
     configuration = configuration.changed(search={})
+    turning = {name: each for name, each in (rotations or {}).items() if name in names}
+    reports = replace(reports, scan=with_turns(reports, turning))
     reports, notes = without_echoes(reports)
     estimates = estimate(reports, known_sigma(configuration, names), scanning)
     in_metres = reports.frame is not None or directions is not None
@@ -89,19 +101,24 @@ def estimates_for(
         return estimates
     stretch = stretch_of(reports)
     for _ in range(N_ROUNDS):
-        followed = _follow(stretch, fill(configuration, _patient(estimates), names))
+        settings = fill(configuration, _patient(estimates), names)
+        followed = _follow(stretch, settings, turning)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
     if directions is None:
         return with_tails(estimates, stretch, followed)
-    return _directed(estimates, stretch, followed, directions)
+    return _directed(estimates, (reports, stretch), followed, directions)
 
 
 def _directed(
-    estimates: Estimates, stretch: ReportTable, followed: Followed, directions: Directions
+    estimates: Estimates,
+    tables: tuple[ReportTable, ReportTable],
+    followed: Followed,
+    directions: Directions,
 ) -> Estimates:
     """Return estimates with those of sensors that measure directions."""
-    observed = directions.observed
+    # ``tables`` are all reports and the stretch of them that was followed.
+    (reports, stretch), observed = tables, directions.observed
     ranging = {
         name: directions.places.get(name, ())
         for name, seen in observed.items()
@@ -109,6 +126,7 @@ def _directed(
     }
     estimates = with_components(estimates, stretch, followed, ranging)
     estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
+    estimates = with_standing(estimates, reports, ranging)
     sensors = dict(estimates.sensors)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):
@@ -135,7 +153,17 @@ def _directed(
         name: _harmless(sensor, sensors) if name in bearing else sensor
         for name, sensor in sensors.items()
     }
-    return _paced(replace(estimates, sensors=sensors), bearing, directions)
+    return _paced(_in_window(replace(estimates, sensors=sensors), observed), bearing, directions)
+
+
+def _in_window(estimates: Estimates, observed: Mapping[str, ObservedSensor]) -> Estimates:
+    """Return estimates whose window holds some turns of the slowest of several radars."""
+    # What one of them alone sees becomes a track in the window, or never.
+    periods = [seen.rotation.period for seen in observed.values() if seen.rotation is not None]
+    needed = math.ceil(TURNS_OF_SLOWEST * sum(max(periods) / period for period in periods))
+    if len(periods) < 2 or needed <= Window().max_scans:
+        return estimates
+    return replace(estimates, max_scans=min(needed, MOST_SCANS_OF_TURNS))
 
 
 def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions) -> Estimates:
@@ -152,7 +180,7 @@ def _paced(estimates: Estimates, bearing: Sequence[str], directions: Directions)
     misses = min(round(usual * sum(looks.values()) / sum(placing)), MOST_MISSES)
     # Of the slowest sensor's scans the window must hold more than one.
     needed = math.ceil(sum(looks.values()) / min(placing) * TURNS_IN_WINDOW)
-    scans = min(needed, MOST_SCANS) if needed > Window().max_scans else None
+    scans = min(needed, MOST_SCANS) if needed > Window().max_scans else estimates.max_scans
     return replace(estimates, delete_after_misses=misses, max_scans=scans)
 
 
@@ -187,15 +215,35 @@ def _patient(estimates: Estimates) -> Estimates:
     return replace(estimates, process_noise=max(known, min(PATIENT_NOISE * known, most)))
 
 
-def _follow(reports: ReportTable, settings: Settings) -> Followed:
+def _turned(sensor: Sensor, rotation: Rotation | None) -> Sensor:
+    """Return a sensor as what it sees is followed, where its beam turns."""
+    if rotation is None:
+        return sensor
+    return replace(
+        sensor,
+        rotation=rotation,
+        tail_share=PATIENT_TAILS,
+        tail_scale=PATIENT_SCALE,
+        hidden_share=PATIENT_SHARE,
+    )
+
+
+def _follow(
+    reports: ReportTable, settings: Settings, rotations: Mapping[str, Rotation]
+) -> Followed:
     """Track reports patiently; return the track of each, and when each sensor looked."""
     # Of several sensors, some may see what others never see.
     patient = PATIENT_DETECTION if len(settings.sensors) == 1 else PATIENT_AMONG_OTHERS
     sensors = [
-        replace(sensor, detection_probability=min(sensor.detection_probability, patient))
+        replace(
+            sensor,
+            detection_probability=min(sensor.detection_probability, patient),
+        )
         for sensor in settings.sensors
     ]
-    scans = complete_scans(reports, {sensor.name: sensor.scan_period for sensor in sensors})
+    sensors = [_turned(each, rotations.get(each.name)) for each in sensors]
+    periods = {sensor.name: sensor.scan_period for sensor in sensors}
+    scans = complete_scans(reports, periods, rotations)
     silent = {sensor.name for sensor in sensors if sensor.scans is False}
     counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
     misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
@@ -214,7 +262,14 @@ def _follow(reports: ReportTable, settings: Settings) -> Followed:
     assigned.enter(tracker.pending())
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
-        looks[scan.sensor].append(scan.time)
+        if scan.sensor not in rotations:
+            looks[scan.sensor].append(scan.time)
+    for index, name in enumerate(reports.sensors):
+        rows = reports.sensor == index
+        if name in rotations and np.any(rows):
+            # A turn's scan counts as of its end, its reports as of their own times.
+            ends = np.unique(turn_ends(reports.time[rows], rotations[name])[1])
+            looks[name] = sorted([*ends, *missing_times(ends, rotations[name].period)])
     views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
     return Followed(
         assigned.track, {name: np.array(times) for name, times in looks.items()}, views

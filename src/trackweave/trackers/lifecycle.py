@@ -1,12 +1,12 @@
 """When a track begins to count, and when it ends."""
 
-import math
 from dataclasses import dataclass
 from typing import Annotated
 
 from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.keys import COUNT, DENSITY, PROBABILITY, SECONDS, Key
+from trackweave.models.hiding import hiding
 
 __all__ = ["Lifecycle"]
 
@@ -96,10 +96,7 @@ class Lifecycle:
         -------
         Both probabilities.
         """
-        if self.hidden_share <= 0.0:
-            return 0.0, 0.0
-        mixed = -math.expm1(-waited / (self.mean_silence * (1.0 - self.hidden_share)))
-        return self.hidden_share * mixed, (1.0 - self.hidden_share) * mixed
+        return hiding(self.hidden_share, self.mean_silence, waited)
 
     def is_confirmed_by(self, chances: list[float]) -> bool:
         """Tell whether hits at these chances confirm a track.

@@ -41,6 +41,13 @@ MOST_TURNED = 1.1
 """Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
 
+def with_silences(sensors: Mapping[str, Sensor]) -> list[Sensor]:
+    """Return the sensors that do not see some objects for a while."""
+    # Where there is one sensor, that is what the lifecycle tells of.
+    every = sensors.values() if len(sensors) > 1 else ()
+    return [each for each in every if each.hidden_share > 0.0 and each.scan_period is not None]
+
+
 class Opener:
     """Opens scans, and remembers what a scan is seen against; misses count per period [s]."""
 
@@ -49,6 +56,7 @@ class Opener:
         self._period = period
         self._sensors = sensors
         self._number = {name: number for number, name in enumerate(sensors)}
+        self._column = {each.name: at for at, each in enumerate(with_silences(sensors))}
         self._identities: frozenset[int] = frozenset()
         self._ends: dict[str, float] = {}
         self._beams: dict[str, LiveBeam | None] = {}
@@ -68,6 +76,7 @@ class Opener:
             motion=self._motion,
             dim=dim,
             sensor=self._number[scan.sensor],
+            column=self._column.get(scan.sensor, -1),
             n_identities=max(1, len(self._identities)),
             start=self._start(scan, sensor.rotation),
             period=self._period,
@@ -124,17 +133,19 @@ def rule_of(
                     "expected states that begin with position and velocity, without kinematics"
                 )
     period = period_of(sensors.values())
+    shares = [each.hidden_share for each in with_silences(sensors)]
     misses = lifecycle.delete_after_misses or USUAL_MISSES
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
     shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
     unseen = lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
-    return window_rule(
+    rule = window_rule(
         motion,
         (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen, shown),
         dim,
         unscented=unscented,
         crossing_time=period,
     )
+    return rule._replace(unseen=np.array(shares, dtype=np.float64))
 
 
 def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
@@ -165,6 +176,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
         chances=zero,
         tail=zero,
         hidden=zero,
+        unseen=np.tile(rule.unseen, (count, 1)),
         misses=zero,
         rhythm=np.full((count, RHYTHM_SIZE), -1.0),
         identity=nobody,

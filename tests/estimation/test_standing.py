@@ -1,0 +1,49 @@
+"""Places of false alarms that come again are told from objects that stand and from traffic."""
+
+import numpy as np
+import pytest
+
+from estimation.test_estimate import table
+from trackweave.estimation import Estimates, SensorEstimate, with_standing
+
+SIGMA = (50.0, 0.001)
+SENSOR = SensorEstimate(4.0, SIGMA, 0.9, 1e-6, 1e10, 8.0)
+GUESS = Estimates({"A": SENSOR}, 0.1, 300.0, 1e-12, 1e-10)
+PLACE = (1000.0, 2000.0)
+
+
+def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0):
+    """Return the places found beside aircraft, of one at 20 km, due east, and when it is there."""
+    rng = np.random.default_rng(4)
+    moments = 4.0 * np.arange(n_scans)
+    start, heading = rng.uniform(-1e5, 1e5, (20, 2)), rng.uniform(0, 2 * np.pi, 20)
+    step = 200.0 * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    air = (start + step * moments[:, None, None]).reshape(-1, 2)
+    there = (rng.random(n_scans) < share) & (moments <= last * moments[-1])
+    distance = 20e3 + drift * moments + SIGMA[0] * spread * rng.normal(size=n_scans)
+    azimuth = np.pi / 2 + SIGMA[1] * spread * rng.normal(size=n_scans)
+    echo = distance[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+    time = np.concatenate([np.repeat(moments, 20), moments[there]])
+    where = np.concatenate([air, echo[there]]) + PLACE
+    order = np.argsort(time, kind="stable")
+    return with_standing(GUESS, table(time[order], where[order]), {"A": PLACE}).sensors["A"].echoes
+
+
+def test_a_place_of_false_alarms_is_found_with_its_spread_and_number():
+    ((x, y, spread, count),) = found()
+    assert (x, y) == (pytest.approx(21e3, abs=60.0), pytest.approx(2e3, abs=30.0))
+    assert spread == pytest.approx(150.0, rel=0.4)
+    assert count == pytest.approx(0.4, rel=0.3)
+
+
+def test_what_is_seen_seldom_is_false_however_exact():
+    assert len(found(spread=1.0, share=0.3)) == 1
+
+
+def test_an_object_that_stands_is_none():
+    assert found(spread=1.0, share=0.9) == ()
+
+
+@pytest.mark.parametrize("odd", [{"last": 0.6}, {"drift": 8.0}, {"n_scans": 20}, {"share": 0.03}])
+def test_neither_is_what_leaves_or_moves_or_is_seen_too_little(odd):
+    assert found(**odd) == ()
