@@ -14,8 +14,9 @@ from trackweave.association._gating import (
     within_reach,
 )
 from trackweave.association._lines import BEARING, begin_line, cross_line
+from trackweave.association._missing import begin_miss, end_miss, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
-from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
+from trackweave.association._rhythm import begin_rhythm, hear
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     expect,
@@ -71,14 +72,7 @@ def propose(
     count = 0
     for node in range(n_nodes):
         begin = count
-        missed.tail[node] = nodes.tail[node]
-        hidden = nodes.hidden[node]
-        hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
-        missed.hidden[node] = hidden
-        unseen = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
-        missed.unseen[node] = unseen
-        missed.misses[node] = nodes.misses[node]
-        missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
+        begin_miss(nodes, node, scan, missed)
         if nodes.tail[node] == math.inf:
             continue
         seen = scan.detection_probability
@@ -108,10 +102,7 @@ def propose(
                 )  # fmt: skip
             if not scan.coverage.everywhere:
                 seen *= share_covered(state, scan.coverage)
-            if scan.column >= 0:
-                looked = seen / scan.detection_probability
-                unseen += looked * ((1.0 - unseen) * scan.fading - unseen * scan.clearing)
-                missed.unseen[node] = unseen
+            chance = look_at(node, scan, missed, seen)
             low, high = 0, n_reports
             if scan.is_located:
                 low, high = within_reach(
@@ -183,37 +174,9 @@ def propose(
                     )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
-                cost = (
-                    nodes.cost[node]
-                    + nodes.tail[node]
-                    + scan.survival_cost
-                    - log_likelihood
-                    + scan.log_clutter
-                    - math.log(seen * (1.0 - hidden) * (1.0 - unseen))
-                    - scan.evidence[index]
-                    + identity_cost(
-                        scan.identity[index], nodes.identity[node], nodes.former[node],
-                        scan.identity_gain, scan.identity_loss,
-                    )
-                )  # fmt: skip
-                if scan.is_heard:
-                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+                cost = report_cost(nodes, node, scan, index, log_likelihood, chance)
                 count = admit(candidates, begin, count, crowding, node, index, cost)
-        missed.tail[node] += scan.survival_cost
-        if scan.is_silence_telling:
-            silence = 1.0 - seen * (1.0 - hidden) * (1.0 - unseen)
-            missed.tail[node] -= math.log(silence)
-            missed.hidden[node] = hidden / silence
-            missed.unseen[node] = unseen / silence
-            chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
-            missed.counted[node] += chance
-            missed.misses[node] += chance * scan.pace
-        if (
-            missed.tail[node] > rule.most_tail
-            or missed.misses[node] >= rule.max_misses
-            or scan.time - nodes.time[node] > rule.max_unseen
-        ):
-            missed.tail[node] = math.inf
+        end_miss(nodes, node, scan, rule, missed, seen)
     return count
 
 

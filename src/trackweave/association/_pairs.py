@@ -19,12 +19,11 @@ from trackweave.association._gating import (
     within_reach,
 )
 from trackweave.association._growth import _propose_crossings
+from trackweave.association._missing import begin_miss, end_miss, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
-from trackweave.association._rhythm import rhythm_cost
 from trackweave.association._scoring import (
     compare,
     expect,
-    identity_cost,
     is_too_soon,
     room_for_expectation,
     share_covered,
@@ -193,57 +192,19 @@ def admit_pairs(
     count, at = 0, 0
     for node in range(n_nodes):
         begin = count
-        missed.tail[node] = nodes.tail[node]
-        hidden = nodes.hidden[node]
-        hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
-        missed.hidden[node] = hidden
-        unseen = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
-        missed.unseen[node] = unseen
-        missed.misses[node] = nodes.misses[node]
-        missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
+        begin_miss(nodes, node, scan, missed)
         if nodes.tail[node] == math.inf:
             continue
         if nodes.is_line[node] == 1:
             count = _propose_crossings(
                 nodes, node, scan, rule, candidates, count, crowding, general
             )
-        if scan.column >= 0:
-            looked = seen[node] / scan.detection_probability
-            unseen += looked * ((1.0 - unseen) * scan.fading - unseen * scan.clearing)
-            missed.unseen[node] = unseen
+        chance = look_at(node, scan, missed, seen[node])
         while at < own.shape[0] and own[at] == node:
             if distance[at] <= scan.gate:
                 index = report[at]
-                cost = (
-                    nodes.cost[node]
-                    + nodes.tail[node]
-                    + scan.survival_cost
-                    - log_likelihood[at]
-                    + scan.log_clutter
-                    - math.log(seen[node] * (1.0 - hidden) * (1.0 - unseen))
-                    - scan.evidence[index]
-                    + identity_cost(
-                        scan.identity[index], nodes.identity[node], nodes.former[node],
-                        scan.identity_gain, scan.identity_loss,
-                    )
-                )  # fmt: skip
-                if scan.is_heard:
-                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+                cost = report_cost(nodes, node, scan, index, log_likelihood[at], chance)
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             at += 1
-        missed.tail[node] += scan.survival_cost
-        if scan.is_silence_telling:
-            silence = 1.0 - seen[node] * (1.0 - hidden) * (1.0 - unseen)
-            missed.tail[node] -= math.log(silence)
-            missed.hidden[node] = hidden / silence
-            missed.unseen[node] = unseen / silence
-            chance = max(0.0, seen[node] / scan.detection_probability - missed.counted[node])
-            missed.counted[node] += chance
-            missed.misses[node] += chance * scan.pace
-        if (
-            missed.tail[node] > rule.most_tail
-            or missed.misses[node] >= rule.max_misses
-            or scan.time - nodes.time[node] > rule.max_unseen
-        ):
-            missed.tail[node] = math.inf
+        end_miss(nodes, node, scan, rule, missed, seen[node])
     return count
