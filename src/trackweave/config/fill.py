@@ -24,7 +24,7 @@ from trackweave.config.sections import (
     MotionSection,
     OutputSection,
 )
-from trackweave.config.sensing import sensor_of
+from trackweave.config.sensing import require_places, sensor_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.foreign_motion import AnyMotion
@@ -119,6 +119,7 @@ def fill(
     seen = observed or {}
     # Files begin with how objects move, which takes the sensors' periods to fill.
     ledger.values["motion"] = {}
+    require_places(ledger, {name: seen[name] for name in names if name in seen})
     sensors = tuple(
         sensor_of(
             ledger,
