@@ -36,6 +36,7 @@ SCRIPTS = {
     "recordings": ["recordings.py"],
     "boxes": ["boxes.py"],
     "dividing": ["dividing.py"],
+    "damaged": ["damaged_files.py"],
     "scenes": ["eight_scenes.py"],
     "told": ["told_wrongly.py"],
     "never-worse": ["never_worse.py", "--anew"],
@@ -99,6 +100,7 @@ GROUPS = {
 OWN_PAGES = {
     "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
+    "damaged": "reference/formats.md",
     "dividing": "how-to/my-particles.md",
     "recordings": "explanation/recordings.md",
     "scenes": "explanation/scenes.md",
