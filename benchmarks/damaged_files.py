@@ -89,7 +89,7 @@ def main() -> None:
     with context.Pool(arguments.processes, maxtasksperchild=1) as pool:
         found = []
         for (name, *_), one in zip(jobs, pool.imap(_fuzzed, jobs, chunksize=1), strict=True):
-            print(f"{name}: {one[0].files:,}, {len(one[0].wrong)} wrong", file=sys.stderr)
+            print(name, one, file=sys.stderr, flush=True)
             found.append(one)
     print(heading(command("damaged_files.py")), end="\n\n")
     rows = [

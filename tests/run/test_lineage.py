@@ -86,6 +86,16 @@ def test_files_and_napari_have_the_lineage(result, tmp_path):
     assert result.plot() is not None
 
 
+def test_daughters_are_believed_where_rows_are_rare():
+    found = tw.track(reports(), {**TOLD, "output": {"period": 9.0}})
+    daughters = {
+        child for child, mother in mothers_of(found.history).items() if mother is not None
+    }
+    shown = found.history.filter(pl.col("status") != "tentative")["track"].to_list()
+    assert len(found.run["divisions"]["list"]) > 0
+    assert daughters <= set(shown)
+
+
 def test_nothing_is_looked_for_where_nobody_asks():
     plain = {**TOLD, "lifecycle": {"new_target_density": 1e-8}}
     found = tw.track(reports(), plain)

@@ -9,7 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.tracks import TrackTable
+from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.randomness import RandomSource
 from trackweave.run.attempts import rotations_in
 from trackweave.run.collect import Assigned
@@ -88,7 +88,10 @@ def with_divisions(
     tracks = lineage.renamed_tracks(tracks)
     # A daughter is smoothed by her own reports alone.
     history = smoothed_history(table, assigned.by_row(), tracks, settings, priors)
-    return tracks, history, assigned, lineage
+    # Rows may be so rare that none is of a daughter: she is believed as her mother was.
+    is_new = np.isin(history.track, np.concatenate([one for _, one in lineage.begins.values()]))
+    status = np.where(is_new & (history.status == TENTATIVE), CONFIRMED, history.status)
+    return tracks, replace(history, status=status), assigned, lineage
 
 
 def lineage_of(
