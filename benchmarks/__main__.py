@@ -35,6 +35,8 @@ SCRIPTS = {
     "bearings": ["bearings_only.py"],
     "recordings": ["recordings.py"],
     "boxes": ["boxes.py"],
+    "dividing": ["dividing.py"],
+    "damaged": ["damaged_files.py"],
     "scenes": ["eight_scenes.py"],
     "told": ["told_wrongly.py"],
     "never-worse": ["never_worse.py", "--anew"],
@@ -98,6 +100,8 @@ GROUPS = {
 OWN_PAGES = {
     "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
+    "damaged": "reference/formats.md",
+    "dividing": "how-to/my-particles.md",
     "recordings": "explanation/recordings.md",
     "scenes": "explanation/scenes.md",
     "told": "explanation/scenes.md",
@@ -106,6 +110,7 @@ OWN_PAGES = {
     "presets-huo": "explanation/huo-2008.md",
     "presets-wiranto": "explanation/wiranto-2018.md",
 }
+BESIDE_PEERS = {"peers", "boxes", "dividing"}
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -129,7 +134,9 @@ def main() -> int:
         if name not in arguments.only and not (group in known and group in arguments.only):
             continue
         print(f"==> {name}", flush=True)
-        python = arguments.peers_python if name in {"peers", "boxes"} else sys.executable
+        python = (
+            arguments.peers_python if name in {"peers", "boxes", "dividing"} else sys.executable
+        )
         if name == "performance-bench":
             options += ["--peers-python", arguments.peers_python]
         done = subprocess.run(

@@ -350,9 +350,9 @@ def test_refuses_noise_of_a_radar_for_a_sensor_of_positions() -> None:
 def test_a_sensor_without_a_position_is_refused_where_one_is_needed() -> None:
     with pytest.raises(InvalidInputError) as caught:
         seen({}, {"B": CAMERA})
-    assert str(caught.value) == (
+    assert str(caught.value).startswith(
         "sensors.B.position: left out; expected where the sensor stands, [x, y] in metres, "
-        "because its bearing_deg count from there (or columns sensor_x,sensor_y)"
+        'because its bearing_deg count from there: under [sensors."B"] a line'
     )
     moving = replace(CAMERA, says_where=True)
     assert seen({}, {"B": moving}).sensors[0].position is None

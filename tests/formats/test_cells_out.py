@@ -1,6 +1,7 @@
 """Formats of those who follow cells and particles: what goes out comes back the same."""
 
 import json
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +115,50 @@ def test_napari_takes_a_row_for_each_state_of_each_track():
     assert np.abs(data[:, 3] - np.arange(9)).max() < 1.5  # x is the last axis of an image
     assert len(properties["time"]) == len(data)
     assert graph == {}
+
+
+# The first cell divides: a mother with a gap, two daughters, one of whom has a gap too.
+FAMILY = pl.DataFrame(
+    {
+        "time": [0.0, 2.0, 3.0, 5.0, 3.0, 4.0, 0.0],
+        "track": [7, 7, 8, 8, 9, 9, 4],
+        "parent": [None, None, 7, 7, 7, 7, None],
+        "x": [20.0, 21.0, 26.0, 28.0, 15.0, 14.0, 60.0],
+        "y": [30.0, 30.0, 31.0, 31.0, 30.0, 30.0, 20.0],
+    }
+)
+
+
+def test_ctc_names_the_mother_of_a_track():
+    # Frames count the times there are: 0, 2, 3, 4, 5.
+    text = files_of("ctc", FAMILY)["tracks.ctc/res_track.txt"].decode()
+    assert text.splitlines() == ["1 0 0 0", "2 0 1 0", "3 2 2 2", "4 4 4 3", "5 2 3 2"]
+
+
+def test_trackmate_has_a_track_for_a_family_and_branches():
+    (content,) = files_of("trackmate", FAMILY).values()
+    root = ET.fromstring(content)
+    tracks = {
+        each.get("TRACK_ID"): {
+            (edge.get("SPOT_SOURCE_ID"), edge.get("SPOT_TARGET_ID")) for edge in each.iter("Edge")
+        }
+        for each in root.iter("Track")
+    }
+    # Spots count the states by track, then time: 0 is of track 4, 1 and 2 of the mother.
+    family = {("1", "2"), ("2", "3"), ("3", "4"), ("2", "5"), ("5", "6")}
+    assert tracks == {"4": set(), "7": family}
+
+
+def test_geff_joins_daughters_with_their_mother(tmp_path):
+    geff = pytest.importorskip("geff")
+    path = in_folder(files_of("geff", FAMILY), tmp_path)
+    geff.validate_structure(path)
+    graph, _ = geff.read(path, backend="networkx")
+    assert sorted(graph.edges) == [(1, 2), (2, 3), (2, 5), (3, 4), (5, 6)]
+    assert {graph.nodes[node]["lineage_id"] for node in (1, 6)} == {7}
+
+
+@pytest.mark.parametrize("name", ["ctc", "trackmate", "geff"])
+def test_a_mother_that_is_not_there_or_comes_later_is_none(name):
+    odd = FAMILY.with_columns(parent=pl.Series([8, 8, 99, 99, 9, 9, None]))
+    assert files_of(name, odd)

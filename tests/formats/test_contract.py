@@ -35,6 +35,11 @@ def as_lists(found: tuple[pl.DataFrame, Skips]) -> tuple[pl.DataFrame, list[tupl
     return frame.select(sorted(frame.columns)), sorted((s.offset, s.what) for s in skips.listed)
 
 
+def test_addresses_of_aircraft_are_in_small_letters():
+    frame, _ = decoded("sbs", [SAMPLES["sbs"][1]])
+    assert frame["identity"].to_list() == ["4ca2d6", "400f01"]
+
+
 def test_every_decoder_has_a_sample():
     ours = {each.name for each in formats().values() if each.decoder is not None}
     assert ours == {name for name, *_ in SAMPLES.values()}

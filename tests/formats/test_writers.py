@@ -93,6 +93,13 @@ def test_kml_has_a_time_for_each_place():
     assert first.find("k:altitudeMode", KML).text == "absolute"
 
 
+def test_kml_says_from_where_altitudes_count():
+    root = ET.fromstring(text_of("kml", states(altitude=True)))
+    (told,) = root.findall(".//k:Document/k:description", KML)
+    assert "ellipsoid" in told.text
+    assert "sea level" in told.text
+
+
 def test_kml_is_valid_by_googles_schema():
     parser = pytest.importorskip("pykml.parser")
     schema = parser.Schema("kml22gx.xsd")

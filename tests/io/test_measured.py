@@ -229,3 +229,22 @@ def test_a_wide_area_is_laid_on_a_stereographic_plane():
         given.measurement[1, 1]
         > read(text, frame_origin=(47, 8), on_bad_row="skip").measurement[1, 1]
     )
+
+
+def test_flight_levels_are_heights_where_nothing_else_tells_any():
+    text = "time,range_m,azimuth_deg,flight_level\n0,9000,1,100\n1,9000,2,\n2,9000,3,ground\n"
+    reports = read(text)
+    assert reports.height is not None
+    np.testing.assert_allclose(reports.height, [3048.0, np.nan, np.nan])
+    assert list(reports.carried) == ["flight_level"]
+    (note,) = [note for note in reports.notes if "flight_level" in note]
+    assert "hundreds of feet" in note
+
+
+def test_flight_levels_give_way_to_heights_and_say_nothing_of_positions():
+    both = read("time,range_m,azimuth_deg,flight_level,height_m\n0,9000,1,100,2500\n")
+    assert both.height.tolist() == [2500.0]
+    for text in ("time,x,y,flight_level\n0,1,2,100\n", "time,lat,lon,flight_level\n0,1,2,100\n"):
+        reports = read(text)
+        assert reports.height is None
+        assert not any("flight_level" in note for note in reports.notes)

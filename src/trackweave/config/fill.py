@@ -18,8 +18,13 @@ from trackweave.config.plots import (
 )
 from trackweave.config.presets import preset_notes, preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
-from trackweave.config.sections import LiveSection, MotionSection, OutputSection
-from trackweave.config.sensing import sensor_of
+from trackweave.config.sections import (
+    LifecycleSection,
+    LiveSection,
+    MotionSection,
+    OutputSection,
+)
+from trackweave.config.sensing import require_places, sensor_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.foreign_motion import AnyMotion
@@ -65,6 +70,7 @@ class Settings:
     # For how long reports of sensors that do not look are gathered before they are searched [s];
     # None for each time by itself.
     together: float | None = None
+    divide: bool = LifecycleSection.divide  # Whether tracks may end in two
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
@@ -113,6 +119,7 @@ def fill(
     seen = observed or {}
     # Files begin with how objects move, which takes the sensors' periods to fill.
     ledger.values["motion"] = {}
+    require_places(ledger, {name: seen[name] for name in names if name in seen})
     sensors = tuple(
         sensor_of(
             ledger,
@@ -132,6 +139,7 @@ def fill(
     unscented = ledger.choose(("motion", "filter"), default=MotionSection.filter) == "unscented"
     window = ledger.filled("window", Window(), estimates)
     lifecycle = _lifecycle(ledger, estimates)
+    divide = ledger.choose(("lifecycle", "divide"), default=LifecycleSection.divide)
     search, deadline = _search(ledger, configuration)
     max_ahead = ledger.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
     period = ledger.choose(("output", "period"), estimates and estimates.period)
@@ -152,7 +160,7 @@ def fill(
         ledger.choose(("output", "estimate"), default=OutputSection.estimate),
         None if deadline is None else deadline / 1000.0,
         period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
-        max_ahead, estimates.together if estimates else None,
+        max_ahead, estimates.together if estimates else None, divide,
     )  # fmt: skip
 
 

@@ -282,6 +282,10 @@ class LifecycleSection(Section, of=(Lifecycle,)):
         Key('text of the form "3/4": detections out of at most 100 opportunities', holds=_is_rate),
         "Detections out of opportunities that confirm a track.",
     ]
+    divide: Annotated[
+        bool,
+        "Whether a track may end in two, as cells do: looked for after the run, over all of it.",
+    ] = False
 
 
 class GrowthSection(Section, of=(GrowthLimits,)):

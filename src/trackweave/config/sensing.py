@@ -1,5 +1,6 @@
 """From the keys of ``[sensors.NAME]`` to a sensor."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
@@ -21,7 +22,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["is_period", "sense_of", "sensor_of", "view_keys"]
+__all__ = ["is_period", "require_places", "sense_of", "sensor_of", "view_keys"]
 
 USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # What is taken where neither the file nor the reports tell.
@@ -36,7 +37,36 @@ USUAL_RANGE_SHARE = 0.01
 # A period that is told is one found in the reports if it differs by less than this share.
 PERIOD_AGREES = 0.002
 FULL_TURN = (0.0, 360.0)
+# In a message.
+MOST_NAMED, MOST_SHOWN = 20, 3
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
+
+
+def require_places(ledger: Ledger, observed: Mapping[str, ObservedSensor]) -> None:
+    """Refuse sensors of which nobody says where they stand, all at once."""
+    missing = {
+        name: " and ".join(seen.measurement.columns(seen.dim)[:2])
+        for name, seen in observed.items()
+        if seen.needs_place
+        and not seen.says_where
+        and ledger.said(("sensors", name, "position")) is None
+    }
+    if not missing:
+        return
+    # In TOML every name may be quoted.
+    tables = ", ".join(
+        f"[sensors.{json.dumps(name, ensure_ascii=False)}]" for name in [*missing][:MOST_SHOWN]
+    )
+    tables += ", …" if len(missing) > MOST_SHOWN else ""
+    keys = ", ".join(f"sensors.{name}.position" for name in [*missing][:MOST_NAMED])
+    more = f" and {len(missing) - MOST_NAMED} more" if len(missing) > MOST_NAMED else ""
+    where, whose = ("the sensor stands", "its") if len(missing) == 1 else ("each stands", "their")
+    columns = " or ".join(dict.fromkeys(missing.values()))
+    raise InvalidInputError(
+        f"{keys}{more}: left out; expected where {where}, [x, y] in metres, because {whose} "
+        f"{columns} count from there: under {tables} a line such as position = [0.0, 0.0] (or "
+        "columns sensor_x,sensor_y)"
+    )
 
 
 def sensor_of(
@@ -67,12 +97,6 @@ def sensor_of(
         USUAL["detection_probability"],
     )
     position = choose("position")
-    if position is None and seen.needs_place and not seen.says_where:
-        columns = " and ".join(kind.columns(seen.dim)[:2])
-        raise InvalidInputError(
-            f"sensors.{name}.position: left out; expected where the sensor stands, [x, y] in "
-            f"metres, because its {columns} count from there (or columns sensor_x,sensor_y)"
-        )
     view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(ledger, section, (name, found, seen))
     rotation, period = _rotation(ledger, (name, found, seen))

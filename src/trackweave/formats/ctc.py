@@ -1,11 +1,11 @@
 """Cell Tracking Challenge: a folder of label images, and ``res_track.txt`` (label, begin, end, parent).
 
 Labels are painted as discs about the tracks' positions, which are pixels. A label of the challenge
-is in every frame from its begin to its end: a track with a gap goes on as its own child.
+is in every frame from its begin to its end: a track with a gap goes on as its own child. A track
+that came of another by division is the child of that one's last label.
 """  # noqa: E501
 
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ import polars as pl
 from trackweave.arrays import IntArray
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Facts, Format, Output
-from trackweave.formats.track_rows import framed_rows
+from trackweave.formats.track_rows import framed_rows, parents
 
 __all__ = ["FORMAT"]
 
@@ -26,7 +26,7 @@ _TABLES = ("res_track.txt", "man_track.txt")
 
 def _write(output: Output) -> dict[str, bytes]:
     rows = framed_rows(output, "ctc")
-    pieces = list(_pieces(rows))
+    pieces = _pieces(rows)
     if len(pieces) > _MOST_LABELS:
         raise InvalidInputError(f"format ctc: {len(pieces)} labels; expected at most 65,535")
     place = rows.select("x", "y").to_numpy().round().astype(np.int64)
@@ -49,18 +49,22 @@ def _write(output: Output) -> dict[str, bytes]:
     return files
 
 
-def _pieces(rows: pl.DataFrame) -> Iterator[tuple[int, int, int]]:
-    """Yield first and last row of each label, and its parent's label, 0 for none."""
+def _pieces(rows: pl.DataFrame) -> list[tuple[int, int, int]]:
+    """Return first and last row of each label, and its parent's label, 0 for none."""
     track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
     if len(rows) == 0:
-        return
-    same = np.diff(track) == 0
-    ends = np.flatnonzero(~same | (np.diff(frame) > 1))
-    begin = 0
-    for number, end in enumerate([*ends.tolist(), len(rows) - 1], start=1):
-        goes_on = begin > 0 and track[begin] == track[begin - 1]
-        yield begin, end, number - 1 if goes_on else 0
-        begin = end + 1
+        return []
+    ends = np.flatnonzero((np.diff(track) != 0) | (np.diff(frame) > 1))
+    spans = list(zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(rows) - 1], strict=True))
+    last = {int(track[end]): number for number, (_, end) in enumerate(spans, start=1)}
+    of, pieces = parents(rows), []
+    for number, (begin, end) in enumerate(spans, start=1):
+        own = int(track[begin])
+        goes_on = begin > 0 and track[begin - 1] == own
+        mother = last.get(of.get(own, -1), 0)
+        begins_after = mother > 0 and frame[spans[mother - 1][1]] < frame[begin]
+        pieces.append((begin, end, number - 1 if goes_on else mother if begins_after else 0))
+    return pieces
 
 
 def _painted(place: IntArray, label: IntArray, size: tuple[int, int]) -> np.ndarray:
@@ -141,7 +145,7 @@ FORMAT = Format(
     name="ctc",
     title="Cell Tracking Challenge folder",
     endings=(".ctc",),
-    carries="positions in pixels by frame, labels as target, lineage over gaps",
+    carries="positions in pixels by frame, labels as target; lineage is written",
     loses="shapes of cells (discs are painted), uncertainty",
     recognise=_recognise,
     folder=_read,

@@ -9,7 +9,7 @@ import polars as pl
 
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Facts, Format, Output
-from trackweave.formats.track_rows import framed_rows
+from trackweave.formats.track_rows import family_of, framed_rows, joined, parents
 
 __all__ = ["FORMAT"]
 
@@ -20,11 +20,12 @@ _SPATIAL = ("z", "y", "x")
 def _write(output: Output) -> dict[str, bytes]:
     rows = framed_rows(output, "geff")
     ids = np.arange(len(rows), dtype=np.uint64)
-    same = np.diff(rows["track"].to_numpy()) == 0
-    edges = np.stack([ids[:-1][same], ids[1:][same]], axis=-1) if len(ids) > 1 else ids[:0]
+    edges = joined(rows).astype(np.uint64)
     columns = {name: rows[name].cast(pl.Float64).to_numpy() for name in ("seconds", *_SPATIAL)}
     columns = {"t": columns.pop("seconds"), **columns}
-    numbers = {**columns, "track_id": rows["track"].cast(pl.Int64).to_numpy()}
+    of, track = parents(rows), rows["track"].cast(pl.Int64).to_numpy()
+    family = np.array([family_of(number, of) for number in track.tolist()], np.int64)
+    numbers = {**columns, "track_id": track, "lineage_id": family}
     metadata = {
         "geff_version": "1.0.0",
         "directed": True,
@@ -34,7 +35,7 @@ def _write(output: Output) -> dict[str, bytes]:
             for name, values in numbers.items()
         },
         "edge_props_metadata": {},
-        "track_node_props": {"tracklet": "track_id"},
+        "track_node_props": {"tracklet": "track_id", "lineage": "lineage_id"},
     }
     files = _group("", {"geff": metadata})
     for folder in ("nodes", "nodes/props", "edges", "edges/props"):
@@ -126,7 +127,7 @@ FORMAT = Format(
     name="geff",
     title="GEFF, a graph in a Zarr folder",
     endings=(".geff",),
-    carries="positions, times; tracks as target",
+    carries="positions, times; tracks as target; divisions are written",
     loses="other properties of nodes and edges, uncertainty; a division is one target",
     recognise=_recognise,
     folder=_read,

@@ -18,6 +18,7 @@ _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2">
 <Document>
 <name>trackweave</name>
+<description>Altitudes count from the WGS-84 ellipsoid, not from the sea level as KML has it: up to 100 m apart.</description>
 <Style id="track"><IconStyle><scale>0.5</scale></IconStyle><LineStyle><width>2</width></LineStyle></Style>
 <Schema id="states">
 <gx:SimpleArrayField name="speed_mps" type="float"><displayName>Speed [m/s]</displayName></gx:SimpleArrayField>

@@ -1,19 +1,22 @@
 """Tracks as writers need them: one after the other, on the Earth, in UTC."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import polars as pl
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Output
 from trackweave.io.times import datetime_column
 
-__all__ = ["EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "framed_rows", "moments"]
+__all__ = [
+    "EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "family_of", "framed_rows",
+    "joined", "moments", "parents",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,7 +166,7 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
 
 
 def framed_rows(output: Output, name: str) -> pl.DataFrame:
-    """Return positions by track, then time: ``track,frame,seconds,x,y,z``.
+    """Return positions by track, then time: ``track,frame,seconds,x,y,z,parent``.
 
     Parameters
     ----------
@@ -174,7 +177,8 @@ def framed_rows(output: Output, name: str) -> pl.DataFrame:
 
     Returns
     -------
-    One row for each state; frames count the different times from 0, heights are 0 without any.
+    One row for each state; frames count the different times from 0, heights are 0 without any,
+    and ``parent`` is null where a track came of none.
 
     Raises
     ------
@@ -190,7 +194,51 @@ def framed_rows(output: Output, name: str) -> pl.DataFrame:
         pl.Series("seconds", seconds), height.cast(pl.Float64).fill_null(0.0).alias("z")
     )
     frame = pl.col("seconds").rank("dense").cast(pl.Int64) - 1
-    return rows.select("track", frame.alias("frame"), "seconds", "x", "y", "z")
+    parent = pl.col("parent") if "parent" in rows.columns else pl.lit(None)
+    return rows.select(
+        "track", frame.alias("frame"), "seconds", "x", "y", "z",
+        parent.cast(pl.Int64, strict=False).alias("parent"),
+    )  # fmt: skip
+
+
+def parents(rows: pl.DataFrame) -> dict[int, int]:
+    """Return the track that each came of by division, of those that did, both among the rows."""
+    known = rows.filter(pl.col("parent").is_in(rows["track"].unique().to_list()))
+    return dict(known.select("track", "parent").unique(maintain_order=True).iter_rows())
+
+
+def joined(rows: pl.DataFrame) -> IntArray:
+    """Return which rows follow one another, of a track or from a mother to her daughters.
+
+    Parameters
+    ----------
+    rows
+        States by track, then time, as ``framed_rows`` has them.
+
+    Returns
+    -------
+    Numbers of rows, the earlier and the later, shape (links, 2), by the later.
+    """
+    track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
+    begins = np.flatnonzero(np.diff(track, prepend=track[:1] - 1))
+    ends = np.r_[begins[1:], track.size] - 1
+    last = dict(zip(track[ends].tolist(), ends.tolist(), strict=True)) if track.size else {}
+    before = np.arange(track.size, dtype=np.int64) - 1
+    of = parents(rows)
+    for row in begins.tolist():
+        mother = last.get(of.get(int(track[row]), -1), -1)
+        before[row] = mother if mother >= 0 and frame[mother] < frame[row] else -1
+    later = np.flatnonzero(before >= 0)
+    return np.stack([before[later], later], axis=-1)
+
+
+def family_of(track: int, parent: Mapping[int, int]) -> int:
+    """Return the track from which a track and all its relatives came."""
+    seen = {track}
+    while track in parent and parent[track] not in seen:
+        track = parent[track]
+        seen.add(track)
+    return track
 
 
 def _column(rows: pl.DataFrame, name: str) -> FloatArray:

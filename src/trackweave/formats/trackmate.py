@@ -9,7 +9,7 @@ from trackweave.errors import DataFormatError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.json_stream import finite
 from trackweave.formats.lines import Document
-from trackweave.formats.track_rows import framed_rows
+from trackweave.formats.track_rows import family_of, framed_rows, joined, parents
 
 __all__ = ["FORMAT", "TrackmateDecoder"]
 
@@ -68,12 +68,14 @@ def _write(output: Output) -> dict[str, bytes]:
     ):
         spots = "".join(_spot(row) for row in part.iter_rows(named=True))
         frames.append(f'<SpotsInFrame frame="{frame}">\n{spots}</SpotsInFrame>\n')
-    tracks, filtered = [], []
-    for (number,), part in rows.group_by("track", maintain_order=True):
-        edges = "".join(
-            f'<Edge SPOT_SOURCE_ID="{a}" SPOT_TARGET_ID="{b}" LINK_COST="-1.0"/>\n'
-            for a, b in zip(part["spot"][:-1], part["spot"][1:], strict=True)
-        )
+    of, tracks, filtered = parents(rows), [], []
+    # A track of TrackMate is a whole family: it branches where cells divide.
+    edges_of: dict[int, str] = {family_of(track, of): "" for track in rows["track"].unique()}
+    owner = rows["track"].to_list()
+    for a, b in joined(rows).tolist():
+        edge = f'<Edge SPOT_SOURCE_ID="{a}" SPOT_TARGET_ID="{b}" LINK_COST="-1.0"/>\n'
+        edges_of[family_of(owner[b], of)] += edge
+    for number, edges in sorted(edges_of.items()):
         name = quoteattr(f"Track_{number}")
         tracks.append(f'<Track name={name} TRACK_ID="{number}">\n{edges}</Track>\n')
         filtered.append(f'<TrackID TRACK_ID="{number}"/>\n')
@@ -103,7 +105,7 @@ FORMAT = Format(
     name="trackmate",
     title="TrackMate XML (Fiji)",
     endings=(".trackmate.xml", ".xml"),
-    carries="positions, times, frames, quality, radius; tracks as target",
+    carries="positions, times, frames, quality, radius; tracks as target; divisions are written",
     loses="features, filters, settings and the image; uncertainty",
     recognise=_recognise,
     decoder=TrackmateDecoder,

@@ -27,6 +27,7 @@ __all__ = [
     "tracks_frame",
     "truth_frame",
     "ways_out",
+    "with_parents",
 ]
 
 
@@ -79,6 +80,12 @@ def tracks_frame(
             *_chance_columns(tracks),
         ]
     )
+
+
+def with_parents(frame: pl.DataFrame, parent: Mapping[int, int]) -> pl.DataFrame:
+    """Return tracks with the track that each came of by division, null for none, in ``parent``."""
+    column = pl.col("track").replace_strict(parent, default=None, return_dtype=pl.Int64)
+    return frame.with_columns(column.alias("parent"))
 
 
 def _chance_columns(tracks: TrackTable) -> list[pl.Series]:

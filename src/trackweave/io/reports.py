@@ -15,7 +15,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import numbered, read_text, text_array, typed_column
+from trackweave.io.columns import numbered, read_numbers, read_text, text_array, typed_column
 from trackweave.io.foreign import read_all_measured
 from trackweave.io.measured import Measured
 from trackweave.io.platforms import read_platforms
@@ -30,6 +30,7 @@ __all__ = ["ONLY_SENSOR", "reports_in"]
 ONLY_SENSOR = "default"
 
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
+FLIGHT_LEVEL, LEVEL_M = "flight_level", 30.48
 _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
 
@@ -65,7 +66,7 @@ def reports_in(
         measured,
         *read_platforms(checks, measured.frame or frame, on_plane=on_plane),
         _optional(checks, "strength", _STRENGTH),
-        _optional(checks, "height_m", _HEIGHT),
+        _height(checks),
         checks.whole_numbers("scan", _SCAN) if "scan" in checks.names else None,
         _identifiers(checks, table),
     )
@@ -87,6 +88,7 @@ def reports_in(
             *measured.notes,
             *moved,
             *_note_on_unavailable(checks),
+            *_note_on_levels(checks),
             *questions(checks),
         ),
         unavailable=unavailable,
@@ -161,6 +163,29 @@ def _note_on_unavailable(checks: RowChecks) -> list[str]:
         f'lat, lon: {count:,} of {len(checks):,} rows hold the codes for "not available" '
         "(latitude 91, longitude 181); they are of no track"
     ] * (count > 0)
+
+
+def _takes_levels(checks: RowChecks) -> bool:
+    """Tell whether heights are those of flight levels: of ranges, where nothing else tells any."""
+    return {"range_m", FLIGHT_LEVEL} <= set(checks.names) and "height_m" not in checks.names
+
+
+def _height(checks: RowChecks) -> FloatArray | None:
+    """Return heights [m], NaN where a row tells none."""
+    if not _takes_levels(checks):
+        return _optional(checks, "height_m", _HEIGHT)
+    # Nobody said that they are heights: what is none refuses no row.
+    height = read_numbers(checks.column(FLIGHT_LEVEL)).values * LEVEL_M
+    height[~((height >= _HEIGHT.low) & (height <= _HEIGHT.high))] = np.nan
+    return None if np.isnan(height).all() else height
+
+
+def _note_on_levels(checks: RowChecks) -> list[str]:
+    """Return a sentence on flight levels that are taken for heights, if any are."""
+    return [
+        f"column {FLIGHT_LEVEL}: taken for height_m, in hundreds of feet, for there is no column "
+        "height_m; it is the pressure's height, up to some hundred metres from the true one"
+    ] * _takes_levels(checks)
 
 
 def _sensor_names(checks: RowChecks) -> pl.Series:

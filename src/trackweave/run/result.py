@@ -17,9 +17,9 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.formats.format import Output
-from trackweave.formats.track_rows import framed_rows
+from trackweave.formats.track_rows import framed_rows, parents
 from trackweave.io.encoding import encode_table
-from trackweave.io.frames_out import assignments_frame, tracks_frame
+from trackweave.io.frames_out import assignments_frame, tracks_frame, with_parents
 from trackweave.io.marking import marked
 from trackweave.io.output import OutputDirectory
 from trackweave.io.times import datetime_column, iso_text
@@ -72,6 +72,8 @@ class RunValues:
     """The configuration as used."""
     probability: FloatArray
     """Probability of each report's assignment, NaN where there is none."""
+    parent: Mapping[int, int] | None = None
+    """From a track to the one that it came of by division; None where none was looked for."""
 
     __repr__ = summary
 
@@ -82,12 +84,15 @@ class RunValues:
 
     def frames(self) -> dict[str, pl.DataFrame]:
         """Return the tables of a run by the names of their files."""
-        plane, iso = self.frame, self.reports.iso_time
-        return {
-            "tracks": tracks_frame(self.tracks, plane, iso_time=iso),
-            "assignments": assignments_frame(self.reports, self.assignment, self.probability),
-            "history": tracks_frame(self.history, plane, iso_time=iso),
+        found = assignments_frame(self.reports, self.assignment, self.probability)
+        both = {"tracks": self.tracks, "history": self.history}
+        frames = {
+            name: tracks_frame(each, self.frame, iso_time=self.reports.iso_time)
+            for name, each in both.items()
         }
+        if self.parent is not None:
+            frames = {name: with_parents(each, self.parent) for name, each in frames.items()}
+        return {"tracks": frames["tracks"], "assignments": found, "history": frames["history"]}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -248,7 +253,9 @@ class TrackingResult(Result, Generic[Table]):
         rows = framed_rows(self.output(), "napari")
         axes = ["z", "y", "x"] if self.values.reports.dim == 3 else ["y", "x"]
         data = rows.select("track", "frame", *axes).cast(pl.Float64).to_numpy()
-        return data, {"time": rows["seconds"].to_numpy(), "track": rows["track"].to_numpy()}, {}
+        features = {"time": rows["seconds"].to_numpy(), "track": rows["track"].to_numpy()}
+        graph = {track: [parent] for track, parent in sorted(parents(rows).items())}
+        return data, features, graph
 
     def _facts(self) -> dict[str, str]:
         totals, told = self.run["totals"], self.run["input"]

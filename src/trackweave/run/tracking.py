@@ -31,7 +31,7 @@ from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.doubting import Doubts
 from trackweave.run.facts import with_facts
-from trackweave.run.history import smoothed_history
+from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
@@ -155,8 +155,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = doubts.entered(attempt.settings)
     tracks = rows.table(table.dim)
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
+    tracks, history, assigned, lineage = with_divisions(
+        table, (tracks, assigned), settings, begun, generator
+    )
     assignment = assigned.by_row()
-    history = smoothed_history(table, assignment, tracks, settings, begun)
     # Tracks by a document's letter are no judges of what was told.
     case = Case(table, settings, assigned.track, history, course.looks())
     overruled = doubts.findings()
@@ -170,7 +172,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     record = with_doubles(record, doubles, len(assignment))
     record["told"] = doubts.as_record()
     record["diagnostics"] = [each.as_record() for each in found]
-    values = RunValues(table, tracks, history, assignment, settings, assigned.probability)
+    record["divisions"] = None if lineage is None else lineage.as_record()
+    parent = None if lineage is None else lineage.parent
+    values = RunValues(table, tracks, history, assignment, settings, assigned.probability, parent)
     seed = seed_of(rng)
     record = with_seed(
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"

@@ -80,3 +80,4 @@ def test_a_radar_whose_place_nobody_says_is_asked_for(
     assert done.exit_code == 2
     assert "sensors.025/202.position" in done.output
     assert "where the sensor stands" in done.output
+    assert '[sensors."025/202"] a line such as position = ' in done.output
