@@ -48,7 +48,7 @@ OTHERWISE: Mapping[str, Mapping[str, Any]] = {
     "a best estimate": {"output": {"estimate": "best"}},
     "a deadline": {"search": {"deadline_ms": 1e9}},
     "little room": {"growth": {"max_nodes": 200}},
-    "lone reports": {"sensors": {"default": {"scans": False}}},
+    "lone reports": {"sensors": {"default": {"scans": False, "scan_period": None}}},
     "heavy tails": {"sensors": {"default": {"tail_share": 0.1}}},
     "plots fused": {"plots": {"fuse": True, "within": 1.0}},
     "plots by equation 1": {
