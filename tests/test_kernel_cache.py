@@ -65,9 +65,7 @@ def built(tmp_path_factory):
     """Return a copy of the package that two kernels came with."""
     place = tmp_path_factory.mktemp("built")
     package = place / "site" / "trackweave"
-    shutil.copytree(
-        SOURCE, package, ignore=shutil.ignore_patterns("__pycache__", FOLDER.name)
-    )
+    shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__", FOLDER.name))
     run(PACK, package, place / "cache", package / FOLDER.name)
     return package
 

@@ -45,4 +45,5 @@ def jit(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Resu
         # can be written, or when the user has no home.
         with suppress(RuntimeError):
             compiled.enable_caching()
-    return compiled
+    kernel: Callable[_Parameters, _Result] = compiled
+    return kernel

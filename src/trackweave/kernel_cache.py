@@ -21,11 +21,10 @@ from typing import Any
 import llvmlite
 import numba
 from llvmlite import binding
-from numba.core import config
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment, lookup_environment
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 
 from trackweave.kernel_sources import PACKAGE, digest_of, sources_of
 
@@ -103,7 +102,7 @@ class KernelCache(_Cache):
         self.kept.flush()
 
 
-class _Kept(FunctionCache):  # type: ignore[misc]  # numba's types do not list it
+class _Kept(FunctionCache):
     """What numba keeps, outdated also by an edit of what the kernel's module imports."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -180,9 +179,11 @@ def _stamp() -> tuple[Mapping[str, Any], str | None]:
     except (OSError, ValueError, KeyError, TypeError) as err:
         return {}, f"{FOLDER / STAMP} cannot be read ({type(err).__name__})"
     asked = [name for name in ASKED_OTHERWISE if os.environ.get(name)]
-    if asked or config.DEBUGINFO_DEFAULT:
-        return stamp, f"{', '.join(asked) or 'numba'} asks for other code"
-    other = [f"{key} {wanted.get(key)}, not {own[key]}" for key in own if wanted.get(key) != own[key]]
+    if asked:
+        return stamp, f"{', '.join(asked)} asks for other code"
+    other = [
+        f"{key} {wanted.get(key)}, not {own[key]}" for key in own if wanted.get(key) != own[key]
+    ]
     if other:
         return stamp, f"made for {' and '.join(other)}"
     return stamp, None if is_same else "made of other sources"

@@ -4,7 +4,6 @@ Imports nothing but the standard library, so that tests can ask before the compi
 """
 
 import hashlib
-import os
 import re
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -78,7 +77,7 @@ def _imported_by(file: Path) -> tuple[Path, ...]:
         text = file.read_text(encoding="utf-8")
     except OSError:
         return ()
-    return tuple(path for path in _candidates(text) if os.path.isfile(path))
+    return tuple(path for path in _candidates(text) if Path(path).is_file())
 
 
 def _candidates(text: str) -> Iterator[Path]:

@@ -4,7 +4,6 @@
 stands for what is not known, as the standard says.
 """
 
-
 import numpy as np
 import polars as pl
 

@@ -1,7 +1,6 @@
 """Kernels that were compiled, put together into the folder that a wheel holds."""
 
 import json
-import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -64,14 +63,15 @@ def forget_places() -> None:
     What may be raised holds the file that raises it, and the folder of the building machine with
     it, in code that is shipped.
     """
-    whole = FunctionIdentity.from_function.__func__
+    identity: Any = FunctionIdentity  # whose methods numba's types do not let us replace
+    whole = identity.from_function.__func__
 
     def from_function(kind: Any, function: Any) -> Any:
         found = whole(kind, function)
         found.filename = Path(found.filename).name
         return found
 
-    FunctionIdentity.from_function = classmethod(from_function)
+    identity.from_function = classmethod(from_function)
 
 
 def pack(folder: Path) -> int:
