@@ -19,13 +19,12 @@ from recordings_data import add_arguments, example
 from text_tables import command, heading, table
 
 from trackweave import fuse, track
-from trackweave.cli.demo import demo_configuration
 from trackweave.cli.simulate import simulated_tables
 from trackweave.errors import InvalidInputError
 from trackweave.io.tracks_in import read_local_tracks
 from trackweave.metrics import evaluate
 from trackweave.run.fusing import FusionResult
-from trackweave.simulation import demo_scenario, simulate
+from trackweave.simulation import demo_configuration, demo_scenario, simulate
 
 PRESETS = (None, "huo", "huo-2008")
 VESSELS = ("havfruen", "other")

@@ -2,40 +2,24 @@
 
 import hashlib
 import os
-import re
 import tempfile
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+# Imports no compiler, which reads its settings once.
+from trackweave.kernel_sources import digest_of, kernel_files, sources_of
+
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE = ROOT / "src" / "trackweave"
-IMPORTED = re.compile(r"^from (trackweave[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
-
-
-def kernel_sources() -> list[Path]:
-    """Return the files on which compiled kernels may depend: theirs, and what those import."""
-    waiting = [file for file in SOURCE.rglob("*.py") if "@jit" in file.read_text()]
-    found: set[Path] = set()
-    while waiting:
-        file = waiting.pop()
-        if file in found:
-            continue
-        found.add(file)
-        for module, many, few in IMPORTED.findall(file.read_text()):
-            names = [name.split(" as ")[0].strip() for name in (many or few).split(",")]
-            paths = [SOURCE.parent.joinpath(*module.split("."), name) for name in ("", *names)]
-            waiting += [path for path in (p.with_suffix(".py") for p in paths) if path.is_file()]
-    return sorted(found)
 
 
 def _cache_folder() -> Path:
-    """Return a folder named for the sources: numba does not see edits of a callee elsewhere."""
-    # Nor does it tell kernels with bounds checked from others.
+    """Return a folder named for the sources, so that checkouts beside this one keep theirs."""
+    # Numba does not tell kernels with bounds checked from others.
     digest = hashlib.sha256(os.environ.get("NUMBA_BOUNDSCHECK", "").encode())
-    for file in kernel_sources():
-        digest.update(str(file.relative_to(SOURCE)).encode() + b"\0" + file.read_bytes())
+    sources = {source for file in kernel_files() for source in sources_of(file)}
+    digest.update(digest_of(sources).encode())
     user = os.getuid() if hasattr(os, "getuid") else "user"
     folder = Path(tempfile.gettempdir()) / f"trackweave-kernels-{user}" / digest.hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)

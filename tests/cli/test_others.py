@@ -8,9 +8,9 @@ import pytest
 
 from cli.conftest import Run
 from cli.test_evaluate import Heard
-from trackweave.cli.demo import demo_configuration, run_demo
+from trackweave.cli.demo import run_demo
 from trackweave.config import load_configuration
-from trackweave.simulation import demo_scenario
+from trackweave.simulation import demo_configuration, demo_scenario
 
 SCENARIO = """
 duration = 20.0

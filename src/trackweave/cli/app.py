@@ -328,6 +328,26 @@ def schema() -> None:
     show_json(json_schema())
 
 
+@app.command()
+@with_status
+def warm(
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help="Every command, model and solver: many minutes to compile."),
+    ] = False,
+    json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Compile beforehand what `demo` and a first `track` need, and say what came compiled.
+
+    Says how many kernels came with the package, were kept from earlier runs and were compiled
+    now, where they lie, and, where none that came are used, why not.
+    """
+    from trackweave.cli.warm import run_warm
+
+    carry_out(run_warm, json=json, quiet=quiet, everything=everything)
+
+
 def run() -> None:
     """Run the command that the arguments name."""
     if not os.environ.get(DEBUG):

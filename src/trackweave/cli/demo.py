@@ -13,9 +13,9 @@ from trackweave.metrics import assignment_quality, evaluate
 from trackweave.plotting import Scene, picture_of_run
 from trackweave.run import TrackingResult, track
 from trackweave.run.record import with_seed
-from trackweave.simulation import Scenario, Simulation, demo_scenario, simulate
+from trackweave.simulation import Simulation, demo_configuration, demo_scenario, simulate
 
-__all__ = ["demo_configuration", "run_demo"]
+__all__ = ["run_demo"]
 
 CUTOFF = 50.0
 
@@ -56,30 +56,6 @@ def run_demo(voice: Voice, out: Path, seed: int) -> dict[str, Any]:
     voice.table("Three radars, false alarms, misses and a crossing", _rows(found))
     voice.say(f"The picture is {out / 'demo.png'}; all files are in {out}.")
     return {**found, "seed": seed, "out": str(out)}
-
-
-def demo_configuration(scenario: Scenario, seed: int) -> str:
-    """Return the configuration file of the demo: what is known of boats and radars."""
-    lines = [
-        "# What one would know beforehand; everything else is estimated from the reports.",
-        f"seed = {seed}",
-        "",
-        "[motion]  # boats: up to 40 knots, and some of them turn",
-        "process_noise = 0.5",
-        "max_speed = 20.0",
-    ]
-    for sensor in scenario.sensors:
-        lines += [
-            "",
-            f"[sensors.{sensor.name}]",
-            f"sigma = {sensor.sigmas(scenario.area.dim)[0]}",
-            f"detection_probability = {sensor.detection_probability}",
-            f"clutter_per_scan = {sensor.clutter_per_scan}",
-            f"scan_period = {sensor.scan_period}",
-        ]
-        if sensor.position is not None:
-            lines.append(f"position = [{sensor.position[0]}, {sensor.position[1]}]")
-    return "\n".join(lines) + "\n"
 
 
 def _compare(scene: Simulation, result: TrackingResult[Any]) -> dict[str, Any]:

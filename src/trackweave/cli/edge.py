@@ -1,6 +1,7 @@
 """Where the program meets the world: exit statuses, one message for an error, progress."""
 
 import functools
+import gc
 import os
 import sys
 import traceback
@@ -69,6 +70,9 @@ def carry_out(
 
     A word is said where kernels are compiled meanwhile.
     """
+    # What was imported stays; ``main`` had no garbage looked for meanwhile.
+    gc.freeze()
+    gc.enable()
     voice = Voice(quiet=quiet or json)
     with voice.compiling():
         found = run(voice, *given, **options)

@@ -4,8 +4,6 @@
 stands for what is not known, as the standard says.
 """
 
-from xml.sax.saxutils import quoteattr
-
 import numpy as np
 import polars as pl
 
@@ -33,6 +31,9 @@ def _events(track: EarthTrack) -> list[tuple[float, int, str]]:
     height, sigma, up = (
         _known(values, len(stale)) for values in (track.altitude, track.sigma, track.sigma_up)
     )
+    # Imports half of what the web is made of: whoever writes no such file need not wait.
+    from xml.sax.saxutils import quoteattr
+
     uid, callsign = quoteattr(f"trackweave-{track.track}"), quoteattr(track.name)
     found = []
     for k, time in enumerate(track.time):

@@ -4,7 +4,7 @@ KML's altitudes count from the sea level of EGM96, ours from the ellipsoid: they
 100 m, and no model of the sea level is applied.
 """
 
-from xml.sax.saxutils import escape
+from html import escape
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def _placemark(track: EarthTrack) -> str:
         f'<ExtendedData><SchemaData schemaUrl="#states">\n{arrays}</SchemaData></ExtendedData>\n'
     )
     return (
-        f'<Placemark id="track-{track.track}">\n<name>{escape(track.name)}</name>\n'
+        f'<Placemark id="track-{track.track}">\n<name>{escape(track.name, quote=False)}</name>\n'
         "<styleUrl>#track</styleUrl>\n<gx:Track>\n"
         f"<altitudeMode>{'absolute' if solid else 'clampToGround'}</altitudeMode>\n"
         f"{whens}{coords}{data if arrays else ''}</gx:Track>\n</Placemark>\n"

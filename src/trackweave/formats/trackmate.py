@@ -1,7 +1,6 @@
 """TrackMate's XML: spots, and the tracks that join them (Fiji)."""
 
 import xml.etree.ElementTree as ET
-from xml.sax.saxutils import quoteattr
 
 import polars as pl
 
@@ -76,7 +75,7 @@ def _write(output: Output) -> dict[str, bytes]:
         edge = f'<Edge SPOT_SOURCE_ID="{a}" SPOT_TARGET_ID="{b}" LINK_COST="-1.0"/>\n'
         edges_of[family_of(owner[b], of)] += edge
     for number, edges in sorted(edges_of.items()):
-        name = quoteattr(f"Track_{number}")
+        name = f'"Track_{number}"'
         tracks.append(f'<Track name={name} TRACK_ID="{number}">\n{edges}</Track>\n')
         filtered.append(f'<TrackID TRACK_ID="{number}"/>\n')
     text = (

@@ -1,6 +1,6 @@
 """Scenes whose truth is known: targets that move, sensors that see some of them."""
 
-from trackweave.simulation.demo import demo_scenario
+from trackweave.simulation.demo import demo_configuration, demo_scenario
 from trackweave.simulation.scenario import (
     Area,
     RandomTargets,
@@ -26,6 +26,7 @@ __all__ = [
     "SimulatedSensor",
     "Simulation",
     "Target",
+    "demo_configuration",
     "demo_scenario",
     "read_scenario",
     "simulate",

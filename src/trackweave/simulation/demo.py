@@ -3,7 +3,7 @@
 from trackweave.simulation.scenario import Area, Scenario, SimulatedSensor
 from trackweave.simulation.targets import Crossing, Manoeuvre, Parallel, Target
 
-__all__ = ["demo_scenario"]
+__all__ = ["demo_configuration", "demo_scenario"]
 
 
 def demo_scenario() -> Scenario:
@@ -50,3 +50,27 @@ def demo_scenario() -> Scenario:
         ),
         process_noise=0.02,
     )
+
+
+def demo_configuration(scenario: Scenario, seed: int) -> str:
+    """Return the configuration file of the demo: what is known of boats and radars."""
+    lines = [
+        "# What one would know beforehand; everything else is estimated from the reports.",
+        f"seed = {seed}",
+        "",
+        "[motion]  # boats: up to 40 knots, and some of them turn",
+        "process_noise = 0.5",
+        "max_speed = 20.0",
+    ]
+    for sensor in scenario.sensors:
+        lines += [
+            "",
+            f"[sensors.{sensor.name}]",
+            f"sigma = {sensor.sigmas(scenario.area.dim)[0]}",
+            f"detection_probability = {sensor.detection_probability}",
+            f"clutter_per_scan = {sensor.clutter_per_scan}",
+            f"scan_period = {sensor.scan_period}",
+        ]
+        if sensor.position is not None:
+            lines.append(f"position = [{sensor.position[0]}, {sensor.position[1]}]")
+    return "\n".join(lines) + "\n"
