@@ -264,9 +264,15 @@ def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
     )
 
 
+def sizes_of(nodes: Nodes) -> tuple[int, int, int]:
+    """Return how many modes, numbers and columns of sensors nodes have."""
+    _, modes, size = nodes.mean.shape
+    return modes, size, nodes.unseen.shape[1]
+
+
 def larger(nodes: Nodes, n_nodes: int, capacity: int) -> Nodes:
     """Return the first nodes in a larger room."""
-    room = allocate(capacity, *nodes.mean.shape[1:], columns=nodes.unseen.shape[1])
+    room = allocate(capacity, *sizes_of(nodes))
     for old, new in zip(nodes, room, strict=True):
         new[:n_nodes] = old[:n_nodes]
     return room

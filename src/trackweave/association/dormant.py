@@ -23,6 +23,7 @@ from trackweave.association._nodes import (
     n_modes_and_size,
     new_families,
     part_of,
+    sizes_of,
 )
 from trackweave.association.problem import Certificate, Status
 from trackweave.association.tree import AssociationTree
@@ -263,8 +264,7 @@ class Dormant:
             return
         rows = _spans(kept.first, kept.count)
         # Into another room: this one is still as it was before the step.
-        n_free, columns = max(256, 2 * rows.shape[0]), self.nodes.unseen.shape[1]
-        room = allocate(n_free, *self.nodes.mean.shape[1:], columns=columns)
+        room = allocate(max(256, 2 * rows.shape[0]), *sizes_of(self.nodes))
         copy_nodes(self.nodes, rows, room, 0)
         self.nodes, self.n_rows = room, rows.shape[0]
         shift = kept.first_family - _starts(kept.n_families)

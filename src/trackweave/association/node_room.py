@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.association._moving import copy_nodes
-from trackweave.association._nodes import Nodes, allocate, larger
+from trackweave.association._nodes import Nodes, allocate, larger, sizes_of
 
 __all__ = ["NodeRoom"]
 
@@ -73,6 +73,5 @@ class NodeRoom:
         capacity, room = self.nodes.parent.shape[0], self._spare
         self._spare = None
         if room is None or room.parent.shape[0] < capacity:
-            columns = self.nodes.unseen.shape[1]
-            return allocate(capacity, *self.nodes.mean.shape[1:], columns=columns)
+            return allocate(capacity, *sizes_of(self.nodes))
         return room
