@@ -201,6 +201,13 @@ def test_a_reader_of_another_package_is_found_and_its_facts_count_as_told(tmp_pa
     assert any("the recording tells where it stands" in note for note in result.run["notes"])
 
 
+@pytest.mark.usefixtures("plugged")
+def test_a_reader_of_another_package_that_fails_is_named(tmp_path):
+    path = written(tmp_path / "x", b"RADAR\n1.0 oops 3.0\n")
+    with pytest.raises(DataFormatError, match="format radar, a plug-in, failed"):
+        load(path)
+
+
 def test_a_run_lists_what_could_not_be_decoded(tmp_path):
     path = written(tmp_path / "aircraft.json", AIRCRAFT * 3)
     result = tw.track(path)

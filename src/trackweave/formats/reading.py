@@ -261,6 +261,13 @@ def _load_one(path: Path, told: str | None) -> RawTable:
             frames.append(decoder.finish())
         except DataFormatError as err:  # of the document as a whole
             raise DataFormatError(f"{name}: {err}") from err
+        except Exception as err:
+            if type(decoder).__module__.startswith("trackweave."):
+                raise
+            raise DataFormatError(
+                f"{name}: format {found.name}, a plug-in, failed ({type(err).__name__}: {err}); "
+                "expected reports, or skips.add for what cannot be decoded"
+            ) from err
     return _table_of([f for f in frames if f is not None], name, (decoder.facts, decoder.skips))
 
 
