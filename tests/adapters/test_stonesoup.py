@@ -116,3 +116,17 @@ def test_our_tracker_iterates_as_stone_soups_do():
     assert counts[-1] == 2
     assert all(len(track) >= 15 for track in tracker.tracks)
     assert {track[-1].timestamp for track in tracker.tracks} == {times[-1]}
+
+
+def test_axes_of_a_detection_are_those_that_its_model_says() -> None:
+    swapped = LinearGaussian(4, (2, 0), np.diag([4.0, 9.0]))
+    found = Detection([[1.0], [2.0]], timestamp=datetime(2024, 1, 1), measurement_model=swapped)
+    row = reports_of([found]).row(0, named=True)
+    assert (row["x"], row["y"], row["sigma_x"], row["sigma_y"]) == (2.0, 1.0, 3.0, 2.0)
+
+
+def test_noise_that_is_correlated_between_axes_is_refused() -> None:
+    model = LinearGaussian(4, (0, 2), np.array([[4.0, 3.0], [3.0, 4.0]]))
+    found = Detection([[1.0], [2.0]], timestamp=datetime(2024, 1, 1), measurement_model=model)
+    with pytest.raises(InvalidInputError, match="correlated between axes"):
+        reports_of([found])

@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -322,3 +323,15 @@ def test_control_c_is_status_130_and_leaves_nothing(problem: Path) -> None:
     assert said.splitlines()[-1] == "interrupted"
     assert "Traceback" not in said
     assert not out.exists()
+
+
+class NotOurs(tw.Greedy):
+    """A solver as another package would bring one."""
+
+
+def test_a_solver_of_another_package_is_found(problem: Path, monkeypatch) -> None:
+    entry = EntryPoint("not-ours", f"{__name__}:NotOurs", "trackweave.solvers")
+    monkeypatch.setattr("trackweave.config.plugins.entry_points", lambda **which: [entry])
+    found = run_solve(Heard(), problem, method="not-ours")
+    assert found["method"] == "not-ours"
+    assert found["cost"] == run_solve(Heard(), problem, method="greedy")["cost"]

@@ -1,6 +1,7 @@
 """What lone reports tell of how objects move."""
 
 import numpy as np
+import pytest
 
 from trackweave.arrays import FloatArray
 from trackweave.estimation.lone import lone_reports
@@ -33,3 +34,13 @@ def test_a_noise_that_is_told_makes_no_turns_of_ships_side_by_side() -> None:
     assert found.sigma == 5.0
     assert found.process_noise is not None
     assert found.process_noise < 0.02
+
+
+def test_ships_without_noise_are_given_some() -> None:
+    time = np.array([10.0 * k + i for k in range(30) for i in range(3)])
+    way = np.array([5.0, 3.0])
+    place = np.array([[2000.0 * i, 900.0 * i] for _ in range(30) for i in range(3)])
+    # As on a plane of the Earth, where what goes straight in degrees bends a little.
+    place += time[:, None] * way + 1e-8 * np.square(time)[:, None]
+    found = lone_reports(time, place, threads_of(time, place), None)
+    assert found.sigma == pytest.approx(1e-3 * 10.0 * np.hypot(*way), rel=0.01)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
+from trackweave.estimation.noise import calm_noise, least_noise, noise_in_turns, noise_of_chains
 
 N_CHAINS, N_SCANS = 12, 60
 PERIOD = 0.04
@@ -81,3 +81,17 @@ def test_boats_that_turn_are_no_errors_that_wander() -> None:
     for period in (2.0, 2.5, 4.0, 5.0):
         found = calm_noise(*turning_chains(2, period), 8.0, 3e-6)
         assert found is None or found[1] > 0.1
+
+
+def test_reports_without_noise_are_given_some_and_their_turns_are_followed() -> None:
+    time = np.broadcast_to(np.arange(60.0), (3, 60))
+    angle = 0.05 * time + np.arange(3.0)[:, None]
+    place = 100.0 * np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    least = least_noise(place)
+    assert least == pytest.approx(1e-3 * 5.0, rel=1e-3)
+    # From a start that is far too small, too, of which nothing fits that hardly turns.
+    for start in (0.3, 5e-3, 7e-4):
+        sigma, process = noise_of_chains(time, place, start, 1e-8)
+        assert sigma >= least
+        assert 1e-3 < process < 1.0
+    assert noise_of_chains(time, place, 7e-4, 1e-8, fixed=True)[0] == 7e-4

@@ -82,6 +82,28 @@ def test_a_file_without_reports_is_refused(tmp_path):
         load(written(tmp_path / "x", b'{"now": 1.0, "aircraft": []}'))
 
 
+def test_why_a_file_has_no_reports_is_told_in_full(tmp_path):
+    sentence = NMEA.splitlines()[0].rpartition(b"\\")[2]
+    path = written(tmp_path / "a.nmea", sentence + b"\n!AIVDM,1,1,,A,oops,0*00\n")
+    with pytest.raises(DataFormatError, match=r"1 reports say no time.*; 1 records skipped"):
+        load(path)
+    path = written(tmp_path / "cat034.raw", bytes.fromhex("22000bf0191100000000"[:22] + "00"))
+    with pytest.raises(DataFormatError) as caught:
+        load(path, "asterix")
+    assert "empty" not in str(caught.value)
+
+
+def test_an_input_without_a_byte_is_empty(monkeypatch):
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=io.BytesIO()))
+    with pytest.raises(DataFormatError, match="standard input: empty"):
+        load("-")
+
+
+def test_times_of_spots_may_count_from_1970(tmp_path):
+    path = written(tmp_path / "a.xml", SPOTS.replace(b'POSITION_T="', b'POSITION_T="170000000'))
+    assert load(path).columns["time"].to_list()[:2] == [1.7e9, 1.7e9 + 0.5]
+
+
 def test_several_files_are_one_network_of_sensors(tmp_path):
     north = written(tmp_path / "north.csv", b"time,x,y\n0,1,2\n1,2,3\n")
     south = tmp_path / "south.parquet"
@@ -177,6 +199,13 @@ def test_a_reader_of_another_package_is_found_and_its_facts_count_as_told(tmp_pa
     assert sensor["scan_period"] == 4.0
     assert {"lat", "lon"} <= set(result.tracks.columns)
     assert any("the recording tells where it stands" in note for note in result.run["notes"])
+
+
+@pytest.mark.usefixtures("plugged")
+def test_a_reader_of_another_package_that_fails_is_named(tmp_path):
+    path = written(tmp_path / "x", b"RADAR\n1.0 oops 3.0\n")
+    with pytest.raises(DataFormatError, match="format radar, a plug-in, failed"):
+        load(path)
 
 
 def test_a_run_lists_what_could_not_be_decoded(tmp_path):

@@ -200,10 +200,26 @@ def _row(detection: Any) -> dict[str, Any]:
             f"detection: {vector.size} numbers of {name}; expected positions, or "
             "CartesianToBearingRange"
         )
+    vector, noise = _as_axes(model, vector, noise)
     row |= {axis: float(value) for axis, value in zip(_AXES, vector, strict=False)}
     if noise is not None:
         row |= {f"sigma_{a}": float(s) for a, s in zip(_AXES, noise, strict=False)}
     return row
+
+
+def _as_axes(
+    model: Any, vector: FloatArray, noise: FloatArray | None
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return what a linear model measures in the order x, y (z), by the states it sees."""
+    if model is None or noise is None:
+        return vector, noise
+    covariance = np.asarray(model.covar(), np.float64)
+    if np.any(covariance != np.diag(np.diag(covariance))):
+        raise InvalidInputError(
+            "detection: noise that is correlated between axes; expected a diagonal covariance"
+        )
+    order = np.argsort([int(place) for place in model.mapping])
+    return vector[order], noise[order]
 
 
 def _vector(state: Any) -> FloatArray:

@@ -50,7 +50,7 @@ def run_convert(
         files = {out.name: encode_table(table, f"x{ending}")}
     else:
         assert target.writer is not None
-        if "track" not in table.columns:
+        if "track" not in table.columns and not target.takes_reports:
             output = Output(_truth(table, str(source)))
         files = dict(target.writer(output))
     _write(files, out)

@@ -9,6 +9,7 @@ import numpy as np
 from trackweave import solvers
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.cli.edge import Voice
+from trackweave.config.plugins import plugin_class
 from trackweave.config.search import DEFAULT_METHOD, METHODS, instead_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
@@ -16,6 +17,7 @@ from trackweave.io.output import OutputFile
 from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
 from trackweave.io.tables import file_ending
 from trackweave.solvers import Solver
+from trackweave.solvers.protocol import require_solver
 from trackweave.solvers.solve import patient
 from trackweave.solvers.warming import warm_up
 
@@ -66,6 +68,11 @@ def run_solve(
 
 def _solver(method: str) -> Solver:
     """Return the solver of a name."""
+    foreign = None if method in METHODS else plugin_class("solvers", method, "--method")
+    if foreign is not None:
+        made = foreign()
+        require_solver(made, f'--method: "{method}"')
+        return made  # type: ignore[no-any-return]
     if method not in METHODS:
         raise InvalidInputError(
             f'--method: "{method}" is not known; {instead_of(method, list(METHODS))}'

@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.looking import LASTING, Looking, looking
-from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.noise import least_noise, noise_of_chains
 from trackweave.estimation.threads import Threads, threads_of
 
 __all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
@@ -186,8 +186,9 @@ def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) ->
     """Return the noise [m] with which reports lie off the line between their neighbours."""
     # Movement adds to it, and takes nothing. It is the median of all threads along an axis; None
     # without any.
-    found = []
+    found, least = [], []
     for rows in threads:
+        least.append(least_noise(position[rows][None]))
         span = time[rows[2:]] - time[rows[:-2]]
         share = ((time[rows[1:-1]] - time[rows[:-2]]) / np.maximum(span, 1e-9))[:, None]
         off = (
@@ -195,7 +196,7 @@ def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) ->
         )
         off /= np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
         found.append(float(np.median(np.abs(off))) / MEDIAN_OF_NORMAL)
-    return float(np.median(found)) or None if found else None
+    return max(float(np.median(found)), float(np.median(least))) or None if found else None
 
 
 def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:

@@ -8,10 +8,15 @@ from scipy.special import gammaincinv
 from trackweave.arrays import FloatArray
 from trackweave.estimation._noise import WRONG, follow_chains
 
-__all__ = ["calm_noise", "noise_in_turns", "noise_of_chains"]
+__all__ = ["calm_noise", "least_noise", "noise_in_turns", "noise_of_chains"]
 
 # How far the search may go from where it starts, as logarithms of factors.
 FURTHEST = 12.0
+# Where it starts: of a noise that is next to none, what objects do by themselves is far more.
+STARTS = (-6.0, -2.0, 2.0, 6.0, 10.0)
+# Noise is no less than this part of an object's usual step. Reports of a simulation may have none
+# at all; a filter that believes so loses objects at the first digit that was rounded.
+LEAST_OF_STEP = 1e-3
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
 MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
@@ -44,7 +49,10 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     step, places = _gathered(time, position)
     if step.size == 0:
         return sigma, 0.0
+    least = least_noise(position)
     sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
+    if sigma < least and not fixed:
+        sigma, process = _fitted((step, places), least, density, fixed=True)
     # Sharp turns are rare, and yet no track should be lost in one.
     for _ in range(MOST_DOUBLINGS if follows_turns else 0):
         far, all_own = _far_off(step, places, (sigma**2, process, density))
@@ -53,6 +61,14 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
             break
         process *= 2
     return sigma, process
+
+
+def least_noise(position: FloatArray) -> float:
+    """Return the least noise that reports along chains are believed to have [m]; 0 for any."""
+    # A chain of shape (scans, dim), NaN where there was no report, in each row.
+    steps = np.linalg.norm(np.diff(position, axis=1), axis=2)
+    steps = steps[np.isfinite(steps)]
+    return LEAST_OF_STEP * float(np.median(steps)) if steps.size else 0.0
 
 
 def noise_in_turns(
@@ -143,7 +159,7 @@ def _fitted(
         variance = sigma**2 if fixed else float(np.exp(logs[-1])) * sigma**2
         return _surprise(step, places, (variance, float(np.exp(logs[0])) * unit, density))
 
-    starts = [np.array([level] if fixed else [level, 0.0]) for level in (-6.0, -2.0, 2.0)]
+    starts = [np.array([level] if fixed else [level, 0.0]) for level in STARTS]
     best = min(starts, key=surprise)
     # A run that has nothing to estimate need not wait for this import.
     from scipy.optimize import minimize

@@ -140,6 +140,8 @@ class Format:
         The extra with which the libraries come that reading or writing needs; None for none.
     is_table
         Whether ``trackweave.io`` reads it as a table, in place of a decoder.
+    takes_reports
+        Whether its writer takes reports as well, as ``tracks`` of the output.
     """
 
     name: str
@@ -154,6 +156,7 @@ class Format:
     writer: Writer | None = None
     extra: str | None = None
     is_table: bool = False
+    takes_reports: bool = False
 
     @property
     def can_read(self) -> bool:

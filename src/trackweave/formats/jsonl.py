@@ -11,7 +11,10 @@ __all__ = ["FORMAT", "JsonlDecoder"]
 
 _TIMES = {"time", "t", "timestamp", "datetime", "frame"}
 _PLACES = {"x", "lat", "latitude", "range_m", "bearing_deg", "position_x"}
+# Names, whatever they look like: a number of 17 digits would lose some.
+_NAMES = {"sensor", "identity", "report", "target"}
 _MOST_COLUMNS = 200
+_BEYOND_WHOLE = 1 << 63
 
 
 class JsonlDecoder(JsonStream):
@@ -30,7 +33,14 @@ class JsonlDecoder(JsonStream):
                 self.skips.add(offset, "no report: an object with time and a measurement")
             else:
                 rows.append(row)
-        return pl.DataFrame(rows, schema=dict(self._kinds)) if rows else None
+        if not rows:
+            return None
+        for name, kind in self._kinds.items():
+            if kind == pl.Float64:  # of numbers that began as whole ones, too
+                for row in rows:
+                    if row.get(name) is not None:
+                        row[name] = float(row[name])
+        return pl.DataFrame(rows, schema=dict(self._kinds))
 
     def finish(self) -> pl.DataFrame | None:
         """Note an object that does not end."""
@@ -46,27 +56,36 @@ class JsonlDecoder(JsonStream):
             name = text_of(key)
             if name is None or cell is None:
                 continue
-            is_text = isinstance(cell, str)
             known = self._kinds.get(name)
             if known is None and len(self._kinds) < _MOST_COLUMNS:
-                known = self._kinds[name] = pl.String if is_text else pl.Float64
+                known = self._kinds[name] = _kind_of(name, cell)
             if known == pl.String:
-                row[name] = text_of(cell if is_text else str(cell), 256)
+                row[name] = text_of(cell if isinstance(cell, str) else str(cell), 256)
             elif known is not None:
                 number = _as_number(cell)
                 if number is None and (name in _TIMES or name in _PLACES):
                     return None
+                if isinstance(number, float):
+                    self._kinds[name] = pl.Float64
                 row[name] = number
         return row
 
 
-def _as_number(cell: Any) -> float | None:
+def _kind_of(name: str, cell: Any) -> Any:
+    if isinstance(cell, str) or name in _NAMES:
+        return pl.String
+    return pl.Int64 if isinstance(cell, int) and name not in _TIMES | _PLACES else pl.Float64
+
+
+def _as_number(cell: Any) -> float | int | None:
     if isinstance(cell, str):
         try:
             return finite(float(cell))
         except ValueError:
             return None
-    return finite(int(cell) if isinstance(cell, bool) else cell)
+    if isinstance(cell, int) and abs(cell) < _BEYOND_WHOLE:
+        return int(cell)
+    return finite(cell)
 
 
 def _write(output: Output) -> dict[str, bytes]:
@@ -88,9 +107,10 @@ FORMAT = Format(
     name="jsonl",
     title="JSON lines of reports, or of tracks",
     endings=(".jsonl", ".ndjson"),
-    carries="every column; a column's kind is that of its first cell",
+    carries="every column; a column's kind is that of its first cell, and names are texts",
     loses="lists and objects inside of cells",
     recognise=_recognise,
     decoder=JsonlDecoder,
     writer=_write,
+    takes_reports=True,
 )

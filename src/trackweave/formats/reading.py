@@ -247,6 +247,8 @@ def _load_one(path: Path, told: str | None) -> RawTable:
         return _load_folder(path, told)
     with _opened(path) as (file, name):
         head = file.read(HEAD_BYTES)
+        if not head and told is None and not path.suffix:
+            raise DataFormatError(f"{name}: empty; expected a recording of reports")
         found, settings = _format_of(head, name, told)
         if found.is_table:
             return table_in(head + file.read(), name, found.endings[0])
@@ -259,6 +261,13 @@ def _load_one(path: Path, told: str | None) -> RawTable:
             frames.append(decoder.finish())
         except DataFormatError as err:  # of the document as a whole
             raise DataFormatError(f"{name}: {err}") from err
+        except Exception as err:
+            if type(decoder).__module__.startswith("trackweave."):
+                raise
+            raise DataFormatError(
+                f"{name}: format {found.name}, a plug-in, failed ({type(err).__name__}: {err}); "
+                "expected reports, or skips.add for what cannot be decoded"
+            ) from err
     return _table_of([f for f in frames if f is not None], name, (decoder.facts, decoder.skips))
 
 
@@ -295,13 +304,14 @@ def _table_of(frames: list[pl.DataFrame], name: str, told: tuple[Facts, Skips]) 
         columns = columns.filter(pl.col("time").is_not_null())
         facts.notes.append(f"{untimed:,} reports say no time and were left out")
     if columns.is_empty():
-        what = "; ".join(facts.notes)
+        why = list(facts.notes)
         if skips.count:
             first = skips.listed[0]
-            what = (
+            why.append(
                 f"{skips.count:,} records skipped, the first at byte {first.offset}: {first.what}"
             )
-        raise DataFormatError(f"{name}: no reports in it ({what or 'it is empty'})")
+        what = "; ".join(why) or "what it holds tells of no object"
+        raise DataFormatError(f"{name}: no reports in it ({what})")
     row = np.arange(1, columns.height + 1)
     return RawTable(name, columns, row, facts=facts, undecoded=skips)
 

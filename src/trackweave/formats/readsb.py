@@ -19,7 +19,8 @@ _LATEST = 1e11
 _SCHEMA = {
     "time": pl.Float64, "lat": pl.Float64, "lon": pl.Float64, "identity": pl.String,
     "height_m": pl.Float64, "geometric_height_m": pl.Float64, "speed_mps": pl.Float64,
-    "course_deg": pl.Float64, "callsign": pl.String, "source": pl.String,
+    "course_deg": pl.Float64, "callsign": pl.String, "squawk": pl.String,
+    "source": pl.String,
 }  # fmt: skip
 Row = tuple[Any, ...]
 
@@ -82,7 +83,8 @@ class ReadsbDecoder(JsonStream):
                 _scaled(ground, _FOOT), _scaled(each.get("alt_geom"), _FOOT),
                 _scaled(each.get("gs", each.get("speed")), _KNOT),
                 finite(each.get("track"), 0.0, 360.0),
-                text_of(each.get("flight")), text_of(each.get("type")),
+                text_of(each.get("flight")), text_of(each.get("squawk")),
+                text_of(each.get("type")),
             )
         ]  # fmt: skip
 
@@ -101,7 +103,7 @@ class ReadsbDecoder(JsonStream):
             rows.append(
                 (
                     begin + after, *position, name.lower(), _scaled(cells[3], _FOOT), None,
-                    _scaled(cells[4], _KNOT), finite(cells[5], 0.0, 360.0), None, None,
+                    _scaled(cells[4], _KNOT), finite(cells[5], 0.0, 360.0), None, None, None,
                 )
             )  # fmt: skip
         return rows
@@ -133,7 +135,7 @@ FORMAT = Format(
     title="readsb and dump1090 JSON (aircraft.json, lines, traces)",
     endings=(".json",),
     carries="positions, address as identity, barometric and geometric height, speed, course, "
-    "callsign, kind of message",
+    "callsign, squawk, kind of message",
     loses="aircraft without a position, signal strength, intent",
     recognise=_recognise,
     decoder=ReadsbDecoder,

@@ -13,6 +13,8 @@ from trackweave.formats.track_rows import family_of, framed_rows, joined, parent
 __all__ = ["FORMAT", "TrackmateDecoder"]
 
 _RADIUS = 5.0
+# Seconds from 1970 are more than any place is; beyond this is no time.
+_LATEST = 1e12
 _SCHEMA = {
     "time": pl.Float64, "x": pl.Float64, "y": pl.Float64, "z": pl.Float64, "strength": pl.Float64,
     "radius": pl.Float64, "frame": pl.Float64, "target": pl.String, "spot": pl.String,
@@ -37,7 +39,7 @@ class TrackmateDecoder(Document):
         for number, spot in enumerate(root.iter("Spot")):
             place = [_attribute(spot, f"POSITION_{axis}") for axis in "XYZ"]
             frame = _attribute(spot, "FRAME")
-            time = _attribute(spot, "POSITION_T")
+            time = _attribute(spot, "POSITION_T", _LATEST)
             time = frame if time is None else time
             if place[0] is None or place[1] is None or time is None:
                 self.skips.add(0, f"spot {number}: no position or time")
@@ -52,9 +54,9 @@ class TrackmateDecoder(Document):
         return table.select(said) if len(table) else None
 
 
-def _attribute(spot: ET.Element, name: str) -> float | None:
+def _attribute(spot: ET.Element, name: str, most: float = 1e9) -> float | None:
     try:
-        return finite(float(spot.get(name, "")), -1e9, 1e9)
+        return finite(float(spot.get(name, "")), -most, most)
     except ValueError:
         return None
 
