@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
     from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
-__all__ = ["configured"]
+__all__ = ["configured", "settings_alone"]
 
 
 def configured(
@@ -50,7 +50,7 @@ def configured(
     """
     configuration = load_configuration(config)
     if reports is None:
-        settings, dim = _settings_alone(configuration), None
+        settings, dim = settings_alone(configuration), None
     else:
         table, _ = report_table(reports, configuration)
         configuration = with_facts(configuration, table)
@@ -64,8 +64,23 @@ def configured(
     return tracker_of(settings, settings.sensors, dim, max_ahead=settings.max_ahead)
 
 
-def _settings_alone(configuration: Configuration) -> Settings:
-    """Return a configuration whose gaps are filled by what is usual."""
+def settings_alone(configuration: Configuration) -> Settings:
+    """Return a configuration whose gaps are filled by what is usual.
+
+    Parameters
+    ----------
+    configuration
+        As read, with a table for each sensor.
+
+    Returns
+    -------
+    Everything that a tracker needs.
+
+    Raises
+    ------
+    InvalidInputError
+        If it lacks what nothing usual can stand in for.
+    """
     told = configuration.table("sensors")
     names = [name for name in told if name != ANY_SENSOR]
     if not names and told:
