@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
 from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import told_rotation
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
@@ -127,8 +128,8 @@ def _kind(configuration: Configuration, name: str) -> MeasurementKind | ForeignK
 def _as_told(configuration: Configuration, name: str, *, alone: bool) -> ObservedSensor:
     """Return a sensor as the configuration describes it."""
     own, kind = configuration.sensor(name), _kind(configuration, name)
-    rotation = None
-    if own.get("rotation", "none") != "none" and "scan_period" in own:
+    rotation = told_rotation(own)
+    if rotation is None and own.get("rotation", "none") != "none" and "scan_period" in own:
         rotation = Rotation(own["scan_period"], 0.0, 1 if own["rotation"] == "clockwise" else -1)
     return ObservedSensor(
         measurement=kind,
