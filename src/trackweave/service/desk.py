@@ -4,7 +4,7 @@ Whoever is behind it keeps the journal and the engine; whoever stands before it 
 knows neither. All calls come from the one thread of the event loop.
 """
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias
 
@@ -116,12 +116,18 @@ class Picture:
     frame: LocalFrame | None = None
 
 
-class Subscription(AsyncIterator[str], Protocol):
+class Subscription(Protocol):
     """Messages for one listener, each a JSON text, first a full picture.
 
     One that falls behind is given a fresh full picture in place of what it missed; what waits for
     it never grows. The same text goes to all listeners: it is made once.
     """
+
+    def __aiter__(self) -> "Subscription":
+        """Return itself."""
+
+    async def __anext__(self) -> str:
+        """Return the next message once there is one; the iteration ends with ``close``."""
 
     def close(self) -> None:
         """Want no more. The iteration ends; a second call does nothing."""
