@@ -8,19 +8,20 @@ import numpy as np
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.fill import Settings
-from trackweave.domain.facts import Facts
+from trackweave.domain.facts import Facts, Place
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.run.course import EARLY, PARTS, tracker_of
 from trackweave.service.blocks import Block, blocks_of
-from trackweave.service.cutting import Cutter
-from trackweave.service.records import Arrived, Kind, arrived, from_json
+from trackweave.service.cutting import Cutter, SensorCut
+from trackweave.service.records import Arrived, Kind, arrived, from_json, packed_reports
 from trackweave.service.rows_due import RowsDue
 from trackweave.service.sorting_in import SortedIn, sorted_in
 from trackweave.service.spec import Spec
 from trackweave.solvers.auto import Auto
+from trackweave.trackers.checkpoint import pack, unpack
 from trackweave.trackers.clock_guard import farthest
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from trackweave.trackers.live import ScanByScan
 
 __all__ = ["Change", "Counts", "Engine"]
+
 
 
 @dataclass(slots=True)
@@ -77,6 +79,12 @@ class Change:
     scans: tuple[Scan, ...] = ()
     gap: float | None = None
     strange: Mapping[str, int] = field(default_factory=dict)
+
+
+_CLASSES = (Counts, Cutter, SensorCut, Block, RowsDue, Facts, Place)
+# What a snapshot holds, beside what follows from the configuration.
+_ALWAYS = ("sequence", "counts", "facts", "gap", "_identities", "_open", "_is_wanted")
+_CONFIGURED = ("_number", "_time", "_tracker", "_rng", "_cutter", "_rows", "_due")
 
 
 class Engine:
@@ -176,6 +184,43 @@ class Engine:
         self._rows.finish()
         return self._changed(scans)
 
+    def pack(self) -> bytes:
+        """Return all that it knows, from which another goes on as if it were this one."""
+        state: dict[str, Any] = {name: getattr(self, name) for name in _ALWAYS}
+        state["heard"] = [packed_reports(h.table, h.source, h.facts) for h in self._heard]
+        state["spec"] = None
+        if self.spec is not None:
+            state["spec"] = self.spec.payload()
+            state |= {name: getattr(self, name) for name in _CONFIGURED}
+        return pack(state, _CLASSES)
+
+    @classmethod
+    def unpack(cls, content: bytes) -> "Engine":
+        """Return the engine that `pack` was asked of.
+
+        Parameters
+        ----------
+        content
+            What `pack` gave.
+
+        Returns
+        -------
+        The engine.
+
+        Raises
+        ------
+        DataFormatError
+            If it is foreign, damaged or of another layout.
+        """
+        state, engine = unpack(content, _CLASSES), cls()
+        engine._heard = [arrived(payload) for payload in state.pop("heard")]
+        spec = state.pop("spec")
+        for name, value in state.items():
+            setattr(engine, name, value)
+        if spec is not None:
+            engine._run_with(Spec.of(spec))
+        return engine
+
     def _reports(self, payload: bytes) -> Change:
         came = arrived(payload)
         self.counts.reports += came.table.height
@@ -246,18 +291,16 @@ class Engine:
         return {name: block for name, block in found.items() if len(block.time)}
 
     def _configure(self, payload: bytes) -> Change:
-        spec = Spec.of(payload)
-        settings = spec.settings()
+        before, spec = self.spec, Spec.of(payload)
         priors = None
-        if self.spec is not None:
+        if before is not None:
             known = self._tracker.tracks()
             priors = known.at(np.flatnonzero(known.status != TENTATIVE))
-            if not len(priors) or spec.dim != self.spec.dim or spec.frame != self.spec.frame:
+            if not len(priors) or spec.dim != before.dim or spec.frame != before.frame:
                 priors = None
         else:
             self._number, self._time = 0, None
-        self.spec, self._settings = spec, replace(settings, together=spec.together)
-        self._sensors = {sensor.name: sensor for sensor in settings.sensors}
+        settings = self._run_with(spec)
         self._tracker = cast(
             "ScanByScan",
             tracker_of(
@@ -266,13 +309,19 @@ class Engine:
         )
         seed = settings.values.get("seed")
         self._rng = np.random.default_rng(0 if seed is None else seed)
-        self._reach = farthest(settings.max_ahead, [s.scan_period for s in settings.sensors])
         self._cutter = Cutter.of(settings.sensors, spec.dim)
         self._rows, self._due, self._open = RowsDue(settings.period), -np.inf, []
         heard, self._heard = self._heard, []
         parts = [self._tracked(each) for each in heard]
         rows = tuple(table for part in parts for table in part.rows)
         return Change(self.sequence, rows, tuple(s for part in parts for s in part.scans), self.gap)
+
+    def _run_with(self, spec: Spec) -> Settings:
+        settings = replace(spec.settings(), together=spec.together)
+        self.spec, self._settings = spec, settings
+        self._sensors = {sensor.name: sensor for sensor in settings.sensors}
+        self._reach = farthest(settings.max_ahead, [s.scan_period for s in settings.sensors])
+        return settings
 
     def _close(self, payload: bytes) -> Change:
         if self.spec is None:
