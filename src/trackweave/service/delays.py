@@ -1,7 +1,7 @@
 """How late sensors usually tell what they saw: up to when nothing has to be waited for."""
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 __all__ = ["Delays"]
@@ -25,9 +25,9 @@ class Delays:
     heard: dict[str, float] = field(default_factory=dict)
     """When each was last heard, by the wall clock [s]."""
 
-    def note(self, told: Mapping[str, tuple[float, float]], now: float) -> None:
+    def note(self, told: Mapping[str, Sequence[float]], now: float) -> None:
         """Take in that sensors told times from the first to the last [s], at a time of the clock."""
-        for name, (first, last) in told.items():
+        for name, (first, last, *_) in told.items():
             seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
             if seen and abs((now - last) - seen[-1][1]) > 60.0:
                 # Another recording, or a clock that was set: what was learned is of no use.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.fill import Settings
 from trackweave.domain.facts import Facts, Place
@@ -13,6 +14,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
+from trackweave.models.sensors import Sensor
 from trackweave.run.course import EARLY, PARTS, tracker_of
 from trackweave.service.blocks import Block, blocks_of
 from trackweave.service.cutting import Cutter, SensorCut
@@ -83,8 +85,15 @@ class Change:
 
 _CLASSES = (Counts, Cutter, SensorCut, Block, RowsDue, Facts, Place)
 # What a snapshot holds, beside what follows from the configuration.
-_ALWAYS = ("sequence", "counts", "facts", "gap", "_identities", "_open", "_is_wanted")
+_ALWAYS = (
+    "sequence", "counts", "facts", "gap", "_identities", "_named", "_who", "_open",
+    "_is_wanted",
+)  # fmt: skip
 _CONFIGURED = ("_number", "_time", "_tracker", "_rng", "_cutter", "_rows", "_due")
+
+
+MOST_NAMED = 50_000
+"""Of so many tracks it is remembered whose they are."""
 
 
 class Engine:
@@ -101,6 +110,8 @@ class Engine:
         self.gap: float | None = None
         self._heard: list[Arrived] = []
         self._identities: dict[str, int] = {}
+        self._named: dict[int, int] = {}
+        self._who: dict[int, int] = {}
         self._open: list[Scan] = []
         self._is_wanted = True
 
@@ -129,6 +140,11 @@ class Engine:
         """With what it runs."""
         return self._settings
 
+    @property
+    def sensors(self) -> Mapping[str, Sensor]:
+        """The sensors that it knows."""
+        return self._sensors if self.is_configured else {}
+
     def tracks(self) -> TrackTable:
         """Return the live tracks, tentative ones too."""
         return self._tracker.tracks() if self.is_configured else TrackTable.empty(2)
@@ -139,6 +155,17 @@ class Engine:
             return {}
         known = self._tracker.pending()
         return dict(zip(known.report.tolist(), known.track.tolist(), strict=True))
+
+    def identities_of(self, tracks: IntArray) -> list[str | None] | None:
+        """Return whom the reports of tracks say that they are of; None where none says so."""
+        if not self._identities:
+            return None
+        who = dict(self._who)
+        for number, track in self.track_of().items():
+            if number in self._named:
+                who[track] = self._named[number]
+        names = list(self._identities)
+        return [names[who[track]] if track in who else None for track in tracks.tolist()]
 
     def sensors_heard(self) -> dict[str, float]:
         """Return up to when each sensor that was heard has told [s]."""
@@ -396,6 +423,7 @@ class Engine:
             self.counts.unfit += sum(map(len, scans))
             return
         self._note(hypothesis, scans)
+        self._name(hypothesis, scans)
         self._is_wanted = wanted
         if wanted:
             self._rows.add(hypothesis.tracks, hypothesis.time)
@@ -410,6 +438,23 @@ class Engine:
         counts.held = sum(len(scan.report) for scan in hypothesis.held)
         self.gap = hypothesis.certificate.gap
         self._time = hypothesis.time if np.isfinite(hypothesis.time) else self._time
+
+    def _name(self, hypothesis: "Hypothesis", scans: list[Scan]) -> None:
+        """Take in whom reports say that they are of, and of which tracks they finally are."""
+        for scan in scans:
+            if scan.identity is not None:
+                pairs = zip(scan.report.tolist(), scan.identity.tolist(), strict=True)
+                self._named |= {number: code for number, code in pairs if code >= 0}
+        if not self._named:
+            return
+        final = hypothesis.final
+        for number, track in zip(final.report.tolist(), final.track.tolist(), strict=True):
+            code = self._named.pop(number, None)
+            if code is not None and track >= 0:
+                self._who.pop(track, None)
+                self._who[track] = code
+        while len(self._who) > MOST_NAMED:
+            del self._who[next(iter(self._who))]
 
     def _changed(self, scans: list[Scan], strange: Mapping[str, int] | None = None) -> Change:
         rows = self._rows.taken()

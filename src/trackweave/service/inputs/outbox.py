@@ -16,7 +16,7 @@ from trackweave.domain.facts import Facts
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.service.records import packed_reports
 
-__all__ = ["FRAME", "REPORTS", "STATE", "Outbox"]
+__all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "told_times"]
 
 FRAME = struct.Struct("<BII")
 """What a message is of, and how long its two parts are: words in JSON, then bytes."""
@@ -86,7 +86,7 @@ class Outbox:
             facts = parts[-1][1]
             for _, others in parts[:-1]:
                 facts.places |= {k: v for k, v in others.places.items() if k not in facts.places}
-            table = self._completed(table)
+            table = completed(table, self.sensor)
             words = {"reports": table.height, "told": told_times(table)}
             self._put(table.height, framed(REPORTS, words, self._packed(table, facts)))
 
@@ -101,23 +101,6 @@ class Outbox:
 
     def _packed(self, table: pl.DataFrame, facts: Facts) -> bytes:
         return packed_reports(table, self.source, facts)
-
-    def _completed(self, table: pl.DataFrame) -> pl.DataFrame:
-        """Return reports with a sensor and a time each: without any, that of receipt."""
-        if "sensor" not in table.columns:
-            table = table.with_columns(sensor=pl.lit(self.sensor or ONLY_SENSOR))
-        now = time.time()
-        if "time" not in table.columns:
-            return table.with_columns(time=pl.lit(now * 1e6).cast(pl.Int64).cast(_DATE))
-        column = table["time"]
-        if column.null_count() and column.dtype.is_numeric():
-            return table.with_columns(column.fill_null(now))
-        if column.null_count() and isinstance(column.dtype, pl.Datetime):
-            stamp = pl.Series([int(now * 1e6)]).cast(pl.Datetime("us"))
-            zone = column.dtype.time_zone
-            stamp = stamp if zone is None else stamp.dt.replace_time_zone(zone)
-            return table.with_columns(column.fill_null(stamp[0]))
-        return table
 
     def _state(self) -> dict[str, Any]:
         return {
@@ -154,8 +137,26 @@ class Outbox:
                 self._changed.notify_all()
 
 
+def completed(table: pl.DataFrame, sensor: str | None = None) -> pl.DataFrame:
+    """Return reports with a sensor and a time each: without any, that of receipt."""
+    if "sensor" not in table.columns:
+        table = table.with_columns(sensor=pl.lit(sensor or ONLY_SENSOR))
+    now = time.time()
+    if "time" not in table.columns:
+        return table.with_columns(time=pl.lit(now * 1e6).cast(pl.Int64).cast(_DATE))
+    column = table["time"]
+    if column.null_count() and column.dtype.is_numeric():
+        return table.with_columns(column.fill_null(now))
+    if column.null_count() and isinstance(column.dtype, pl.Datetime):
+        stamp = pl.Series([int(now * 1e6)]).cast(pl.Datetime("us"))
+        zone = column.dtype.time_zone
+        stamp = stamp if zone is None else stamp.dt.replace_time_zone(zone)
+        return table.with_columns(column.fill_null(stamp[0]))
+    return table
+
+
 def told_times(table: pl.DataFrame) -> dict[str, list[float]]:
-    """Return the earliest and the latest time that each sensor has told [s]."""
+    """Return the earliest and the latest time that each sensor has told [s], and how often."""
     column = table["time"]
     if isinstance(column.dtype, pl.Datetime):
         seconds = column.dt.cast_time_unit("us").to_physical() / 1e6
@@ -165,11 +166,11 @@ def told_times(table: pl.DataFrame) -> dict[str, list[float]]:
         return {}
     frame = pl.DataFrame({"sensor": table["sensor"].cast(pl.String), "time": seconds})
     grouped = frame.drop_nulls().group_by("sensor").agg(
-        pl.col("time").min().alias("first"), pl.col("time").max().alias("last")
+        pl.col("time").min().alias("first"), pl.col("time").max().alias("last"), pl.len()
     )  # fmt: skip
     return {
-        name: [first, last]
-        for name, first, last in grouped.sort("sensor").iter_rows()
+        name: [first, last, count]
+        for name, first, last, count in grouped.sort("sensor").iter_rows()
         if np.isfinite(first) and np.isfinite(last)
     }
 

@@ -12,8 +12,9 @@ from trackweave.service.inputs.source import Source
 
 __all__ = ["Handed", "Input"]
 
-Handed = Callable[[bytes, int, dict[str, tuple[float, float]]], Awaitable[None]]
-"""Takes a record's payload, how many reports it has, and the times that each sensor told in it.
+Handed = Callable[[bytes, int, dict[str, list[float]]], Awaitable[None]]
+"""Takes a record's payload, how many reports it has, and the first and last time that each
+sensor told in it, with how often.
 What is not awaited for is not read: so the process sees that it has to drop."""
 
 
@@ -71,7 +72,6 @@ class Input:
             body = await process.stdout.readexactly(n_body)
             if kind == REPORTS:
                 self.reports += words["reports"]
-                told = {name: (span[0], span[1]) for name, span in words["told"].items()}
-                await self._handed(body, words["reports"], told)
+                await self._handed(body, words["reports"], words["told"])
             else:
                 self.state.update(words)
