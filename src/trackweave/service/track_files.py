@@ -54,6 +54,10 @@ class TrackFiles:
             with self._path().open("r+b") as file:
                 file.truncate(self.size)
 
+    def begin_after(self, place: tuple[int, int, int, tuple[str, ...]]) -> None:
+        """Write what follows a place into a part of its own, numbered on."""
+        self.part = int(place[0])
+
     def add(self, tables: tuple[TrackTable, ...], spec: Spec) -> None:
         """Write rows that became due."""
         if self._folder is None or not tables:

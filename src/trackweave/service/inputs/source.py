@@ -1,6 +1,6 @@
 """What ``--listen`` names: an address, a format, and how the reports are called."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
@@ -10,7 +10,7 @@ from trackweave.formats.reading import chosen
 __all__ = ["SCHEMES", "Source", "source_of"]
 
 SCHEMES = ("udp", "tcp", "ws", "stdin", "replay")
-_OWN = ("format", "sensor", "speed", "connect")
+_OWN = ("format", "sensor", "speed", "connect", "loop")
 FASTEST = 1e6
 
 
@@ -37,6 +37,8 @@ class Source:
         How much faster than it was a recording is replayed; 0 for as fast as it can be taken.
     connect
         Whether a connection is made instead of waited for.
+    loop
+        Whether a recording begins again after its end, with times that go on.
     """
 
     url: str
@@ -48,7 +50,7 @@ class Source:
     sensor: str | None = None
     speed: float = 1.0
     connect: bool = False
-    options: dict[str, Any] = field(default_factory=dict)
+    loop: bool = False
 
 
 def source_of(url: str) -> Source:
@@ -90,6 +92,7 @@ def source_of(url: str) -> Source:
     return Source(
         url, parts.scheme, host, port, _path(url, parts), told, query.get("sensor"),
         _speed(url, query), query.get("connect") == "1",
+        query.get("loop") == "1",
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from trackweave.errors import MissingDependencyError
+from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Decoder
 from trackweave.service.inputs.outbox import SOON, Outbox
 from trackweave.service.inputs.sockets import MOST_SENDERS, Feed
@@ -23,8 +23,8 @@ def listen_ws(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> No
         from websockets.exceptions import ConnectionClosed
         from websockets.sync.server import ServerConnection, serve
     except ImportError as err:
-        raise MissingDependencyError(
-            "ws:// needs the library websockets: pip install 'trackweave[service]'"
+        raise InvalidInputError(
+            "ws:// needs websockets; pip install 'trackweave[service]'"
         ) from err
     lock = threading.Lock()
 
