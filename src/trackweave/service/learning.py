@@ -1,6 +1,7 @@
 """From what was heard to a complete configuration, with which the tracker can begin."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.config import Configuration
-from trackweave.config.fill import Settings, needs_estimates
+from trackweave.config.fill import ANY_SENSOR, Settings, needs_estimates
 from trackweave.config.sensing import sense_of
 from trackweave.config.write import commented_toml
 from trackweave.domain.facts import Facts
@@ -101,7 +102,7 @@ def learned(
         reports.iso_time if known is None else known.iso_time,
         settings.together,
     )
-    spec = replace(spec, configuration=without_nothing(values))
+    spec = _with_told(replace(spec, configuration=without_nothing(values)), configuration)
     spec.settings()
     seconds, count = _span(heard), len(reports)
     text = commented_toml(
@@ -111,6 +112,20 @@ def learned(
         doubts=estimates.doubts if estimates else {},
     )
     return Learned(spec, text, (*reports.notes, *doubles.notes(), *settings.notes))
+
+
+def _with_told(spec: Spec, configuration: Configuration) -> Spec:
+    """Return the same with sensors that were told completely and not heard yet."""
+    for name in configuration.table("sensors"):
+        if name == ANY_SENSOR or name in spec.configuration["sensors"]:
+            continue
+        sensors = {**spec.configuration["sensors"], name: configuration.sensor(name)}
+        more = replace(spec, configuration={**spec.configuration, "sensors": sensors})
+        if not needs_estimates(configuration, [name]):
+            with suppress(InvalidInputError):
+                more.settings()
+                spec = more
+    return spec
 
 
 def _table(

@@ -16,8 +16,10 @@ LEVELS: tuple[dict[str, Any], ...] = (
 and for each that begins, evaluations of the search, branches."""
 LATE, EARLY = 0.5, 0.1
 """A tracker that lags behind by more is given less to do [s], by less again more."""
-PATIENCE, RELIEF = 1.0, 15.0
-"""Seconds before it is given still less, and before it is given more."""
+PATIENCE, RELIEF = 1.5, 15.0
+"""Seconds of lag before it is given still less, and of none before it is given more."""
+BEGINNING = 20.0
+"""Seconds after its first lag in which that may be kernels being loaded or compiled."""
 
 
 @dataclass(slots=True)
@@ -27,6 +29,8 @@ class Pace:
     level: int = 0
     _changed: float = 0.0
     _early_since: float | None = None
+    _late_since: float | None = None
+    _first: float | None = None
 
     def bound(self, lag: float, now: float) -> dict[str, Any] | None:
         """Return another bound of work where the tracker lags [s] or has time; None for the same."""
@@ -34,7 +38,15 @@ class Pace:
             self._early_since = None
         elif self._early_since is None:
             self._early_since = now
-        if lag > LATE and self.level + 1 < len(LEVELS) and now - self._changed >= PATIENCE:
+        if lag <= LATE:
+            self._late_since = None
+        elif self._late_since is None:
+            self._late_since = now
+            self._first = now if self._first is None else self._first
+        late = self._late_since
+        is_late = late is not None and now - max(late, self._changed) >= PATIENCE
+        is_settled = self._first is not None and now - self._first >= BEGINNING
+        if is_late and is_settled and self.level + 1 < len(LEVELS):
             return self._to(self.level + 1, now)
         since = self._early_since
         if self.level and since is not None and now - max(since, self._changed) >= RELIEF:
