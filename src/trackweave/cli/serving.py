@@ -23,7 +23,7 @@ def serve(
     listen: Annotated[
         list[str],
         typer.Option(
-            help="Where reports come from, once or several times: udp://HOST:PORT?format=…, tcp://, "
+            help="Where reports come from, one or several: udp://HOST:PORT?format=…, tcp://, "
             "ws://, stdin:?format=…, replay:FILE?speed=10."
         ),
     ] = [],  # noqa: B006 typer makes a new list of it

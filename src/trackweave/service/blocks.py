@@ -1,7 +1,7 @@
 """Reports of one sensor on their way into a scan, as columns."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,12 +30,11 @@ class Block(NamedTuple):
 
     def at(self, rows: IntArray) -> "Block":
         """Return some rows."""
-        return Block(*(c[rows] if len(c) == len(self.time) else c for c in self))
+        columns: Any = [c[rows] if len(c) == len(self.time) else c for c in self]
+        return Block(*columns)
 
 
-def blocks_of(
-    reports: ReportTable, numbers: IntArray, names: dict[str, int]
-) -> dict[str, Block]:
+def blocks_of(reports: ReportTable, numbers: IntArray, names: dict[str, int]) -> dict[str, Block]:
     """Return a table's reports by sensor.
 
     Parameters

@@ -21,6 +21,9 @@ REPEATED = 5.0
 """A track that nothing was reported of is told again after so many seconds of its time."""
 
 
+_NOBODY = tracks_frame(TrackTable.empty(2))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
     """A new picture, and what of it differs from the one before."""
@@ -95,6 +98,3 @@ class Board:
             if trail is None:
                 trail = self._trails[int(tracks.track[row])] = deque(maxlen=MOST_POINTS)
             trail.append(point)
-
-
-_NOBODY = tracks_frame(TrackTable.empty(2))

@@ -1,4 +1,4 @@
-"""The clerk: writes what comes in and what the clock decides to the journal, then lets it count."""
+"""The clerk: what comes in and what the clock decides is written down, then it counts."""
 
 import asyncio
 import logging
@@ -275,9 +275,7 @@ class Clerk:
         """Find out with what to run, and write it to the journal."""
         loop = asyncio.get_running_loop()
         anew, self._is_reconfiguring = self._is_reconfiguring, False
-        found = await loop.run_in_executor(
-            self._tracking, self._office.learn, configuration, anew
-        )
+        found = await loop.run_in_executor(self._tracking, self._office.learn, configuration, anew)
         if found is None:
             return
         with suppress(OutputError):

@@ -16,13 +16,7 @@ __all__ = ["packed_table", "unpacked_table"]
 _LENGTH = struct.Struct("<I")
 _LEVEL = 1
 # Kinds by a letter: numbers, whole numbers, dates [µs from 1970 UTC], truths, texts.
-_DATE = pl.Datetime("us", "UTC")
-_TYPES: dict[str, tuple[Any, str]] = {
-    "f": (pl.Float64, "<f8"),
-    "i": (pl.Int64, "<i8"),
-    "t": (_DATE, "<i8"),
-    "b": (pl.Boolean, "|u1"),
-}
+_FORMS = {"f": "<f8", "i": "<i8", "t": "<i8", "b": "|u1"}
 
 
 def packed_table(table: pl.DataFrame, told: Mapping[str, Any]) -> bytes:
@@ -76,9 +70,9 @@ def unpacked_table(data: bytes) -> tuple[pl.DataFrame, dict[str, Any]]:
             series = _series(body[at : at + size], letter, head["rows"]).alias(name)
             mask = np.frombuffer(body, np.uint8, n_mask, at + size)
             if n_mask:
-                gaps = pl.Series(np.unpackbits(mask)[: head["rows"]].astype(bool))
-                series = series.to_frame().select(pl.when(~gaps).then(pl.first()).alias(name))
-                series = series.to_series()
+                told = pl.lit(pl.Series(~np.unpackbits(mask)[: head["rows"]].astype(bool)))
+                kept = series.to_frame().select(pl.when(told).then(pl.first()).alias(name))
+                series = kept.to_series()
             columns.append(series)
             at += size + n_mask
     except (struct.error, zlib.error, ValueError, KeyError, TypeError) as err:
@@ -115,8 +109,7 @@ def _series(body: bytes, letter: str, rows: int) -> pl.Series:
             for begin, end in zip([0, *ends[:-1]], ends, strict=False)
         ]
         return pl.Series(cells, dtype=pl.String)
-    kind, form = _TYPES[letter]
-    numbers = np.frombuffer(body, form, rows)
+    numbers = np.frombuffer(body, _FORMS[letter], rows)
     if letter == "b":
         return pl.Series(numbers.astype(bool))
     series = pl.Series(numbers.copy())

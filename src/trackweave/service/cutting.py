@@ -184,9 +184,7 @@ class SensorCut:
                 self.n_missed += 1
                 yield self._empty(self._end(int(self.last)))
         elif self.period is not None:
-            while (
-                self.n_missed < MOST_MISSING and self.last + MISSED * self.period <= self.until
-            ):
+            while self.n_missed < MOST_MISSING and self.last + MISSED * self.period <= self.until:
                 self.last += self.period
                 self.n_missed += 1
                 yield self._empty(self.last)
@@ -240,6 +238,10 @@ class Cutter:
     def latest(self) -> float:
         """The latest time that any sensor has told [s]."""
         return max((cut.told for cut in self.sensors.values()), default=EARLY)
+
+    def now(self) -> float:
+        """Return up to when all was told [s]."""
+        return max((max(cut.told, cut.until) for cut in self.sensors.values()), default=EARLY)
 
     def feed(self, blocks: Mapping[str, Block]) -> None:
         """Take reports in."""
@@ -298,4 +300,3 @@ def _between(before: int, after: int, n_missed: int) -> list[int]:
     near = MOST_MISSING * N_SECTORS
     early = range(before + 1, min(before + 1 + max(near - n_missed, 0), after))
     return [*early, *range(max(early.stop, after - near), after)]
-

@@ -26,7 +26,7 @@ class Delays:
     """When each was last heard, by the wall clock [s]."""
 
     def note(self, told: Mapping[str, Sequence[float]], now: float) -> None:
-        """Take in that sensors told times from the first to the last [s], at a time of the clock."""
+        """Take in which times sensors told, from first to last [s], at a time of the clock."""
         for name, (first, last, *_) in told.items():
             seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
             if seen and abs((now - last) - seen[-1][1]) > 60.0:

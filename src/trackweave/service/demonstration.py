@@ -1,4 +1,4 @@
-"""What ``serve --demo`` feeds itself: three radars at a harbour's mouth, and boats that come and go."""
+"""What ``serve --demo`` feeds itself: three radars, and boats that come and go."""
 
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -62,7 +62,9 @@ def _scenario() -> Scenario:
         area=Area((0.0, 0.0), (2000.0, 1400.0)),
         duration=DURATION,
         sensors=sensors,
-        random=RandomTargets(count=14, speed=(4.0, 12.0), birth_rate=0.05, survival=0.99, stay_inside=False),
+        random=RandomTargets(
+            count=14, speed=(4.0, 12.0), birth_rate=0.05, survival=0.99, stay_inside=False
+        ),
         process_noise=0.02,
     )
 

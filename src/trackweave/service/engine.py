@@ -1,61 +1,35 @@
-"""The tracks as a pure function of the journal's records: no clock, no thread, no order but theirs."""
+"""The tracks as a pure function of the journal's records: no clock, no thread, no other order."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.fill import Settings
 from trackweave.domain.facts import Facts, Place
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TENTATIVE, TrackTable
-from trackweave.errors import InvalidInputError
 from trackweave.models.sensors import Sensor
-from trackweave.run.course import EARLY, PARTS, tracker_of
+from trackweave.run.course import tracker_of
 from trackweave.service.blocks import Block, blocks_of
 from trackweave.service.cutting import Cutter, SensorCut
 from trackweave.service.records import Arrived, Kind, arrived, from_json, packed_reports
 from trackweave.service.rows_due import RowsDue
-from trackweave.service.sorting_in import SortedIn, sorted_in
+from trackweave.service.sorting_in import sorted_in
 from trackweave.service.spec import Spec
+from trackweave.service.stepping import Counts, Names, Stepper
 from trackweave.solvers.auto import Auto
 from trackweave.trackers.checkpoint import pack, unpack
 from trackweave.trackers.clock_guard import farthest
 
-if TYPE_CHECKING:
-    from trackweave.trackers.hypothesis import Hypothesis
-    from trackweave.trackers.live import ScanByScan
+__all__ = ["Change", "Engine"]
 
-__all__ = ["Change", "Counts", "Engine"]
-
-
-
-@dataclass(slots=True)
-class Counts:
-    """What became of the reports so far."""
-
-    reports: int = 0
-    """Rows in the journal."""
-    refused: int = 0
-    """Rows that are no reports."""
-    strange: int = 0
-    """Reports of sensors that the configuration does not know."""
-    unfit: int = 0
-    """Reports that measure otherwise than the configuration says."""
-    late: int = 0
-    """Reports that came too late for the window."""
-    set_aside: int = 0
-    """Reports of scans whose times cannot be."""
-    held: int = 0
-    """Reports of scans that are held back now because of their times."""
-    dropped: int = 0
-    """Reports that were not taken, because more came than can be."""
-    scans: int = 0
-    empty_scans: int = 0
+_CLASSES = (Counts, Names, Cutter, SensorCut, Block, RowsDue, Facts, Place)
+"""Whose objects a snapshot holds, beside those of the tracker."""
+_STEPPER = ("tracker", "rng", "rows", "names", "open", "due", "is_wanted", "time", "gap")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,8 +44,6 @@ class Change:
         Rows of the tracks file that became due, in order.
     scans
         The scans that were taken in.
-    gap
-        The gap of the last answer to its bound; None where there was none.
     strange
         Reports of unknown sensors in it, by sensor.
     """
@@ -79,21 +51,20 @@ class Change:
     sequence: int
     rows: tuple[TrackTable, ...] = ()
     scans: tuple[Scan, ...] = ()
-    gap: float | None = None
     strange: Mapping[str, int] = field(default_factory=dict)
 
 
-_CLASSES = (Counts, Cutter, SensorCut, Block, RowsDue, Facts, Place)
-# What a snapshot holds, beside what follows from the configuration.
-_ALWAYS = (
-    "sequence", "counts", "facts", "gap", "_identities", "_named", "_who", "_open",
-    "_is_wanted",
-)  # fmt: skip
-_CONFIGURED = ("_number", "_time", "_tracker", "_rng", "_cutter", "_rows", "_due")
+@dataclass(slots=True)
+class _Running:
+    """What there is once it is known with what to run."""
 
-
-MOST_NAMED = 50_000
-"""Of so many tracks it is remembered whose they are."""
+    spec: Spec
+    settings: Settings
+    cutter: Cutter
+    stepper: Stepper
+    sensors: Mapping[str, Sensor]
+    reach: float
+    """How far times may go on from report to report [s]."""
 
 
 class Engine:
@@ -105,20 +76,20 @@ class Engine:
     def __init__(self) -> None:
         self.sequence = 0
         self.counts = Counts()
-        self.spec: Spec | None = None
         self.facts = Facts()
-        self.gap: float | None = None
+        self._number = 0
         self._heard: list[Arrived] = []
-        self._identities: dict[str, int] = {}
-        self._named: dict[int, int] = {}
-        self._who: dict[int, int] = {}
-        self._open: list[Scan] = []
-        self._is_wanted = True
+        self._running: _Running | None = None
+
+    @property
+    def spec(self) -> Spec | None:
+        """With what it runs; None until it was told."""
+        return None if self._running is None else self._running.spec
 
     @property
     def is_configured(self) -> bool:
         """Whether it has been told with what to run."""
-        return self.spec is not None
+        return self._running is not None
 
     @property
     def heard(self) -> tuple[Arrived, ...]:
@@ -126,53 +97,38 @@ class Engine:
         return tuple(self._heard)
 
     @property
-    def latest(self) -> float:
-        """The latest time that sensors have told [s], -inf before the first report."""
-        return self._cutter.latest if self.is_configured else -np.inf
-
-    @property
     def time(self) -> float | None:
         """Up to when scans were taken in [s]; None before the first."""
-        return self._time if self.is_configured else None
+        return None if self._running is None else self._running.stepper.time
 
     @property
-    def settings(self) -> Settings:
-        """With what it runs."""
-        return self._settings
+    def gap(self) -> float | None:
+        """The gap of the last answer to its bound; None before the first."""
+        return None if self._running is None else self._running.stepper.gap
 
     @property
     def sensors(self) -> Mapping[str, Sensor]:
         """The sensors that it knows."""
-        return self._sensors if self.is_configured else {}
+        return {} if self._running is None else self._running.sensors
 
     def tracks(self) -> TrackTable:
         """Return the live tracks, tentative ones too."""
-        return self._tracker.tracks() if self.is_configured else TrackTable.empty(2)
+        if self._running is None:
+            return TrackTable.empty(2)
+        return self._running.stepper.tracker.tracks()
 
     def track_of(self) -> dict[int, int]:
         """Return the track of each report that later ones may still amend, by its number."""
-        if not self.is_configured:
+        if self._running is None:
             return {}
-        known = self._tracker.pending()
+        known = self._running.stepper.tracker.pending()
         return dict(zip(known.report.tolist(), known.track.tolist(), strict=True))
 
     def identities_of(self, tracks: IntArray) -> list[str | None] | None:
         """Return whom the reports of tracks say that they are of; None where none says so."""
-        if not self._identities:
+        if self._running is None or not self._running.stepper.names.codes:
             return None
-        who = dict(self._who)
-        for number, track in self.track_of().items():
-            if number in self._named:
-                who[track] = self._named[number]
-        names = list(self._identities)
-        return [names[who[track]] if track in who else None for track in tracks.tolist()]
-
-    def sensors_heard(self) -> dict[str, float]:
-        """Return up to when each sensor that was heard has told [s]."""
-        if not self.is_configured:
-            return {}
-        cuts = self._cutter.sensors.values()
-        return {cut.name: cut.told for cut in cuts if np.isfinite(cut.told)}
+        return self._running.stepper.names.told(tracks, self.track_of())
 
     def take(self, sequence: int, kind: int, payload: bytes) -> Change:
         """Take the next record in.
@@ -203,22 +159,27 @@ class Engine:
 
     def finish(self) -> Change:
         """Return what the end of everything brings, as that of a recording does."""
-        if not self.is_configured:
+        running = self._running
+        if running is None:
             return Change(self.sequence)
-        scans = list(self._stepped(self._cutter.rest(), at_end=True))
-        if not self._is_wanted:
-            self._rows.add(self._tracker.tracks(), cast("float", self._time))
-        self._rows.finish()
-        return self._changed(scans)
+        scans = list(running.stepper.given(running.cutter.rest()))
+        running.stepper.finish()
+        return self._changed(running, scans)
 
     def pack(self) -> bytes:
         """Return all that it knows, from which another goes on as if it were this one."""
-        state: dict[str, Any] = {name: getattr(self, name) for name in _ALWAYS}
-        state["heard"] = [packed_reports(h.table, h.source, h.facts) for h in self._heard]
-        state["spec"] = None
-        if self.spec is not None:
-            state["spec"] = self.spec.payload()
-            state |= {name: getattr(self, name) for name in _CONFIGURED}
+        running = self._running
+        state: dict[str, Any] = {
+            "sequence": self.sequence,
+            "counts": self.counts,
+            "facts": self.facts,
+            "number": self._number,
+            "heard": [packed_reports(h.table, h.source, h.facts) for h in self._heard],
+            "spec": None,
+        }
+        if running is not None:
+            state |= {"spec": running.spec.payload(), "cutter": running.cutter}
+            state["stepper"] = {name: getattr(running.stepper, name) for name in _STEPPER}
         return pack(state, _CLASSES)
 
     @classmethod
@@ -240,12 +201,14 @@ class Engine:
             If it is foreign, damaged or of another layout.
         """
         state, engine = unpack(content, _CLASSES), cls()
-        engine._heard = [arrived(payload) for payload in state.pop("heard")]
-        spec = state.pop("spec")
-        for name, value in state.items():
-            setattr(engine, name, value)
-        if spec is not None:
-            engine._run_with(Spec.of(spec))
+        engine.sequence, engine.counts = state["sequence"], state["counts"]
+        engine.facts, engine._number = state["facts"], state["number"]
+        engine._heard = [arrived(payload) for payload in state["heard"]]
+        if state["spec"] is not None:
+            spec = Spec.of(state["spec"])
+            settings = _settings_of(spec)
+            stepper = Stepper(settings, engine.counts, **state["stepper"])
+            engine._running = _running(spec, settings, state["cutter"], stepper)
         return engine
 
     def _reports(self, payload: bytes) -> Change:
@@ -253,209 +216,128 @@ class Engine:
         self.counts.reports += came.table.height
         self.facts.places |= came.facts.places
         self.facts.scan_periods |= came.facts.scan_periods
-        if self.spec is None:
+        if self._running is None:
             self._heard.append(came)
             return Change(self.sequence)
-        return self._tracked(came)
+        return self._tracked(self._running, came)
 
-    def _tracked(self, came: Arrived) -> Change:
-        assert self.spec is not None
-        found = sorted_in(came.table, self.spec, self._sensors)
-        self._count(found)
-        scans: list[Scan] = []
-        if found.reports is not None:
-            for part in self._in_time(found.reports):
-                scans += part
-        return self._changed(scans, found.strange)
-
-    def _count(self, found: SortedIn) -> None:
+    def _tracked(self, running: _Running, came: Arrived) -> Change:
+        found = sorted_in(came.table, running.spec, running.sensors)
         self.counts.refused += len(found.refused)
-        self.counts.strange += sum((found.strange or {}).values())
+        self.counts.strange += sum(found.strange.values())
         self.counts.unfit += found.unfit
+        scans = [] if found.reports is None else list(self._in_time(running, found.reports))
+        return self._changed(running, scans, found.strange)
 
-    def _in_time(self, reports: ReportTable) -> Iterator[list[Scan]]:
+    def _in_time(self, running: _Running, reports: ReportTable) -> Iterator[Scan]:
         """Take reports in; those that jump ahead of all others go to the tracker's judgement."""
         numbers = np.arange(self._number, self._number + len(reports), dtype=np.int64)
         self._number += len(reports)
-        begin, count = 0, len(reports)
+        cutter, begin, count = running.cutter, 0, len(reports)
         while begin < count:
-            latest = self._cutter.latest
+            latest = cutter.latest
             before = latest if np.isfinite(latest) else reports.time[begin]
             times = np.maximum.accumulate(np.r_[before, reports.time[begin:]])
-            jumps = np.flatnonzero(np.diff(times) > self._reach)
+            jumps = np.flatnonzero(np.diff(times) > running.reach)
             end = begin + int(jumps[0]) if jumps.size else count
             if end > begin:
-                rows = np.arange(begin, end)
-                self._cutter.feed(self._blocks(reports, rows, numbers))
-                yield list(self._stepped(self._cutter.ready()))
-                begin = end
+                cutter.feed(_blocks(running, reports, np.arange(begin, end), numbers))
+                yield from running.stepper.given(cutter.ready(), cutter.now)
             else:
                 same = (reports.time == reports.time[begin]) & (
                     reports.sensor == reports.sensor[begin]
                 )
-                rows = np.flatnonzero(same[begin:]) + begin
                 # Reports are in order of time, then sensor: those of one scan are together.
-                begin = int(rows[-1]) + 1
-                yield list(self._strayed(reports, rows, numbers))
-
-    def _strayed(
-        self, reports: ReportTable, rows: np.ndarray, numbers: np.ndarray
-    ) -> Iterator[Scan]:
-        """Give the tracker a scan whose time jumps ahead, and follow it where it is believed."""
-        yield from self._stepped(self._cutter.rest(), at_end=True)
-        lone = Cutter.of(self._settings.sensors, cast("Spec", self.spec).dim)
-        lone.feed(self._blocks(reports, rows, numbers))
-        time = float(reports.time[rows[0]])
-        yield from self._stepped(lone.rest(), at_end=True)
-        if self._time is not None and self._time >= time:
-            self._cutter.jumped(self._time)
-
-    def _blocks(
-        self, reports: ReportTable, rows: np.ndarray, numbers: np.ndarray
-    ) -> dict[str, Block]:
-        part = reports if len(rows) == len(reports) else reports.part(rows)
-        found = blocks_of(part, numbers[rows], self._identities)
-        return {name: block for name, block in found.items() if len(block.time)}
+                rows = np.flatnonzero(same[begin:]) + begin
+                end = int(rows[-1]) + 1
+                yield from _strayed(running, _blocks(running, reports, rows, numbers))
+            begin = end
 
     def _configure(self, payload: bytes) -> Change:
-        before, spec = self.spec, Spec.of(payload)
-        priors = None
+        spec, before = Spec.of(payload), self._running
+        settings, priors, names = _settings_of(spec), None, Names()
         if before is not None:
-            known = self._tracker.tracks()
-            priors = known.at(np.flatnonzero(known.status != TENTATIVE))
-            if not len(priors) or spec.dim != before.dim or spec.frame != before.frame:
-                priors = None
-        else:
-            self._number, self._time = 0, None
-        settings = self._run_with(spec)
-        self._tracker = cast(
-            "ScanByScan",
-            tracker_of(
-                settings, settings.sensors, spec.dim, priors=priors, max_ahead=settings.max_ahead
-            ),
+            names = before.stepper.names
+            is_same_plane = (spec.dim, spec.frame) == (before.spec.dim, before.spec.frame)
+            known = before.stepper.tracker.tracks()
+            known = known.at(np.flatnonzero(known.status != TENTATIVE))
+            priors = known if len(known) and is_same_plane else None
+        tracker = tracker_of(
+            settings, settings.sensors, spec.dim, priors=priors, max_ahead=settings.max_ahead
         )
-        seed = settings.values.get("seed")
-        self._rng = np.random.default_rng(0 if seed is None else seed)
-        self._cutter = Cutter.of(settings.sensors, spec.dim)
-        self._rows, self._due, self._open = RowsDue(settings.period), -np.inf, []
+        rng = np.random.default_rng(settings.values.get("seed") or 0)
+        stepper = Stepper(
+            settings, self.counts, tracker, rng, RowsDue(settings.period), names,
+            time=None if before is None else before.stepper.time,
+        )  # fmt: skip
+        running = _running(spec, settings, Cutter.of(settings.sensors, spec.dim), stepper)
+        self._running = running
         heard, self._heard = self._heard, []
-        parts = [self._tracked(each) for each in heard]
+        parts = [self._tracked(running, each) for each in heard]
         rows = tuple(table for part in parts for table in part.rows)
-        return Change(self.sequence, rows, tuple(s for part in parts for s in part.scans), self.gap)
-
-    def _run_with(self, spec: Spec) -> Settings:
-        settings = replace(spec.settings(), together=spec.together)
-        self.spec, self._settings = spec, settings
-        self._sensors = {sensor.name: sensor for sensor in settings.sensors}
-        self._reach = farthest(settings.max_ahead, [s.scan_period for s in settings.sensors])
-        return settings
+        return Change(self.sequence, rows, tuple(s for part in parts for s in part.scans))
 
     def _close(self, payload: bytes) -> Change:
-        if self.spec is None:
+        running = self._running
+        if running is None:
             return Change(self.sequence)
-        said = from_json(payload)
-        for name, until in said["until"].items():
-            self._cutter.close(float(until), (name,) if name else ())
-        return self._changed(list(self._stepped(self._cutter.ready())))
+        cutter = running.cutter
+        for name, until in from_json(payload)["until"].items():
+            cutter.close(float(until), (name,) if name else ())
+        return self._changed(running, list(running.stepper.given(cutter.ready(), cutter.now)))
 
     def _bound(self, payload: bytes) -> Change:
-        said = from_json(payload)
-        if self.spec is None or self._settings.tracker.kind != "multi-hypothesis":
+        said, running = from_json(payload), self._running
+        if running is None or running.settings.tracker.kind != "multi-hypothesis":
             return Change(self.sequence)
-        search, limits = self._settings.search or Auto(), self._settings.growth
+        search, limits = running.settings.search or Auto(), running.settings.growth
         if said["nodes"] is not None:
-            limits = replace(limits, max_nodes=min(limits.max_nodes, int(said["nodes"])))
             keep, new = said["keep"]
             limits = replace(
-                limits, keep=min(limits.keep, keep), new_keep=min(limits.new_keep, new)
+                limits,
+                max_nodes=min(limits.max_nodes, int(said["nodes"])),
+                keep=min(limits.keep, keep),
+                new_keep=min(limits.new_keep, new),
             )
             search = Auto(evaluations=said["evaluations"], branches=said["branches"])
-        self._tracker.bound(search, limits)
+        running.stepper.tracker.bound(search, limits)
         return Change(self.sequence)
 
     def _drop(self, payload: bytes) -> Change:
         self.counts.dropped += int(from_json(payload)["reports"])
         return Change(self.sequence)
 
-    def _stepped(self, scans: Iterator[Scan], *, at_end: bool = False) -> Iterator[Scan]:
-        """Give the tracker scans in order, lone reports several at once; yield those given."""
-        for scan in scans:
-            if self._open and not self._belongs(scan):
-                yield from self._step()
-            self._open.append(scan)
-            if not self._gathers():
-                yield from self._step()
-        if self._open and (at_end or not self._waits()):
-            yield from self._step()
+    def _changed(
+        self, running: _Running, scans: list[Scan], strange: Mapping[str, int] | None = None
+    ) -> Change:
+        return Change(self.sequence, running.stepper.rows.taken(), tuple(scans), strange or {})
 
-    def _gathers(self) -> bool:
-        """Tell whether lone reports are searched several at once; see ``run.course``."""
-        settings = self._settings
-        looks = any(sensor.scans is not False for sensor in settings.sensors)
-        return bool(settings.together) and not looks and isinstance(settings.growth, GrowthLimits)
 
-    def _belongs(self, scan: Scan) -> bool:
-        """Tell whether a scan is searched together with those before it."""
-        first, last = self._open[0].time, self._open[-1].time
-        if last >= self._due:
-            self._due = last + (self._settings.period or 0.0)
-            return False
-        together = EARLY * (self._settings.together or 0.0)
-        most = max(1, self._settings.window.depth // PARTS)
-        return last < scan.time < first + together and len(self._open) < most
+def _settings_of(spec: Spec) -> Settings:
+    return replace(spec.settings(), together=spec.together)
 
-    def _waits(self) -> bool:
-        """Tell whether another scan may still belong to those that are gathered."""
-        together = EARLY * (self._settings.together or 0.0)
-        until = max((cut.until for cut in self._cutter.sensors.values()), default=-np.inf)
-        return max(self._cutter.latest, until) < self._open[0].time + together
 
-    def _step(self) -> Iterator[Scan]:
-        """Take in what was gathered."""
-        scans, self._open = self._open, []
-        end = scans[-1].time
-        wanted = self._rows.wants(end)
-        given: Any = scans[0] if len(scans) == 1 else tuple(scans)
-        try:
-            hypothesis = self._tracker.step(given, rng=self._rng, tracks=wanted)
-        except InvalidInputError:
-            # As one of another number of dimensions than all others; the step was undone.
-            self.counts.unfit += sum(map(len, scans))
-            return
-        self._note(hypothesis, scans)
-        self._name(hypothesis, scans)
-        self._is_wanted = wanted
-        if wanted:
-            self._rows.add(hypothesis.tracks, hypothesis.time)
-        yield from scans
+def _running(spec: Spec, settings: Settings, cutter: Cutter, stepper: Stepper) -> _Running:
+    reach = farthest(settings.max_ahead, [each.scan_period for each in settings.sensors])
+    sensors = {sensor.name: sensor for sensor in settings.sensors}
+    return _Running(spec, settings, cutter, stepper, sensors, reach)
 
-    def _note(self, hypothesis: "Hypothesis", scans: list[Scan]) -> None:
-        counts = self.counts
-        counts.scans += len(scans)
-        counts.empty_scans += sum(len(scan) == 0 for scan in scans)
-        counts.late += len(hypothesis.late)
-        counts.set_aside += sum(len(scan.report) for scan in hypothesis.set_aside)
-        counts.held = sum(len(scan.report) for scan in hypothesis.held)
-        self.gap = hypothesis.certificate.gap
-        self._time = hypothesis.time if np.isfinite(hypothesis.time) else self._time
 
-    def _name(self, hypothesis: "Hypothesis", scans: list[Scan]) -> None:
-        """Take in whom reports say that they are of, and of which tracks they finally are."""
-        for scan in scans:
-            if scan.identity is not None:
-                pairs = zip(scan.report.tolist(), scan.identity.tolist(), strict=True)
-                self._named |= {number: code for number, code in pairs if code >= 0}
-        if not self._named:
-            return
-        final = hypothesis.final
-        for number, track in zip(final.report.tolist(), final.track.tolist(), strict=True):
-            code = self._named.pop(number, None)
-            if code is not None and track >= 0:
-                self._who.pop(track, None)
-                self._who[track] = code
-        while len(self._who) > MOST_NAMED:
-            del self._who[next(iter(self._who))]
+def _strayed(running: _Running, blocks: Mapping[str, Block]) -> Iterator[Scan]:
+    """Give the tracker a scan whose time jumps ahead, and follow it where it is believed."""
+    stepper, (block,) = running.stepper, blocks.values()
+    yield from stepper.given(running.cutter.rest())
+    lone = Cutter.of(running.settings.sensors, running.spec.dim)
+    lone.feed(blocks)
+    yield from stepper.given(lone.rest())
+    if stepper.time is not None and stepper.time >= float(block.time[0]):
+        running.cutter.jumped(stepper.time)
 
-    def _changed(self, scans: list[Scan], strange: Mapping[str, int] | None = None) -> Change:
-        rows = self._rows.taken()
-        return Change(self.sequence, rows, tuple(scans), self.gap, strange or {})
+
+def _blocks(
+    running: _Running, reports: ReportTable, rows: IntArray, numbers: IntArray
+) -> dict[str, Block]:
+    """Return some of a table's reports by sensor."""
+    part = reports if len(rows) == len(reports) else reports.part(rows)
+    found = blocks_of(part, numbers[rows], running.stepper.names.codes)
+    return {name: block for name, block in found.items() if len(block.time)}

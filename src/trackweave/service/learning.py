@@ -13,6 +13,7 @@ from trackweave.config.fill import ANY_SENSOR, Settings, needs_estimates
 from trackweave.config.sensing import sense_of
 from trackweave.config.write import commented_toml
 from trackweave.domain.facts import Facts
+from trackweave.domain.frames import Projection
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
@@ -134,7 +135,7 @@ def _table(
     columns = pl.concat([each.table for each in heard], how="diagonal_relaxed")
     raw = RawTable("reports", columns, np.arange(1, columns.height + 1), facts=facts)
     origin = configuration.said("frame", "origin")
-    projection = configuration.said("frame", "projection") or "tangent"
+    projection: Projection = configuration.said("frame", "projection") or "tangent"
     if known is not None and known.frame is not None:
         origin = known.frame.latitude_deg, known.frame.longitude_deg
         projection = known.frame.projection
@@ -148,7 +149,7 @@ def _table(
 
 
 def _complete(settings: Settings) -> dict[str, Any]:
-    """Return the keys with the values used, of which those that say one thing twice say it once."""
+    """Return the keys with the values used, each thing said once."""
     values = {
         key: dict(value) if isinstance(value, Mapping) else value
         for key, value in settings.values.items()

@@ -302,5 +302,3 @@ def _places(scan: Scan, sensor: Any) -> np.ndarray[Any, Any] | None:
     azimuth = scan.measurement[:, 1]
     offset = scan.measurement[:, :1] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
     return np.asarray(offset + platform[..., :2])
-
-

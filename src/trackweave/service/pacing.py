@@ -33,7 +33,7 @@ class Pace:
     _first: float | None = None
 
     def bound(self, lag: float, now: float) -> dict[str, Any] | None:
-        """Return another bound of work where the tracker lags [s] or has time; None for the same."""
+        """Return another bound where the tracker lags [s] or has time; None for the same."""
         if lag > EARLY:
             self._early_since = None
         elif self._early_since is None:

@@ -176,7 +176,7 @@ class Saying:
         return found
 
     def _on_map(self, places: np.ndarray[Any, Any]) -> list[list[float]]:
-        """Return places as they are sent: longitude and latitude where the plane is the Earth's."""
+        """Return places as they are sent: longitude and latitude where they are on the Earth."""
         spec = self._office.engine.spec
         if spec is None or spec.frame is None:
             return [[round(x, 2), round(y, 2)] for x, y in places.tolist()]

@@ -1,7 +1,7 @@
 """A record's rows become reports on the tracker's plane, and what cannot is counted."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import polars as pl
@@ -38,7 +38,7 @@ class SortedIn:
 
     reports: ReportTable | None
     refused: tuple[BadRow, ...] = ()
-    strange: Mapping[str, int] | None = None
+    strange: Mapping[str, int] = field(default_factory=dict)
     unfit: int = 0
 
 
@@ -99,9 +99,7 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
         sensor = sensors.get(name)
         if sensor is None:
             strange[name] = count
-        elif wrong_plane or sensor.measurement is not reports.kind_of(index):
-            unfit += count
-        elif reports.dim != spec.dim and not sensor.measurement.has_range:
+        elif wrong_plane or not _fits(reports, index, sensor, spec):
             unfit += count
         else:
             fits.append(index)
@@ -111,6 +109,12 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
         return SortedIn(None, reports.skipped, strange, unfit)
     on_plane, _ = laid(reports, [sensors[name] for name in reports.sensors])
     return SortedIn(on_plane, reports.skipped, strange, unfit)
+
+
+def _fits(reports: ReportTable, index: int, sensor: Sensor, spec: Spec) -> bool:
+    """Tell whether a sensor's reports measure what the configuration says of it."""
+    is_of_space = sensor.measurement.has_range or reports.dim == spec.dim
+    return is_of_space and sensor.measurement is reports.kind_of(index)
 
 
 def _fitted(table: pl.DataFrame, spec: Spec | None) -> pl.DataFrame:
@@ -126,8 +130,6 @@ def _fitted(table: pl.DataFrame, spec: Spec | None) -> pl.DataFrame:
 
 
 def _of_sensors(reports: ReportTable, fits: list[int]) -> ReportTable:
-    from dataclasses import replace
-
     number = np.full(len(reports.sensors), -1, dtype=np.int64)
     number[fits] = np.arange(len(fits))
     part = reports.part(np.flatnonzero(np.isin(reports.sensor, fits)))

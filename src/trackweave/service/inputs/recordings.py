@@ -40,7 +40,11 @@ def replay(source: Source, outbox: Outbox) -> None:
 
 
 def _hand_on(
-    table: pl.DataFrame, seconds: FloatArray, pace: tuple[float, float], outbox: Outbox, facts: Facts
+    table: pl.DataFrame,
+    seconds: FloatArray,
+    pace: tuple[float, float],
+    outbox: Outbox,
+    facts: Facts,
 ) -> None:
     """Hand a table on, its first row when the clock says ``begun``."""
     (speed, begun), done = pace, 0

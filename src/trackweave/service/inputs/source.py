@@ -120,7 +120,7 @@ def _path(url: str, parts: Any) -> str:
     path = (f"//{parts.netloc}" if parts.netloc else "") + parts.path
     if not path:
         raise InvalidInputError(f"--listen {url!r:.100}: no file; expected replay:FILE?speed=10")
-    return path
+    return str(path)
 
 
 def _speed(url: str, query: dict[str, str]) -> float:
