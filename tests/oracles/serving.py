@@ -21,6 +21,7 @@ from trackweave.service.web.settings import Tls, WebSettings
 FRAME = LocalFrame(48.0, 11.0)
 PAGE = {
     "/": Asset(b"<!doctype html><title>map</title>", "text/html; charset=utf-8", '"1"'),
+    "/large.bin": Asset(bytes(1 << 24), "application/octet-stream", '"3"'),
     "/main.js": Asset(b"export {}", "text/javascript; charset=utf-8", '"2"'),
 }
 

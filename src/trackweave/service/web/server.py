@@ -108,12 +108,14 @@ class WebServer:
         for each in self._listening:
             each.close()
         for protocol in tuple(self._state.connections):
-            protocol.shutdown()
+            with suppress(Exception):  # whatever state it is in, it is aborted below
+                protocol.shutdown()
         with suppress(TimeoutError):
             async with asyncio.timeout(grace_s):
                 while len(self._connections):
                     await asyncio.sleep(0.01)
         self._connections.abort_all()
+        await asyncio.sleep(0.01)  # they learn of it
         for task in tuple(self._state.tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, *self._state.tasks, return_exceptions=True)
