@@ -4,10 +4,9 @@ import math
 import re
 from importlib.util import find_spec
 
-import httpx
 import pytest
 
-from oracles.serving import RememberingDesk, Serving
+from oracles.serving import RememberingDesk, Serving, get
 from trackweave.service.web.metrics import CONTENT_TYPE, exposition, of_sensors
 
 NAME = r"[a-zA-Z_:][a-zA-Z0-9_:]*"
@@ -41,8 +40,8 @@ def test_what_is_served_is_prometheus_text() -> None:
     desk.names = NASTY
     with Serving(desk) as running:
         for path in ("/tracks", "/nowhere"):
-            httpx.get(f"{running.url}{path}")
-        done = httpx.get(f"{running.url}/metrics")
+            get(f"{running.url}{path}")
+        done = get(f"{running.url}/metrics")
     assert done.headers["content-type"] == CONTENT_TYPE
     check(done.text)
     assert "trackweave_reports_total 3\n" in done.text

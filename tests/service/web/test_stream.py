@@ -2,14 +2,12 @@
 
 import json
 import socket
-import time
-from collections.abc import Callable
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
-from oracles.serving import FRAME, RememberingDesk, Serving, read_all, tracks_table
+from oracles.serving import FRAME, RememberingDesk, Serving, listen, read_all, tracks_table, until
 from trackweave.service.web.settings import Limits, WebSettings
 
 HEAD = (
@@ -22,26 +20,18 @@ def url(serving: Serving, query: str = "") -> str:
     return f"ws://127.0.0.1:{serving.port}/stream{query}"
 
 
-def until(holds: Callable[[], object], seconds: float = 30.0) -> bool:
-    """Wait for something to hold; how long it takes is nobody's business."""
-    end = time.monotonic() + seconds
-    while not holds() and time.monotonic() < end:
-        time.sleep(0.05)
-    return bool(holds())
-
-
 def code_of_end(stream: ClientConnection) -> int | None:
     """Return with which code the server ends the stream, None for none."""
     try:
         while True:
-            stream.recv(timeout=30)
+            stream.recv(timeout=60)
     except ConnectionClosed as closed:
         return closed.rcvd.code if closed.rcvd else None
 
 
 def test_a_full_picture_comes_first_and_then_what_changed() -> None:
     desk = RememberingDesk(4)
-    with Serving(desk) as running, connect(url(running)) as stream:
+    with Serving(desk) as running, listen(url(running)) as stream:
         first = json.loads(stream.recv())
         assert (first["type"], first["full"], first["ended"]) == ("tracks", True, [])
         assert [each["track"] for each in first["changed"]] == ["1", "2", "3", "4"]
@@ -59,8 +49,8 @@ def test_reports_come_to_whoever_asks_for_them() -> None:
     desk = RememberingDesk(1)
     with (
         Serving(desk) as running,
-        connect(url(running, "?reports=1")) as one,
-        connect(url(running)) as other,
+        listen(url(running, "?reports=1")) as one,
+        listen(url(running)) as other,
     ):
         assert one.recv()
         assert other.recv()
@@ -72,14 +62,14 @@ def test_reports_come_to_whoever_asks_for_them() -> None:
 
 @pytest.mark.parametrize("message", ["hello", b"\x00\xff", '{"type": "tracks"}'])
 def test_whoever_talks_is_not_listened_to(message: str | bytes) -> None:
-    with Serving(RememberingDesk()) as running, connect(url(running)) as stream:
+    with Serving(RememberingDesk()) as running, listen(url(running)) as stream:
         assert stream.recv()
         stream.send(message)
         assert code_of_end(stream) == 1008
 
 
 def test_too_long_a_message_ends_the_connection() -> None:
-    with Serving(RememberingDesk()) as running, connect(url(running)) as stream:
+    with Serving(RememberingDesk()) as running, listen(url(running)) as stream:
         assert stream.recv()
         stream.send("x" * 100_000)
         assert code_of_end(stream) in (1009, None)
@@ -104,7 +94,7 @@ def test_whoever_does_not_read_is_given_up_and_takes_no_memory() -> None:
 
 def test_whoever_was_behind_goes_on_with_a_fresh_full_picture() -> None:
     desk = RememberingDesk(2000)
-    with Serving(desk) as running, connect(url(running), max_size=None, max_queue=1) as stream:
+    with Serving(desk) as running, listen(url(running), max_size=None, max_queue=1) as stream:
         changed = tracks_table(2000)
         for k in range(40):
             running.call(desk.fanout.tracks, float(k), changed, [], FRAME)
@@ -188,17 +178,17 @@ def test_an_upgrade_that_is_none_is_forgotten() -> None:
 def test_only_so_many_may_listen() -> None:
     limits = Limits(streams=2)
     with Serving(RememberingDesk(), WebSettings(limits=limits)) as running:
-        with connect(url(running)), connect(url(running)):
-            with pytest.raises(InvalidStatus) as refused, connect(url(running)):
+        with listen(url(running)), listen(url(running)):
+            with pytest.raises(InvalidStatus) as refused, listen(url(running)):
                 pass
             assert refused.value.response.status_code == 503
         assert until(lambda: running.application.tally.measured["streams"]() == 0)
-        with connect(url(running)) as stream:
+        with listen(url(running)) as stream:
             assert stream.recv()
 
 
 def test_the_service_ends_though_somebody_listens() -> None:
-    with Serving(RememberingDesk()) as running, connect(url(running)) as stream:
+    with Serving(RememberingDesk()) as running, listen(url(running)) as stream:
         assert stream.recv()
         running.run(running.server.stop())
         assert code_of_end(stream) == 1012

@@ -57,7 +57,7 @@ class Entrance:
         self.sessions = Sessions(limits.session_s)
         self.cookie = "__Host-trackweave" if settings.is_encrypted else "trackweave"
         self._settings = settings
-        self._requests = Buckets(limits.requests_per_s, 2 * limits.requests_per_s)
+        self._requests = Buckets(limits.requests_per_s, max(1.0, 2 * limits.requests_per_s))
         self._failures = Buckets(limits.failures_per_min / 60, max(1.0, limits.failures_per_min))
 
     def refusal(self, scope: Mapping[str, Any], address: str, *, is_open: bool) -> Refusal | None:
