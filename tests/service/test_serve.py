@@ -98,8 +98,9 @@ def test_ends_on_sigterm_and_reads_its_configuration_anew_on_sighup(tmp_path: Pa
     toml_of({**configuration, "window": {"depth": 3}}, config)
     service.process.send_signal(signal.SIGHUP)
     service.wait_for("sequence", receipt["sequence"] + 3)
-    bad = service.post([{"time": 30.0, "sensor": "pier", "x": 1.0, "y": None}])
-    assert (bad["accepted"], bad["rejected"][0]["row"]) == (0, 1)
+    whole = {"time": 30.0, "sensor": "pier", "x": 1.0, "y": 2.0}
+    mixed = service.post([whole, {**whole, "y": None}])
+    assert (mixed["accepted"], mixed["rejected"][0]["row"]) == (1, 2)
     assert service.terminate() == 0
     journal = Journal.open(tmp_path / "data" / "journal")
     said = [json.loads(r.payload) for r in journal.records() if r.kind == Kind.CONFIGURE]
