@@ -135,7 +135,7 @@ class MortalDisk(Disk):
             self._log.put("call", None, name, *given)
         found = getattr(Disk, name)(self, *given)
         if name in {"create", "open"}:
-            self._kinds[found] = kind
+            self._kinds[found] = kind.removesuffix(".new")
         if is_promise or name in {"create", "open"}:
             self._log.put("call", found, name, *given)
         if self._plan.pass_by():

@@ -180,7 +180,7 @@ class LossyDisk(Disk):
         # Names go through the file system's own journal: the first so many changes.
         self._store_names(int(rng.integers(len(self.renamings) + 1)))
         self.renamings = []
-        for file in set(self.names_stored.values()):
+        for file in dict.fromkeys(self.names_stored.values()):
             for change in file.pending:
                 if change.content is None:
                     if rng.random() < 0.5:
