@@ -14,9 +14,7 @@ __all__ = ["run_token", "token"]
 
 @with_status
 def token(
-    file: Annotated[
-        Path, required("FILE", "The service's --token-file; added to if there.")
-    ],
+    file: Annotated[Path, required("FILE", "The service's --token-file; added to if there.")],
     name: Annotated[str, typer.Option(help="Whose token it is, for whoever reads the file.")] = "",
     json: JsonOption = False,
     quiet: QuietOption = False,
