@@ -112,8 +112,8 @@ def records_of(
     """
     if span[0] + 1 < firsts[0]:
         raise InvalidInputError(
-            f"{folder}: records after {span[0]}: those before {firsts[0]} were forgotten; expected "
-            f"{firsts[0] - 1} or more"
+            f"{folder}: records after {span[0]}: those before {firsts[0]} were forgotten; "
+            f"expected {firsts[0] - 1} or more"
         )
     try:
         yield from _between(folder, disk, firsts, span)
