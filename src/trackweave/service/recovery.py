@@ -147,13 +147,13 @@ def marked(folder: Path, disk: Disk) -> int:
 class Whole(NamedTuple):
     """The whole records of the last segment: the last of them, and where they end [bytes].
 
-    Nothing proves that what begins at ``doubtful`` has ever been on the disk: it is seen, but a
-    sync of it may have failed, and the system may show what it will never write.
+    Nothing proves that the ``doubtful`` ones have ever been on the disk: they are seen, but a sync
+    of them may have failed, and the system may show what it will never write.
     """
 
     last: int
     end: int
-    doubtful: int
+    doubtful: list[Record]
 
 
 def whole(segment: Segment, marked: int) -> Whole:
@@ -175,15 +175,15 @@ def whole(segment: Segment, marked: int) -> Whole:
     DamagedJournalError
         If that is before what is known to have been on the disk.
     """
-    ends, proven = [HEADER_BYTES], marked
-    for frame in segment.frames():
-        ends.append(frame.end)
-        proven = max(proven, frame.proven)
-    end, last = ends[-1], segment.first + len(ends) - 2
+    frames = list(segment.frames())
+    end, last, proven = HEADER_BYTES, segment.first - 1, marked
+    if frames:
+        end, last = frames[-1].end, frames[-1].record.sequence
+        proven = max(marked, frames[-1].proven)
     if max(marked, segment.proven(end - 1)) > last:
         found = "missing" if end == len(segment.content) else "damaged"
         raise DamagedJournalError(segment.path, end, last + 1, found)
-    return Whole(last, end, ends[max(0, proven - segment.first + 1)])
+    return Whole(last, end, [each.record for each in frames if each.record.sequence > proven])
 
 
 def _between(
