@@ -46,7 +46,8 @@ def attempt_of(
     )
     table, lone = doubles.once, is_lone(doubles.once, max_ahead)
     rotations = rotations_in(settings)
-    table, assumed = laid(table, settings.sensors)
+    stands = {each.name: each.position for each in settings.sensors if each.position is not None}
+    table, assumed = laid(table, stands)
     notes = [
         *table.notes,
         *notes_on_names(every),

@@ -1,6 +1,6 @@
 """Ranges and directions, as measured through the air, become those on the tracking plane."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,6 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.models.sensors import Sensor
 from trackweave.run.placing import platforms_of
 
 __all__ = ["laid"]
@@ -24,16 +23,17 @@ _STEEPEST = 1e-3
 _HIGHEST_M = 20_000.0
 
 
-def laid(reports: ReportTable, sensors: Sequence[Sensor]) -> tuple[ReportTable, list[str]]:
+def laid(
+    reports: ReportTable, places: Mapping[str, Sequence[float]]
+) -> tuple[ReportTable, list[str]]:
     """Return reports whose ranges and directions are those on the plane, and what was assumed."""
     # In two dimensions a slant range becomes the distance on the ground where the row tells the
     # object's height, and is taken for that distance where it does not. Where the plane is one of
     # the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
-    # instead of the sensor's.
+    # instead of the sensor's. ``places`` are of sensors whose rows do not say: x, y[, z] [m].
     notes = _notes_on_heights(reports)
     if not reports.kinds:
         return reports, notes
-    places = {sensor.name: sensor.position for sensor in sensors if sensor.position is not None}
     platform = platforms_of(reports, places)
     measurement = reports.measurement.copy()
     for index, kind in enumerate(reports.kinds):
