@@ -16,6 +16,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.protocol import Stop
 from trackweave.trackers._arguments import checked_scan, with_dimensions
+from trackweave.trackers.checkpoint import Saved
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
 from trackweave.trackers.from_config import from_config
 from trackweave.trackers.hypothesis import Assignments, Hypothesis, gathered, unchanged
@@ -45,7 +46,7 @@ class Haste:
         return replace(self, deadline=self.deadline / count)
 
 
-class LiveTracker(ABC):
+class LiveTracker(Saved, ABC):
     """A tracker that takes in scans as they come.
 
     What a step changes is in the attributes ``CHANGING``; ``copy.copy`` of each of these gives

@@ -40,13 +40,15 @@ class DecodingProcess:
     def __init__(self, seconds: float = 30.0, room: int = _ROOM) -> None:
         self._seconds, self._room = seconds, room
         self._process: Any = None
-        self._pipe: Connection | None = None
+        self._pipe: Any = None
         self._is_closed = False
+        self._starting = threading.Lock()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="trackweave-decoding")
 
     async def start(self) -> None:
         """Begin the process ahead of the first body, which then need not wait for it."""
-        await asyncio.get_running_loop().run_in_executor(self._thread, self._begin)
+        with suppress(EOFError, OSError):  # as where it is closed meanwhile
+            await asyncio.get_running_loop().run_in_executor(self._thread, self._begin)
 
     async def decode(self, data: bytes, told: str | None) -> Decoded:
         """Return the reports of a body; see ``bodies.decoded``.
@@ -71,20 +73,24 @@ class DecodingProcess:
         return await loop.run_in_executor(self._thread, self._decode, data, told)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, whatever it does."""
         self._is_closed = True
-        self._end()
-        self._thread.shutdown(wait=False, cancel_futures=True)
+        with self._starting:
+            if self._process is not None:
+                self._process.kill()
+        # Only the thread that uses the pipe closes it.
+        self._thread.submit(self._end)
+        self._thread.shutdown(wait=False)
 
     def _decode(self, data: bytes, told: str | None) -> Decoded:
-        pipe = self._begin()
         try:
+            self._begin()
             # Where it is killed the pipe breaks, whichever way it is used just then.
             watch = threading.Timer(self._seconds, self._process.kill)
             watch.start()
             try:
-                pipe.send((data, told))
-                is_right, found = pipe.recv()
+                self._pipe.send((data, told))
+                is_right, found = self._pipe.recv()
             finally:
                 watch.cancel()
         except (EOFError, OSError):
@@ -98,22 +104,22 @@ class DecodingProcess:
         table, *rest = found
         return Decoded(pl.read_ipc(BytesIO(table)), *rest)
 
-    def _begin(self) -> Connection:
-        if self._is_closed:
-            raise InvalidInputError("body: the service ends; expected nothing more")
-        if self._pipe is None or not self._process.is_alive():
-            self._end()
-            # Not a fork: it would hold the service's sockets and files.
-            context = multiprocessing.get_context("spawn")
-            ours, theirs = context.Pipe()
+    def _begin(self) -> None:
+        if self._pipe is not None and self._process.is_alive():
+            return
+        self._end()
+        # Not a fork: it would hold the service's sockets and files.
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        with self._starting:
+            if self._is_closed:
+                raise EOFError
             self._process = context.Process(
                 target=_work, args=(theirs, self._room), name="trackweave-decoding", daemon=True
             )
             self._process.start()
-            theirs.close()
-            self._pipe = ours
-            ours.recv()  # that it has begun
-        return self._pipe
+        theirs.close()
+        self._pipe.recv()  # that it has begun
 
     def _end(self) -> None:
         process, self._process = self._process, None
