@@ -13,7 +13,9 @@ import { Timeline } from "./timeline.js";
 import { counted, lasting, plain, roundStep } from "./words.js";
 
 const PANELS_MS = 450;
+const BETWEEN_PANELS_MS = 30;
 const BARS_MS = 2000;
+const RESTS_OF_PANELS = 40; // panels rest so many times as long as they take
 
 /** The page of a live service, or of a run. */
 export class Page {
@@ -31,8 +33,17 @@ export class Page {
     });
     this.sensors = new SensorPanel(this.map, ([x, y]) => this.#centre(x, y));
     this.about = this.live ? new ServicePanel(this.map) : new RunPanel(this.map, run);
-    this.spent = [];
-    this.panelsAt = this.barsAt = this.before = -Infinity;
+    this.spent = []; // milliseconds of script of the last frames
+    this.before = this.refreshedAt = -Infinity;
+    const duty = (every, act) => ({ every, act, at: -Infinity, cost: 0 });
+    this.duties = [
+      duty(PANELS_MS, (now) => this.details.refresh(now)),
+      duty(PANELS_MS, () => this.#beside()),
+      duty(PANELS_MS, () => this.#count()),
+      duty(PANELS_MS, () => this.#explain()),
+      duty(PANELS_MS, () => this.timeline.drawBars()),
+      duty(BARS_MS, () => this.timeline.count()),
+    ];
     this.#build(title);
     watchKeys(this);
     this.apply();
@@ -78,14 +89,14 @@ export class Page {
     this.shown = shown;
     this.pages.forEach((page, k) => (page.hidden = k !== shown));
     this.tabs.forEach((tab, k) => tab.setAttribute("aria-selected", String(k === shown)));
-    this.panelsAt = -Infinity;
+    this.#hurry();
   }
 
   /** Take changed options. */
   apply() {
     document.documentElement.dataset.theme = this.options.theme;
     this.map.restyle();
-    this.panelsAt = this.barsAt = -Infinity;
+    this.#hurry();
   }
 
   choose(course) {
@@ -154,7 +165,7 @@ export class Page {
     if (course && window.innerWidth < 760) this.root.classList.remove("narrow");
     const row = course ? Math.max(course.rowAt(this.map.time), 0) : 0;
     this.spoken.textContent = course ? `Track ${plain(course.label, 30)}, ${STATUSES[course.status[row]]}` : "";
-    this.panelsAt = -Infinity;
+    this.#hurry();
   }
 
   #tip(course, x, y) {
@@ -180,26 +191,31 @@ export class Page {
     this.before = now;
     this.map.show(this.timeline.shown, ms);
     this.map.draw(ms);
-    // One of the panels at a time, so that no frame bears them all.
     this.timeline.refresh();
-    if (ms - this.barsAt > BARS_MS) {
-      this.barsAt = ms;
-      this.timeline.count();
-    } else if (ms - this.panelsAt > PANELS_MS) {
-      this.panelsAt = ms;
-      this.#refresh(now);
-    }
+    this.#refresh(ms);
     this.spent.push(performance.now() - begun);
     if (this.spent.length > 600) this.spent.shift();
     requestAnimationFrame((next) => this.#frame(next));
   }
 
-  #refresh(now) {
-    if (!this.store.plane) return;
-    this.timeline.drawBars();
-    this.#count();
-    this.#explain();
-    this.details.refresh(now);
+  /** Bring one panel up to date, if any is due: no frame has to bear them all. */
+  #refresh(ms) {
+    if (!this.store.plane || ms - this.refreshedAt < BETWEEN_PANELS_MS) return;
+    const due = this.duties.find((duty) => ms - duty.at > Math.max(duty.every, RESTS_OF_PANELS * duty.cost));
+    if (!due) return;
+    const begun = performance.now();
+    due.act(ms / 1000);
+    due.cost = performance.now() - begun;
+    due.at = this.refreshedAt = ms;
+  }
+
+  /** Let all panels be brought up to date at once. */
+  #hurry() {
+    this.refreshedAt = -Infinity;
+    for (const duty of this.duties) duty.at = -Infinity;
+  }
+
+  #beside() {
     if (!this.root.classList.contains("narrow")) [this.list, this.sensors, this.about][this.shown].refresh();
   }
 

@@ -4,7 +4,7 @@ import { Strip } from "./charts.js";
 import { el, iconButton, nameOf } from "./dom.js";
 import { symbolSample, THEMES } from "./looks.js";
 import { STATUSES } from "./store.js";
-import { clockTime, degrees, digits, lasting, percent, plain } from "./words.js";
+import { clockTime, counted, degrees, digits, lasting, percent, plain } from "./words.js";
 
 /** A card of a track with its facts and their course over time. */
 export class Details {
@@ -72,12 +72,12 @@ export class Details {
     if (course.speed(row) > 1e-9) lines.push(["Course", `${digits(course.heading(row))}°`]);
     if (Number.isFinite(course.height[row])) lines.push(["Height", units.height(course.height[row])]);
     if (store.plane.geographic) lines.push(["Place", `${degrees(y, "NS")}, ${degrees(x, "EW")}`]);
-    else lines.push(["Place", `${digits(x, 5)}, ${digits(y, 5)}`]);
+    else lines.push(["Place", `x ${units.distance(x)}, y ${units.distance(y)}`]);
     const spread = Math.sqrt((course.xx[row] + course.yy[row]) / 2);
     if (Number.isFinite(spread)) lines.push(["Known to", `± ${units.distance(spread)}`]);
     if (Number.isFinite(course.existence[row])) lines.push(["Is there", percent(course.existence[row])]);
     if (Number.isFinite(facts.visible)) lines.push(["In sight", percent(facts.visible)]);
-    if (facts.hits !== undefined) lines.push(["Reports", digits(facts.hits)]);
+    if (facts.hits !== undefined) lines.push(["Reports", counted(facts.hits)]);
     if (facts.sensors?.length) lines.push(["Sensors", facts.sensors.map((name) => plain(name, 20)).join(", ")]);
     lines.push(["Since", `${clockTime(course.time[0], store.calendar)} (${lasting(time - course.time[0])})`]);
     const end = ended ? clockTime(course.time[course.n - 1], store.calendar) : `${lasting(time - course.time[row])} ago`;

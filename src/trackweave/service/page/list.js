@@ -6,7 +6,15 @@ import { STATUSES } from "./store.js";
 import { counted, plain } from "./words.js";
 
 const ROW_PIXELS = 30;
-const byText = new Intl.Collator("en", { numeric: true }).compare;
+
+/** Return what sorts as the name does, numbers in it by their size. */
+function sortKey(course) {
+  if (course.keyed !== course.label) {
+    course.key = course.label.slice(0, 60).toLowerCase().replace(/\d+/g, (number) => number.padStart(12, "0"));
+    course.keyed = course.label;
+  }
+  return course.key;
+}
 
 /** A table of the tracks that live at the map's moment. */
 export class TrackList {
@@ -30,7 +38,7 @@ export class TrackList {
   columns() {
     const { units, store } = this.map;
     const columns = [
-      { key: "label", name: "Track", text: (course) => plain(course.label, 18), value: (course) => course.label },
+      { key: "label", name: "Track", text: (course) => plain(course.label, 18), value: sortKey },
       { key: "speed", name: "Speed", text: (course, row) => units.speed(course.speed(row)), value: (course, row) => course.speed(row) },
     ];
     if (store.hasHeights) {
@@ -152,6 +160,10 @@ export class TrackList {
     }
     this.#paint();
   }
+}
+
+function byText(one, other) {
+  return one < other ? -1 : one > other ? 1 : 0;
 }
 
 function byNumber(one, other) {

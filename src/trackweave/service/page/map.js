@@ -1,12 +1,13 @@
 /**
- * The map: three sheets above one another, each drawn again only when something on it changed.
+ * The map: sheets above one another, each drawn again only when something on it changed.
  *
- * Beneath lies the scenery, then trails and reports, then the tracks themselves.
+ * Beneath lies the scenery, then trails and reports, then symbols, then labels and what is chosen.
  */
 
 import { el, sized } from "./dom.js";
 import { boxAround, View } from "./geometry.js";
 import { watchPointers } from "./gestures.js";
+import { Glyphs } from "./glyphs.js";
 import { Palette, THEMES } from "./looks.js";
 import { drawMarks, trackAt } from "./marks.js";
 import { drawScenery } from "./scenery.js";
@@ -17,6 +18,8 @@ import { UNITS } from "./words.js";
 const SHEETS = ["scenery", "trails", "marks"];
 const MOVING_MS = 60; // how often tracks move along between messages
 const TRAILS_MS = 900;
+const CHEAP_MS = 3;
+const MOST_SLIDES = 6;
 const RESTS = 7; // a sheet rests so many times as long as drawing it took
 const REACH = { mouse: 14, touch: 26 };
 
@@ -38,16 +41,19 @@ export class TrackMap {
     this.ahead = undefined;
     this.stale = new Set(SHEETS);
     this.drawnAt = this.trailedAt = -Infinity;
-    this.costs = { marks: 0, trails: 0 }; // milliseconds that drawing took, smoothed
+    this.costs = { scenery: 0, marks: 0, trails: 0 }; // milliseconds that drawing took, smoothed
+    this.drawn = {}; // how the view was when each sheet was drawn
     this.following = false; // time runs as it does outside
     this.fitted = false;
     this.moved = false; // by hand: then the view is nobody else's to change
     this.fixed = false; // the chosen track stays in the middle
     this.onselect = () => {};
     this.onhover = () => {};
-    this.room = { left: 40, right: 40, top: 40, bottom: 40 };
+    this.room = { left: 45, right: 60, top: 45, bottom: 75 };
     this.sheets = Object.fromEntries(SHEETS.map((name) => [name, el("canvas", { class: "sheet" })]));
-    element.append(...Object.values(this.sheets));
+    const symbols = el("canvas", { class: "sheet" });
+    this.glyphs = new Glyphs(symbols);
+    element.append(this.sheets.scenery, this.sheets.trails, symbols, this.sheets.marks);
     watchPointers(element, this.view, {
       moved: () => {
         this.moved = true;
@@ -89,45 +95,59 @@ export class TrackMap {
 
   /** Draw what is stale; to be called once a frame. */
   draw(now) {
-    if (!this.stale.size || !this.store.plane) {
-      if (!this.stale.has("scenery")) return;
-    }
-    if (this.view.width < 2) return;
+    if (!this.stale.size || this.view.width < 2) return;
     if (!this.fitted && this.store.plane) this.fit();
-    if (this.stale.has("scenery")) drawScenery(sized(this.sheets.scenery), this);
-    this.begun = performance.now();
-    if (this.store.plane && !Number.isNaN(this.time)) this.#drawTracks(now);
-    this.stale.clear();
-  }
-
-  #drawTracks(now) {
-    if (this.stale.has("trails")) {
-      const ctx = this.#cleared("trails");
-      if (this.options.truth && this.truth.length) drawTruth(ctx, this);
-      if (this.options.reports) drawReports(ctx, this);
-      if (this.options.trail > 0) drawTrails(ctx, this);
-      this.trailedAt = now;
-      this.#spent("trails");
-    }
+    if (this.stale.has("scenery")) this.#sheet("scenery", now, (ctx) => drawScenery(ctx, this));
+    if (!this.store.plane || Number.isNaN(this.time)) return;
+    if (this.stale.has("trails")) this.#sheet("trails", now, (ctx) => this.#drawPast(ctx));
     if (this.stale.has("marks")) {
       this.instant.fill(this.store, this.time);
-      drawMarks(this.#cleared("marks"), this);
+      this.#sheet("marks", now, (ctx) => drawMarks(ctx, this));
       this.drawnAt = now;
-      this.#spent("marks");
     }
   }
 
-  /** Note what drawing a sheet took since the last note. */
-  #spent(sheet) {
-    const now = performance.now();
-    this.costs[sheet] += 0.2 * (now - this.begun - this.costs[sheet]);
-    this.begun = now;
+  /** Draw a sheet, or, where that is costly and was done just now, only move what is on it. */
+  #sheet(name, now, paint) {
+    const drawn = this.drawn[name];
+    const { view } = this;
+    const moved = drawn && drawn.scale && (drawn.x !== view.x || drawn.y !== view.y || drawn.scale !== view.scale);
+    const begun = performance.now();
+    // While the view moves, what is costly is drawn anew only now and then, one sheet a frame.
+    const waits = drawn?.slid < MOST_SLIDES || this.costly === now;
+    if (name !== "marks" && moved && drawn.cost > CHEAP_MS && waits) {
+      drawn.slid += 1;
+      this.#slide(name, drawn);
+      return;
+    }
+    const ctx = sized(this.sheets[name]);
+    ctx.clearRect(0, 0, view.width, view.height);
+    paint(ctx);
+    this.sheets[name].style.transform = "";
+    this.stale.delete(name);
+    const cost = performance.now() - begun;
+    this.costs[name] += 0.2 * (cost - this.costs[name]);
+    this.drawn[name] = { x: view.x, y: view.y, scale: view.scale, slid: 0, cost };
+    if (cost > CHEAP_MS) this.costly = now;
+    if (name === "trails") this.trailedAt = now;
   }
 
-  #cleared(name) {
-    const ctx = sized(this.sheets[name]);
-    ctx.clearRect(0, 0, this.view.width, this.view.height);
-    return ctx;
+  /** Move a sheet as the view moved since it was drawn; it stays stale. */
+  #slide(name, drawn) {
+    const { view } = this;
+    const factor = view.scale / drawn.scale;
+    const dx = view.width / 2 * (1 - factor) + (drawn.x - view.x) * view.scale;
+    const dy = view.height / 2 * (1 - factor) - (drawn.y - view.y) * view.scale;
+    this.sheets[name].style.transform = `matrix(${factor}, 0, 0, ${factor}, ${dx}, ${dy})`;
+  }
+
+  #drawPast(ctx) {
+    if (this.options.truth && this.truth.length) drawTruth(ctx, this);
+    const chosen = this.options.reports ? drawReports(ctx, this) : new Path2D();
+    if (this.options.trail > 0) drawTrails(ctx, this);
+    ctx.strokeStyle = this.theme.ink;
+    ctx.lineWidth = 1.1;
+    ctx.stroke(chosen);
   }
 
   /** Show everything that is known. */

@@ -1,7 +1,7 @@
 /** The tracks of one moment: ellipses, vectors, symbols, labels, and what is chosen. */
 
 import { ellipseOf } from "./geometry.js";
-import { addSymbol, paintSymbols } from "./looks.js";
+import { Outlines } from "./outlines.js";
 import { COASTING, CONFIRMED, TENTATIVE } from "./store.js";
 import { plain } from "./words.js";
 
@@ -9,17 +9,21 @@ const AHEAD_S = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const VECTOR_PIXELS = 34;
 const MOVING_PIXELS = 2.5; // a vector shorter than this is no movement to be seen
 const MOST_LABELS = 260;
+const MOST_TRIED = 500;
 const MOST_ELLIPSES = 700;
 const CELL = 9;
 
 /** Draw the tracks of a moment. Leaves their places on the screen in `scene.places`. */
 export function drawMarks(ctx, scene) {
   const places = locate(scene);
-  if (scene.options.ellipses) drawEllipses(ctx, scene, places);
   const size = places.shown > 2500 ? 8 : places.shown > 800 ? 10.5 : 14;
+  const pen = scene.glyphs?.available ? scene.glyphs : new Outlines(ctx);
+  if (scene.options.ellipses) drawEllipses(ctx, scene, places);
   scene.ahead = vectorTime(scene, places);
-  if (scene.options.vectors) drawVectors(ctx, scene, places, size);
-  drawSymbols(ctx, scene, places, size);
+  pen.begin(places.shown, scene.palette, size);
+  if (scene.options.vectors) addVectors(pen, scene, places, size);
+  addSymbols(pen, scene, places);
+  pen.end(scene.view, size);
   drawChosenMark(ctx, scene, places, size);
   if (scene.options.labels !== "none") drawLabels(ctx, scene, places, size);
 }
@@ -58,7 +62,8 @@ function vectorTime({ view, store, instant, ahead }, places) {
   }
   if (!speeds.length) return ahead ?? AHEAD_S[0];
   speeds.sort((one, other) => one - other);
-  const wanted = VECTOR_PIXELS / speeds[Math.floor(0.7 * (speeds.length - 1))];
+  const pixels = places.shown > 150 ? 0.6 * VECTOR_PIXELS : VECTOR_PIXELS;
+  const wanted = pixels / speeds[Math.floor(0.7 * (speeds.length - 1))];
   // What was chosen before stays until it is clearly off.
   if (ahead && wanted > 0.45 * ahead && wanted < 2.2 * ahead) return ahead;
   return AHEAD_S.reduce((best, time) =>
@@ -66,10 +71,9 @@ function vectorTime({ view, store, instant, ahead }, places) {
   );
 }
 
-function drawVectors(ctx, scene, places, size) {
-  const { view, store, instant, palette, ahead } = scene;
-  const paths = palette.colours.map(() => null);
+function addVectors(pen, { view, store, instant, palette, ahead }, places, size) {
   const most = 0.35 * view.width;
+  const { up } = store.plane;
   for (let k = 0; k < instant.n; k++) {
     const px = places.px[k];
     if (Number.isNaN(px)) continue;
@@ -77,45 +81,25 @@ function drawVectors(ctx, scene, places, size) {
     if (course.status[row] === TENTATIVE) continue;
     const pixels = view.scale * store.plane.perMetre(instant.y[k]) * ahead;
     const dx = course.vx[row] * pixels;
-    const dy = -course.vy[row] * pixels * store.plane.up;
-    const long = Math.hypot(dx, dy);
-    if (long < 0.7 * size || !(long < most)) continue;
-    const colour = palette.of(course, row);
-    const path = (paths[colour] ??= new Path2D());
-    path.moveTo(px, places.py[k]);
-    path.lineTo(px + dx, places.py[k] + dy);
+    const dy = -course.vy[row] * pixels * up;
+    const long = dx * dx + dy * dy;
+    if (long < 0.5 * size * size || !(long < most * most)) continue;
+    pen.line(palette.of(course, row), px, places.py[k], px + dx, places.py[k] + dy);
   }
-  ctx.lineWidth = places.shown > 800 ? 0.9 : 1.2;
-  ctx.globalAlpha = 0.85;
-  paths.forEach((path, colour) => {
-    if (!path) return;
-    ctx.strokeStyle = palette.colours[colour];
-    ctx.stroke(path);
-  });
-  ctx.globalAlpha = 1;
 }
 
-function drawSymbols(ctx, scene, places, size) {
-  const { view, store, instant, palette, theme, ahead } = scene;
-  const paths = Array.from({ length: 3 * palette.colours.length }, () => null);
+function addSymbols(pen, { view, store, instant, palette, ahead }, places) {
   const { up } = store.plane;
-  for (let k = 0; k < instant.n; k++) {
-    const px = places.px[k];
-    if (Number.isNaN(px)) continue;
-    const [course, row] = [instant.courses[k], instant.rows[k]];
-    const status = course.status[row];
-    const [vx, vy] = [course.vx[row], course.vy[row] * up];
-    const speed = Math.hypot(vx, vy);
-    const moves = speed * ahead * view.scale * store.plane.perMetre(instant.y[k]) > MOVING_PIXELS;
-    const path = (paths[3 * palette.of(course, row) + status] ??= new Path2D());
-    addSymbol(path, status, px, places.py[k], size, moves ? vx / speed : 0, moves ? vy / speed : 1, moves);
-  }
   // The surest lie on top.
-  for (const status of [TENTATIVE, COASTING, CONFIRMED]) {
-    palette.colours.forEach((colour, number) => {
-      const path = paths[3 * number + status];
-      if (path) paintSymbols(ctx, path, status, colour, theme, size);
-    });
+  for (const wanted of [TENTATIVE, COASTING, CONFIRMED]) {
+    for (let k = 0; k < instant.n; k++) {
+      const [course, row] = [instant.courses[k], instant.rows[k]];
+      if (course.status[row] !== wanted || Number.isNaN(places.px[k])) continue;
+      const [vx, vy] = [course.vx[row], course.vy[row] * up];
+      const pixels = ahead * view.scale * store.plane.perMetre(instant.y[k]);
+      const moves = (vx * vx + vy * vy) * pixels * pixels > MOVING_PIXELS * MOVING_PIXELS;
+      pen.symbol(wanted, palette.of(course, row), places.px[k], places.py[k], Math.atan2(vx, vy), moves);
+    }
   }
 }
 
@@ -176,25 +160,29 @@ function drawLabels(ctx, scene, places, size) {
   const { view, instant, selected, hovered, options } = scene;
   const across = Math.ceil(view.width / CELL) + 2;
   const taken = new Uint8Array(across * (Math.ceil(view.height / CELL) + 2));
-  const order = [];
   for (let k = 0; k < instant.n; k++) {
     const [px, py] = [places.px[k], places.py[k]];
-    if (Number.isNaN(px) || px < 0 || py < 0 || px >= view.width || py >= view.height) continue;
+    if (!(px >= 0 && py >= 0 && px < view.width && py < view.height)) continue;
     taken[Math.floor(py / CELL) * across + Math.floor(px / CELL)] = 1;
-    const [course, row] = [instant.courses[k], instant.rows[k]];
-    const first = course === selected || course === hovered;
-    if (first || course.status[row] !== TENTATIVE) order.push([first ? 1e9 : course.time[course.n - 1] - course.time[0], k]);
   }
-  order.sort((one, other) => other[0] - one[0]);
   ctx.textBaseline = "middle";
   ctx.lineWidth = 1;
-  let written = 0;
-  for (const [, k] of order) {
+  const write = (k, whole) => {
     const course = instant.courses[k];
-    const whole = options.labels === "full" || course === selected || course === hovered;
     const lines = labelLines(scene, course, instant.rows[k], whole);
-    if (writeLabel(ctx, scene, { course, lines, px: places.px[k], py: places.py[k], taken, across, size })) written++;
-    if (written >= MOST_LABELS) break;
+    return writeLabel(ctx, scene, { course, lines, px: places.px[k], py: places.py[k], taken, across, size });
+  };
+  for (const course of [selected, hovered]) {
+    const k = course ? instant.courses.indexOf(course) : -1;
+    if (k >= 0 && !Number.isNaN(places.px[k])) write(k, true);
+  }
+  // The oldest come first; where there are very many, most would find no room.
+  let [written, tried] = [0, 0];
+  for (let k = 0; k < instant.n && written < MOST_LABELS && tried < MOST_TRIED; k++) {
+    const [course, row] = [instant.courses[k], instant.rows[k]];
+    if (Number.isNaN(places.px[k]) || course.status[row] === TENTATIVE || course === selected || course === hovered) continue;
+    tried++;
+    if (write(k, options.labels === "full")) written++;
   }
   ctx.textBaseline = "alphabetic";
 }

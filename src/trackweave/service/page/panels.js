@@ -36,7 +36,8 @@ export class SensorPanel {
     if (sensor.kind) said.push(plain(sensor.kind, 30));
     if (Number.isFinite(sensor.reports)) said.push(`${counted(sensor.reports)} reports`);
     if (Number.isFinite(sensor.last_heard)) {
-      said.push(`last heard ${clockTime(sensor.last_heard, store.calendar)} (${lasting(Math.max(0, time - sensor.last_heard))} ago)`);
+      const ago = time - sensor.last_heard;
+      said.push(`last heard ${clockTime(sensor.last_heard, store.calendar)}${ago >= 1 ? ` (${lasting(ago)} ago)` : ""}`);
     }
     card.append(el("p", { class: "hint", text: said.join(" · ") }));
     return card;
@@ -105,5 +106,6 @@ export class RunPanel {
 function stripOptions(kind) {
   if (kind === "share") return { text: percent };
   if (kind === "ms") return { text: (value) => `${digits(value)} ms` };
+  if (kind === "count") return { text: counted };
   return {};
 }

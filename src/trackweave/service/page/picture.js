@@ -21,7 +21,7 @@ async function open() {
   const run = await readRun();
   const store = loadRun(run);
   const colour = store.hasHeights && store.plane.geographic ? "height" : "track";
-  const options = recall(firstOptions({ geographic: run.geographic, live: false, down: run.down, colour }));
+  const options = recall(firstOptions({ geographic: run.geographic, live: false, down: run.down, colour, sensors: run.sensors.length }));
   const page = new Page(root, { store, options, title: run.title, run, truth: store.truth });
   if (run.coast) {
     const bytes = Uint8Array.from(atob(run.coast), (letter) => letter.charCodeAt(0));

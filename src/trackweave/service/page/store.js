@@ -12,6 +12,7 @@ export const [TENTATIVE, CONFIRMED, COASTING] = [0, 1, 2];
 const MOST_ROWS = 256;
 const MOST_REPORTS = 60000;
 const CURVE_S = 600;
+const FORGET_S = 10;
 // The longest time for which a track is drawn beyond what is known of it.
 const LONGEST_AHEAD_S = 12;
 const COLUMNS = ["x", "y", "vx", "vy", "height", "xx", "xy", "yy", "existence"];
@@ -168,6 +169,7 @@ export class Store {
     this.curves = []; // [time, values] of the service's state or of the run's scans
     this.version = 0;
     this.hasHeights = false;
+    this.forgot = -Infinity;
   }
 
   /** Take a message of the stream that came at a moment of the page's clock [s]. */
@@ -286,6 +288,8 @@ export class Store {
 
   /** Forget tracks that ended before what is kept. */
   #forget() {
+    if (this.latest - this.forgot < FORGET_S) return;
+    this.forgot = this.latest;
     for (const [id, course] of this.courses) {
       if (course.ended < this.latest - this.keep) this.courses.delete(id);
     }

@@ -14,7 +14,7 @@ export class Timeline {
     this.following = live;
     this.live = live;
     this.playing = false;
-    this.rate = SPEEDS.find((speed) => seconds / speed < 45) ?? 300;
+    this.rate = live ? 10 : SPEEDS.find((speed) => seconds / speed < 45) ?? 300;
     this.shown = NaN;
     this.counts = null;
     this.play = el("button", { type: "button", class: "icon play", onclick: () => this.toggle() });
@@ -101,6 +101,7 @@ export class Timeline {
     this.play.title = runs ? "Pause (space)" : "Play (space)";
     this.speed.textContent = `${this.rate}×`;
     this.speed.setAttribute("aria-label", `Plays ${this.rate} times as fast as it was`);
+    this.speed.hidden = this.following;
     this.follow.classList.toggle("on", this.following);
     this.follow.setAttribute("aria-pressed", String(this.following));
   }

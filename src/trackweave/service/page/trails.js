@@ -85,7 +85,7 @@ function drawChosen(ctx, { view, palette, theme, time, selected }) {
   ctx.fill(dots);
 }
 
-/** Draw reports of a span of time: dots are of tracks, crosses of none. */
+/** Draw reports of a span of time: dots are of tracks, crosses of none; returns the chosen one's. */
 export function drawReports(ctx, { view, store, theme, options, time, selected }) {
   const from = options.trail === Infinity ? -Infinity : time - options.trail;
   const { reports } = store;
@@ -124,9 +124,7 @@ export function drawReports(ctx, { view, store, theme, options, time, selected }
   ctx.lineWidth = 1;
   ctx.stroke(crosses);
   ctx.globalAlpha = 1;
-  ctx.strokeStyle = theme.ink;
-  ctx.lineWidth = 1.2;
-  ctx.stroke(chosen);
+  return chosen;
 }
 
 /** Draw where targets really were, where that is known. */

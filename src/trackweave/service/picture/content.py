@@ -65,8 +65,11 @@ def content_of_run(run: RunFiles, scene: Scene, scans: ScanSeries) -> dict[str, 
     listed, kept = _tracks(tracks, grid, end, stride)
     number_of = {int(each["id"]): k for k, each in enumerate(listed)}
     identities = identities_of(scene)
+    numbers, taken = np.unique(run.assignments.track, return_counts=True)
+    hits = dict(zip(numbers.tolist(), taken.tolist(), strict=True))
     for track in listed:
         track["identity"] = identities.get(int(track["id"]))
+        track["hits"] = hits.get(int(track["id"]), 0)
     content = {
         "geographic": frame is not None, "down": scene.pixels, "calendar": scans.iso_time,
         "from": begin, "to": end, "unit": grid.unit, "unit_s": UNIT_S,
@@ -114,7 +117,7 @@ def _tracks(
         kept.append(few)
         listed.append({
             "id": str(int(table.track[rows[0]])), "n": int(few.size),
-            "hits": int(table.hits[rows[-1]]), **_life(grid.times(table.time[rows]), grid, end),
+            **_life(grid.times(table.time[rows]), grid, end),
         })  # fmt: skip
     # In order of appearance, so that neighbours in time differ in colour.
     appeared = sorted(range(len(listed)), key=lambda k: (table.time[kept[k][0]], k))

@@ -22,18 +22,22 @@ def facts_of(run: RunFiles, scans: ScanSeries, stride: int) -> list[tuple[str, s
     facts = [("Tracks confirmed", f"{confirmed:,}"), ("Reports", f"{len(run.assignments):,}")]
     if len(run.assignments):
         share = float((run.assignments.track >= 0).mean())
-        facts.append(("of them assigned", f"{share:.1%}"))
+        facts.append(("of them assigned", _percent(share)))
     facts.append(("Scans", f"{scans.time.size:,}"))
     if scans.time.size:
-        facts.append(("proven optimal", f"{float(scans.proven.mean()):.1%}"))
+        facts.append(("proven optimal", _percent(float(scans.proven.mean()))))
     for name, key in (("Worst gap", "worst_gap"), ("Amendments", "amendments")):
         value = totals.get(key)
         if isinstance(value, int | float):
-            facts.append((name, f"{value:.2%}" if key == "worst_gap" else f"{value:,}"))
+            facts.append((name, _percent(value) if key == "worst_gap" else f"{value:,}"))
     facts += [("Seed", str(run.record.get("seed"))), ("trackweave", str(run.record["trackweave"]))]
     if stride > 1:
         facts.append(("Rows drawn", f"one of {stride}"))
     return facts
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
 
 
 def notes_of(run: RunFiles) -> list[str]:
