@@ -23,7 +23,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
-HOSTILE = "<img src=x onerror='window.hit=1'>"
+HOSTILE = "<img src=x onerror=hit()>"
 REVERSING = "\u202e</script>"
 
 
@@ -48,7 +48,12 @@ class Watched:
         self.wait("globalThis.trackweave?.map.instant.n > 0")
 
     def wait(self, condition: str) -> None:
-        self.page.wait_for_function(condition, timeout=60_000, polling=100)
+        # Playwright's own waiting evaluates text in the page, which the page's policy forbids.
+        for _ in range(600):
+            if self.value(f"Boolean({condition})"):
+                return
+            self.page.wait_for_timeout(100)
+        pytest.fail(f"never so: {condition}")
 
     def value(self, expression: str) -> Any:
         return self.page.evaluate(expression)
@@ -106,7 +111,7 @@ def test_hovering_and_clicking_name_the_track_as_text(watched: Watched, tmp_path
     assert watched.page.locator(".details h2").inner_text() == HOSTILE
     watched.page.keyboard.press("Escape")
     watched.wait("document.querySelector('.details').hidden")
-    assert watched.value("window.hit === undefined")
+    assert watched.complaints == []  # of a function hit that nobody made
     assert watched.value("document.querySelectorAll('#page img:not(.sample)').length") == 0
 
 
@@ -143,11 +148,12 @@ def test_names_are_rid_of_what_does_not_show(watched: Watched, tmp_path: Path) -
     watched.open(picture(tmp_path))
     watched.page.keyboard.press("Home")
     made = watched.value(
-        """() => { const list = trackweave.list; const { course } = { course: trackweave.map.instant.courses[0] };
-        course.label = "\\u202eab\\u200d\\n" + "x".repeat(99); list.refresh();
-        return document.querySelector(".row bdi").textContent; }"""
+        """() => { const { list, map } = trackweave;
+        map.instant.courses[0].label = "\\u202eab\\u200d\\n" + "x".repeat(99);
+        list.refresh();
+        return [...document.querySelectorAll(".row bdi")].map((name) => name.textContent); }"""
     )
-    assert made == "·ab··" + "x" * 12 + "…"
+    assert "·ab··" + "x" * 12 + "…" in made
 
 
 @pytest.fixture
@@ -193,6 +199,5 @@ def test_the_live_page_follows_its_service(watched: Watched, aircraft: tuple[str
     assert "\u202e" not in watched.page.locator("body").inner_text()
     watched.page.keyboard.press("r")
     watched.wait("trackweave.store.reports.n > 0")
-    assert watched.value("window.hit === undefined")
     assert watched.complaints == []
     assert all(address.startswith((url, "data:")) for address in watched.requests)
