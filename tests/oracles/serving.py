@@ -3,12 +3,16 @@
 import asyncio
 import socket
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
+import httpx
 import numpy as np
 import polars as pl
+from websockets.sync.client import connect
 
 from trackweave.domain.frames import LocalFrame
 from trackweave.service.desk import Picture, Receipt, Rejected, Rows
@@ -18,9 +22,14 @@ from trackweave.service.web.files import Asset
 from trackweave.service.web.server import WebServer
 from trackweave.service.web.settings import Tls, WebSettings
 
+# However busy the machine is.
+get = partial(httpx.get, timeout=60)
+post = partial(httpx.post, timeout=60)
+listen = partial(connect, open_timeout=60)
 FRAME = LocalFrame(48.0, 11.0)
 PAGE = {
     "/": Asset(b"<!doctype html><title>map</title>", "text/html; charset=utf-8", '"1"'),
+    "/large.bin": Asset(bytes(1 << 24), "application/octet-stream", '"3"'),
     "/main.js": Asset(b"export {}", "text/javascript; charset=utf-8", '"2"'),
 }
 
@@ -148,13 +157,21 @@ class Serving:
 
     def connect(self) -> socket.socket:
         """Return a bare connection."""
-        return socket.create_connection(("127.0.0.1", self.port), timeout=30)
+        return socket.create_connection(("127.0.0.1", self.port), timeout=60)
 
     def talk(self, data: bytes) -> bytes:
         """Return all that comes back until the server ends the connection."""
         with self.connect() as peer:
             peer.sendall(data)
             return read_all(peer)
+
+
+def until(holds: Callable[[], object], seconds: float = 60.0) -> bool:
+    """Wait for something to hold; how long it takes is nobody's business."""
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    return bool(holds())
 
 
 def read_all(peer: socket.socket) -> bytes:

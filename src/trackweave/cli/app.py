@@ -27,6 +27,7 @@ from trackweave.cli.options import (
     SeedOption,
     required,
 )
+from trackweave.cli.serving import replay, serve
 
 __all__ = ["app", "run"]
 
@@ -314,6 +315,8 @@ app.command()(convert)
 app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
+app.command()(serve)
+app.command()(replay)
 
 
 @app.command()

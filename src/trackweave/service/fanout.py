@@ -102,6 +102,11 @@ class Fanout:
         return len(self._listeners)
 
     @property
+    def wants_reports(self) -> bool:
+        """Whether anybody wants messages of reports."""
+        return any(each.reports for each in self._listeners)
+
+    @property
     def latest(self) -> tuple[str, ...]:
         """What was last said of each thing but tracks and reports."""
         return tuple(self._latest.values())

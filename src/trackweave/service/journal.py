@@ -324,14 +324,17 @@ class Journal:
         """Go on where the last segment's whole records end."""
         path = self._path(self._firsts[-1])
         segment = opened(path, self._disk.read(path))
-        end, last = whole(segment, proven)
+        found = whole(segment, proven)
+        end, content = found.end, segment.content
         self._handle, self._size, self._seed = self._disk.open(path), end, segment.seed
-        if end < len(segment.content):
-            self.cut = Cut(path, end, len(segment.content) - end, last)
+        if end < len(content):
+            self.cut = Cut(path, end, len(content) - end, found.last)
             self._disk.truncate(self._handle, end)
-        # A process that was killed may have written what it had no time to sync.
+        # What a process before this one may not have synced is written once more: where its sync
+        # has failed, another one alone would store nothing and say that all is well.
+        self._disk.write(self._handle, content[found.doubtful : end], found.doubtful)
         self._disk.sync(self._handle)
-        self._last = self._synced = last
+        self._last = self._synced = found.last
 
     def _write(self, batch: list[Record]) -> None:
         if self._size >= self._segment_bytes:

@@ -36,7 +36,7 @@ class LogLine(logging.Formatter):
         return json.dumps(line, ensure_ascii=True, default=repr).replace("\x7f", "\\u007f")
 
 
-def say(logger: logging.Logger, level: int, event: str, **fields: Any) -> None:
+def say(logger: logging.Logger, level: int, event: str, /, **fields: Any) -> None:
     """Log an event with what belongs to it.
 
     Parameters

@@ -4,6 +4,7 @@ import struct
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.service.disk import Disk
@@ -17,7 +18,16 @@ from trackweave.service.segments import (
     opened,
 )
 
-__all__ = ["MARK", "firsts_of", "mark_of", "marked", "records_between", "stored_records", "whole"]
+__all__ = [
+    "MARK",
+    "Whole",
+    "firsts_of",
+    "mark_of",
+    "marked",
+    "records_between",
+    "stored_records",
+    "whole",
+]
 
 MARK = "synced"
 """A file that tells a record known to have been on the disk: evidence against a lost tail."""
@@ -57,8 +67,8 @@ def stored_records(folder: Path, disk: Disk | None = None, after: int = 0) -> It
         if after + 1 < firsts[0]:
             raise InvalidInputError(f"{folder}: records before {firsts[0]} were forgotten")
         path = folder / name_of(firsts[-1])
-        _, last = whole(opened(path, disk.read(path)), proven)
-        yield from records_between(folder, disk, firsts, after, last)
+        found = whole(opened(path, disk.read(path)), proven)
+        yield from records_between(folder, disk, firsts, after, found.last)
     except OSError as err:
         raise OutputError(f"{folder}: cannot be read ({err.strerror or err})") from err
 
@@ -86,8 +96,20 @@ def marked(folder: Path, disk: Disk) -> int:
     return int(number) if crc == zlib.crc32(content[:8]) else 0
 
 
-def whole(segment: Segment, marked: int) -> tuple[int, int]:
-    """Return where the whole records of the last segment end, and the last of them.
+class Whole(NamedTuple):
+    """The whole records of the last segment: the last of them, and where they end [bytes].
+
+    Nothing proves that what begins at ``doubtful`` has ever been on the disk: it is seen, but a
+    sync of it may have failed, and the system may show what it will never write.
+    """
+
+    last: int
+    end: int
+    doubtful: int
+
+
+def whole(segment: Segment, marked: int) -> Whole:
+    """Return what is whole of the last segment.
 
     Parameters
     ----------
@@ -98,20 +120,22 @@ def whole(segment: Segment, marked: int) -> tuple[int, int]:
 
     Returns
     -------
-    The place [bytes] and the record's number; the one before the segment if it has none.
+    What is whole; the last record is the one before the segment if it has none.
 
     Raises
     ------
     DamagedJournalError
         If that is before what is known to have been on the disk.
     """
-    end, last = HEADER_BYTES, segment.first - 1
+    ends, proven = [HEADER_BYTES], marked
     for frame in segment.frames():
-        end, last = frame.end, frame.record.sequence
+        ends.append(frame.end)
+        proven = max(proven, frame.proven)
+    end, last = ends[-1], segment.first + len(ends) - 2
     if max(marked, segment.proven(end - 1)) > last:
         found = "missing" if end == len(segment.content) else "damaged"
         raise DamagedJournalError(segment.path, end, last + 1, found)
-    return end, last
+    return Whole(last, end, ends[max(0, proven - segment.first + 1)])
 
 
 def records_between(

@@ -127,14 +127,14 @@ class Connections:
 
     def left(self, connection: Connection) -> None:
         """Forget a connection."""
+        if connection.transport is not None:
+            self._of_transport.pop(connection.transport, None)
         if connection not in self._open:
             return
         del self._open[connection]
         self._of_address[connection.address] -= 1
         if not self._of_address[connection.address]:
             del self._of_address[connection.address]
-        if connection.transport is not None:
-            self._of_transport.pop(connection.transport, None)
 
     def sweep(self) -> None:
         """End those that are too slow; called about twice a second."""
@@ -154,13 +154,15 @@ class Connections:
         transport, limits = connection.transport, self._limits
         if transport is None:  # greeted, which has its own time
             return None
+        unread = transport.get_write_buffer_size() > 0
         is_ending = transport.is_closing()
         is_waited_for = not is_ending and connection.is_waited_for()
         connection.has_asked = connection.has_asked or not (is_ending or is_waited_for)
-        unread = transport.get_write_buffer_size() > 0
-        if connection.lasts("ending", holds=is_ending, now=now) > _LAST_BYTES_S:
+        # As long as it has something to read it is not its turn to ask.
+        is_late, is_over = is_waited_for and not unread, is_ending and not unread
+        if connection.lasts("ending", holds=is_over, now=now) > _LAST_BYTES_S:
             return "ending"
-        if connection.lasts("waited for", holds=is_waited_for, now=now) > limits.head_s:
+        if connection.lasts("waited for", holds=is_late, now=now) > limits.head_s:
             return "head"
         # Whoever reads has read all there is from time to time.
         if connection.lasts("unread", holds=unread, now=now) > limits.stall_s:

@@ -73,7 +73,9 @@ class DecodingProcess:
         return await loop.run_in_executor(self._thread, self._decode, data, told)
 
     def close(self) -> None:
-        """End the process, whatever it does."""
+        """End the process, whatever it does; a second call does nothing."""
+        if self._is_closed:
+            return
         self._is_closed = True
         with self._starting:
             if self._process is not None:

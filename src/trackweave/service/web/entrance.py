@@ -18,6 +18,7 @@ from trackweave.service.web.settings import WebSettings
 __all__ = ["Entrance", "Refusal"]
 
 _CHANGES_NOTHING = ("GET", "HEAD")
+_HEAD_BYTES, _ADDRESS_BYTES = 16_384, 2048
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ class Entrance:
         self.sessions = Sessions(limits.session_s)
         self.cookie = "__Host-trackweave" if settings.is_encrypted else "trackweave"
         self._settings = settings
-        self._requests = Buckets(limits.requests_per_s, 2 * limits.requests_per_s)
+        self._requests = Buckets(limits.requests_per_s, max(1.0, 2 * limits.requests_per_s))
         self._failures = Buckets(limits.failures_per_min / 60, max(1.0, limits.failures_per_min))
 
     def refusal(self, scope: Mapping[str, Any], address: str, *, is_open: bool) -> Refusal | None:
@@ -75,17 +76,13 @@ class Entrance:
         -------
         The reason, None for none.
         """
-        settings = self._settings
-        if settings.tokens is None and not is_local_host(scope, settings):
-            return Refusal(
-                421, "host", "called by another name; expected localhost or an address of it"
-            )
-        if _needs_own_origin(scope) and not is_own_origin(scope, settings):
-            return Refusal(403, "origin", "from another origin; expected the service's own page")
+        found = _malformed(scope) or self._foreign(scope)
+        if found is not None:
+            return found
         wait = self._requests.take(address)
         if wait:
             return _too_many("requests", wait)
-        if settings.tokens is None or is_open or self._has_session(scope):
+        if self._settings.tokens is None or is_open or self._has_session(scope):
             return None
         token = bearer_of(scope)
         if token is None:
@@ -111,6 +108,17 @@ class Entrance:
         """Return the session that a request shows, whether it holds or not."""
         return cookie_of(scope, self.cookie)
 
+    def _foreign(self, scope: Mapping[str, Any]) -> Refusal | None:
+        """Return why a page of somebody else may not do this, None where it may, or is none."""
+        settings = self._settings
+        if settings.tokens is None and not is_local_host(scope, settings):
+            return Refusal(
+                421, "host", "called by another name; expected localhost or an address of it"
+            )
+        if _needs_own_origin(scope) and not is_own_origin(scope, settings):
+            return Refusal(403, "origin", "from another origin; expected the service's own page")
+        return None
+
     def _has_session(self, scope: Mapping[str, Any]) -> bool:
         # Whoever shows a token is judged by it.
         session = self.session_of(scope) if header(scope, "authorization") is None else None
@@ -118,6 +126,16 @@ class Entrance:
 
 
 _CHALLENGE = {"www-authenticate": 'Bearer realm="trackweave"'}
+
+
+def _malformed(scope: Mapping[str, Any]) -> Refusal | None:
+    if scope.get("http_version") not in ("1.0", "1.1"):
+        return Refusal(505, "version", "another HTTP; expected 1.1")
+    if sum(len(name) + len(value) for name, value in scope["headers"]) > _HEAD_BYTES:
+        return Refusal(431, "head", f"more than {_HEAD_BYTES:,} bytes of headers")
+    if len(scope["raw_path"]) + len(scope["query_string"]) > _ADDRESS_BYTES:
+        return Refusal(414, "head", f"an address of more than {_ADDRESS_BYTES:,} bytes")
+    return None
 
 
 def _needs_own_origin(scope: Mapping[str, Any]) -> bool:

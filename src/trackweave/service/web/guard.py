@@ -1,5 +1,6 @@
 """What stands around all routes: refuses, adds headers, counts, and lets no fault out."""
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable
@@ -91,6 +92,8 @@ class Guard:
                 await self._inner(scope, receive, sending)
             else:
                 await self._refuse(found, scope, receive, sending)
+        except asyncio.CancelledError:
+            return  # the service ends, and the connection has
         except Exception:
             # Nothing that comes from outside ends the service, or shows more than that it failed.
             _LOG.exception("an answer failed")

@@ -56,7 +56,7 @@ class StreamProtocol(WebSocketsSansIOProtocol):
         super().connection_made(transport)
         connection = _connections(self).of(transport)
         if connection is not None:
-            connection.is_waited_for = bool
+            connection.is_waited_for = self._is_waited_for
             connection.has_asked = True
 
     def data_received(self, data: bytes) -> None:
@@ -65,6 +65,9 @@ class StreamProtocol(WebSocketsSansIOProtocol):
             super().data_received(data)
         except Exception as err:
             _give_up(self, err)
+        if not self.handshake_initiated:
+            # What HTTP took for a whole head was none: it would wait for one for ever.
+            self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Be forgotten."""
@@ -81,6 +84,9 @@ class StreamProtocol(WebSocketsSansIOProtocol):
         super().resume_writing()
         if not self.read_paused:
             self.transport.resume_reading()
+
+    def _is_waited_for(self) -> bool:
+        return not self.handshake_complete
 
 
 def _connections(protocol: Any) -> Connections:

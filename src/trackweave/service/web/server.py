@@ -5,6 +5,7 @@ import logging
 import socket
 import ssl
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from uvicorn.server import ServerState
@@ -108,12 +109,14 @@ class WebServer:
         for each in self._listening:
             each.close()
         for protocol in tuple(self._state.connections):
-            protocol.shutdown()
+            with suppress(Exception):  # whatever state it is in, it is aborted below
+                protocol.shutdown()
         with suppress(TimeoutError):
             async with asyncio.timeout(grace_s):
                 while len(self._connections):
                     await asyncio.sleep(0.01)
         self._connections.abort_all()
+        await asyncio.sleep(0.01)  # they learn of it
         for task in tuple(self._state.tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, *self._state.tasks, return_exceptions=True)
@@ -139,27 +142,30 @@ class WebServer:
                 peer.close()
             else:
                 connection.task = self._go(self._greet(peer, connection))
+                connection.task.add_done_callback(partial(self._greeted, peer, connection))
 
     async def _greet(self, peer: socket.socket, connection: Connection) -> None:
         """Give a connection its protocol, after TLS where there is any."""
         limits = self._application.settings.limits
         handshake = None if self._context is None else limits.head_s
-        try:
-            with suppress(OSError):
-                peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with suppress(OSError):
+            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with suppress(OSError, TimeoutError):
             await asyncio.get_running_loop().connect_accepted_socket(
                 lambda: _Greeter(self, connection),
                 peer,
                 ssl=self._context,
                 ssl_handshake_timeout=handshake,
             )
-        except (OSError, TimeoutError, asyncio.CancelledError) as err:
+
+    def _greeted(
+        self, peer: socket.socket, connection: Connection, _: "asyncio.Task[Any]"
+    ) -> None:
+        """Forget a connection that was given up, perhaps before its greeting began."""
+        if connection.transport is None:
             peer.close()
-            if connection.transport is None:
-                self._connections.left(connection)
-                self._application.tally.add("connections_cut_total", reason="greeting")
-            if isinstance(err, asyncio.CancelledError):
-                raise
+            self._connections.left(connection)
+            self._application.tally.add("connections_cut_total", reason="greeting")
 
     async def _sweep(self) -> None:
         while True:
