@@ -21,7 +21,9 @@ PLACES = {"Bern": (-8e4, -12e4), "Ulm": (9e4, 8e4)}
 class AircraftDesk:
     """Aircraft that fly straight and turn now and then, each told of once a turn of the radar."""
 
-    def __init__(self, n: int, *, seed: int = 0, reach_m: float = 4e5, geographic: bool = True) -> None:
+    def __init__(
+        self, n: int, *, seed: int = 0, reach_m: float = 4e5, geographic: bool = True
+    ) -> None:
         rng = np.random.default_rng(seed)
         self.rng, self.n, self.reach = rng, n, reach_m
         self.frame = LocalFrame(47.5, 8.5) if geographic else None
@@ -48,12 +50,16 @@ class AircraftDesk:
         self.time += seconds
         self.sector = (self.sector + 1) % SECTORS
         azimuth = np.arctan2(*self.place.T) % (2 * np.pi)
-        return self.rows(np.flatnonzero((azimuth / (2 * np.pi) * SECTORS).astype(int) == self.sector))
+        return self.rows(
+            np.flatnonzero((azimuth / (2 * np.pi) * SECTORS).astype(int) == self.sector)
+        )
 
     def heading(self) -> np.ndarray:
+        """Return where each aircraft goes, east and north."""
         return np.stack([np.sin(self.angle), np.cos(self.angle)], axis=1)
 
     def rows(self, which: np.ndarray) -> pl.DataFrame:
+        """Return rows of a tracks table for some of them."""
         place, velocity = self.place[which], (self.speed[:, None] * self.heading())[which]
         columns: dict[str, Any] = {
             "time": np.full(which.size, self.time), "track": which + 1,
@@ -72,17 +78,23 @@ class AircraftDesk:
         return pl.DataFrame(columns)
 
     def picture(self) -> Picture:
+        """Return all aircraft."""
         return Picture(self.time, self.rows(np.arange(self.n)), self.frame)
 
     def track(self, identifier: str) -> dict[str, Any] | None:
+        """Return an aircraft with innovations drawn by chance."""
         if not identifier.isdecimal() or not 0 < int(identifier) <= self.n:
             return None
         times = self.time - TURN_S * np.arange(TRAIL)[::-1]
         nis = self.rng.chisquare(2, TRAIL)
         pairs = zip(times.tolist(), nis.tolist(), strict=True)
-        return {"track": identifier, "innovations": [[time, "Bern", value] for time, value in pairs]}
+        return {
+            "track": identifier,
+            "innovations": [[time, "Bern", value] for time, value in pairs],
+        }
 
     def sensors(self) -> list[dict[str, Any]]:
+        """Return two radars, one of them silent."""
         angle = np.linspace(0, 2 * np.pi, 60)
         found = []
         for k, (name, (x, y)) in enumerate(PLACES.items()):
@@ -101,16 +113,20 @@ class AircraftDesk:
         return found
 
     def health(self) -> dict[str, Any]:
+        """Return that all is well."""
         return {"status": "ok", "sequence": self.sequence}
 
     def counters(self) -> Mapping[str, float]:
+        """Return how many rows were told."""
         return {"reports_total": float(self.sequence)}
 
     async def accept(self, rows: Rows) -> Receipt:
+        """Take nothing."""
         del rows
         return Receipt(0, (), self.sequence)
 
     def subscribe(self, *, reports: bool = False) -> Listener:
+        """Return messages from now on."""
         return self.fanout.subscribe(reports=reports)
 
     async def fly(self, fast: float = 1.0) -> None:
@@ -128,6 +144,7 @@ class AircraftDesk:
             await asyncio.sleep(step / fast)
 
     def said(self) -> dict[str, Any]:
+        """Return what a service would say of itself."""
         return {
             "type": "status", "time": self.time, "load": float(self.rng.uniform(0.3, 0.4)),
             "latency_s": float(self.rng.uniform(0.08, 0.15)), "gap": 0.0, "set_aside": 3,
@@ -145,7 +162,9 @@ class AircraftDesk:
             own = changed.select("lon", "lat").to_numpy()
             places = np.concatenate([own, np.stack([longitude, latitude], axis=1)])
         tracks: list[str | None] = [*names, *[None] * len(false)]
-        return [[x, y, "Bern", track] for (x, y), track in zip(places.tolist(), tracks, strict=True)]
+        return [
+            [x, y, "Bern", track] for (x, y), track in zip(places.tolist(), tracks, strict=True)
+        ]
 
 
 async def served(desk: AircraftDesk) -> WebServer:

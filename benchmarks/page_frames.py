@@ -48,7 +48,9 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, help="where to write a picture of the page")
     arguments = parser.parse_args()
     rows = asyncio.run(_measured(arguments))
-    print(heading(f"{arguments.tracks:,} tracks: CPU of the main thread for a frame's script [ms]"))
+    print(
+        heading(f"{arguments.tracks:,} tracks: CPU of the main thread for a frame's script [ms]")
+    )
     titles = ["", "frames", "mean", "median", "95 %", "greatest", "thread in all [% of a core]"]
     print(table(titles, rows))
     print(command("page_frames.py"))

@@ -7,6 +7,7 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
+from trackweave.models.sensors import Sensor
 from trackweave.run.laying import laid
 
 NAN = np.nan
@@ -27,13 +28,17 @@ def table(kind: Kind, measurement: list[list[float]], dim: int = 2, **columns) -
     )
 
 
+def sensor(kind: Kind, position: tuple[float, ...] | None = None) -> list[Sensor]:
+    return [Sensor("A", measurement=kind, position=position)]
+
+
 def test_a_slant_range_with_a_height_becomes_a_distance_on_the_ground():
     reports = table(
         Kind.RANGE_AZIMUTH_RATE,
         [[5000.0, 1.0, -40.0], [5000.0, 1.0, -40.0]],
         height=np.array([3100.0, NAN]),
     )
-    flat, notes = laid(reports, {"A": (0.0, 0.0, 100.0)})
+    flat, notes = laid(reports, sensor(Kind.RANGE_AZIMUTH_RATE, (0.0, 0.0, 100.0)))
     np.testing.assert_allclose(flat.measurement, [[4000.0, 1.0, -50.0], [5000.0, 1.0, -40.0]])
     assert notes == [
         "sensor A: 1 of 2 rows have no height_m; their ranges are taken for distances on the "
@@ -43,7 +48,7 @@ def test_a_slant_range_with_a_height_becomes_a_distance_on_the_ground():
 
 def test_without_heights_ranges_are_taken_for_distances_and_a_note_says_so():
     reports = table(Kind.RANGE_AZIMUTH, [[5000.0, 1.0]])
-    flat, (note,) = laid(reports, {})
+    flat, (note,) = laid(reports, sensor(Kind.RANGE_AZIMUTH))
     np.testing.assert_array_equal(flat.measurement, reports.measurement)
     assert note.startswith("sensor A: no height_m, so that its ranges are taken")
 
@@ -52,7 +57,7 @@ def test_heights_in_feet_are_noted():
     reports = table(
         Kind.RANGE_AZIMUTH, [[9000.0, 1.0], [60e3, 1.0]], height=np.array([33000.0, 35000.0])
     )
-    flat, notes = laid(reports, {})
+    flat, notes = laid(reports, sensor(Kind.RANGE_AZIMUTH))
     assert "look like feet" in notes[0]
     assert "1 of 2 rows have a height_m beyond their range" in notes[1]
     assert np.all(flat.measurement[:, 0] > 0)
@@ -69,7 +74,7 @@ def test_on_the_earth_a_radar_puts_an_aircraft_where_it_is(kind: Kind, dim: int,
     measured = [slant, np.radians(azimuth), np.radians(elevation)]
     reports = table(kind, [measured[:dim]], dim, frame=frame, height=np.array([aircraft[2]]))
     place = frame.to_plane(*(np.array([part]) for part in radar))[0]
-    flat, _ = laid(reports, {"A": tuple(place)})
+    flat, _ = laid(reports, sensor(kind, tuple(place)))
     truth = frame.to_plane(*(np.array([part]) for part in aircraft))[0]
     distance, direction = flat.measurement[0, :2]
     if dim == 3:
@@ -88,7 +93,7 @@ def test_on_the_earth_a_bearing_counts_from_the_planes_north():
     here, there = (
         frame.to_plane(*(np.array([part]) for part in who))[0] for who in (camera, ship)
     )
-    flat, _ = laid(reports, {"A": tuple(here)})
+    flat, _ = laid(reports, sensor(Kind.BEARING, tuple(here)))
     east, north = (there - here)[:2]
     assert flat.measurement[0, 0] == pytest.approx(np.arctan2(east, north), abs=1e-4)
     assert abs(flat.measurement[0, 0] - np.radians(azimuth)) > 0.03

@@ -46,8 +46,7 @@ def attempt_of(
     )
     table, lone = doubles.once, is_lone(doubles.once, max_ahead)
     rotations = rotations_in(settings)
-    stands = {each.name: each.position for each in settings.sensors if each.position is not None}
-    table, assumed = laid(table, stands)
+    table, assumed = laid(table, settings.sensors)
     notes = [
         *table.notes,
         *notes_on_names(every),

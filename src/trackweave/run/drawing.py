@@ -11,19 +11,26 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status
+from trackweave.domain.reports import ReportTable
 from trackweave.io.run_files import AssignedReports, RunFiles
 from trackweave.io.run_json import encode_json
-from trackweave.domain.reports import ReportTable
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on
-from trackweave.run.laying import laid
+from trackweave.run.laying import laid_from
 from trackweave.run.result import TrackingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "scene_of", "series_of", "with_reports"]
+__all__ = [
+    "assigned_per_scan",
+    "figure_of_result",
+    "inline_picture",
+    "scene_of",
+    "series_of",
+    "with_reports",
+]
 
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
@@ -106,7 +113,7 @@ def with_reports(
     scene: Scene, reports: ReportTable, assignment: Mapping[int, int] | None
 ) -> Scene:
     """Return a scene with reports where the tracker took them to be, and their tracks."""
-    on_plane, _ = laid(reports, scene.sensor_positions)
+    on_plane, _ = laid_from(reports, scene.sensor_positions)
     return replace(scene, reports=on_plane, assignment=assignment)
 
 

@@ -10,9 +10,10 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.models.sensors import Sensor
 from trackweave.run.placing import platforms_of
 
-__all__ = ["laid"]
+__all__ = ["laid", "laid_from"]
 
 _EARTH_RADIUS_M = 6_371_000.0
 # A direction is carried over by a point so far away [m].
@@ -23,14 +24,20 @@ _STEEPEST = 1e-3
 _HIGHEST_M = 20_000.0
 
 
-def laid(
-    reports: ReportTable, places: Mapping[str, Sequence[float]]
-) -> tuple[ReportTable, list[str]]:
+def laid(reports: ReportTable, sensors: Sequence[Sensor]) -> tuple[ReportTable, list[str]]:
     """Return reports whose ranges and directions are those on the plane, and what was assumed."""
     # In two dimensions a slant range becomes the distance on the ground where the row tells the
     # object's height, and is taken for that distance where it does not. Where the plane is one of
     # the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
-    # instead of the sensor's. ``places`` are of sensors whose rows do not say: x, y[, z] [m].
+    # instead of the sensor's.
+    places = {sensor.name: sensor.position for sensor in sensors if sensor.position is not None}
+    return laid_from(reports, places)
+
+
+def laid_from(
+    reports: ReportTable, places: Mapping[str, Sequence[float]]
+) -> tuple[ReportTable, list[str]]:
+    """Return the same of sensors at places [m], where their rows do not say where they are."""
     notes = _notes_on_heights(reports)
     if not reports.kinds:
         return reports, notes

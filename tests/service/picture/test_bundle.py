@@ -10,7 +10,9 @@ from trackweave.service.picture.bundle import bundled, file_of_page
 
 FOLDER = files("trackweave.service") / "page"
 MODULES = sorted(file.name for file in FOLDER.iterdir() if file.name.endswith(".js"))
-DEFINED = re.compile(r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+|\[[^\]]+\])", re.M)
+DEFINED = re.compile(
+    r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+|\[[^\]]+\])", re.M
+)
 TEXT_FILES = [*MODULES, "page.css", "index.html"]
 
 
@@ -35,14 +37,18 @@ def test_modules_import_what_others_export(name: str) -> None:
     pattern = r'import \{([^}]*)\} from "\./([a-z]+\.js)";'
     for wanted, other in re.findall(pattern, file_of_page(name)):
         exported = re.findall(
-            r"^export (?:async )?(?:function|class|const) (\w+|\[[^\]]+\])", file_of_page(other), re.M
+            r"^export (?:async )?(?:function|class|const) (\w+|\[[^\]]+\])",
+            file_of_page(other),
+            re.M,
         )
         assert set(re.findall(r"\w+", wanted)) <= set(re.findall(r"\w+", " ".join(exported)))
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_no_module_makes_markup_or_code_of_text(name: str) -> None:
-    forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\b|new Function|srcdoc"
+    forbidden = (
+        r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\b|new Function|srcdoc"
+    )
     assert re.findall(forbidden, file_of_page(name)) == []
 
 

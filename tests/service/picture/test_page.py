@@ -16,7 +16,7 @@ from trackweave.io.run_files import read_run
 from trackweave.run.drawing import scene_of, series_of
 from trackweave.service.picture import content, page_of_run
 
-HOSTILE = '</script><img src=x onerror=alert(1)>"\'\u202egnp\u0000'
+HOSTILE = "</script><img src=x onerror=alert(1)>\"'\u202egnp\u0000"
 
 
 def page_of(directory: Path, title: str = "a run") -> str:

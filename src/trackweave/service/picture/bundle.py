@@ -15,10 +15,17 @@ def file_of_page(name: str) -> str:
 
 
 def bundled(entry: str) -> str:
-    """Return a module of the page and all that it imports as one script without imports.
+    """Join a module of the page and all that it imports to one script.
 
-    A module comes after those that it imports. They share one scope, so that no two of them may
-    define one name.
+    Parameters
+    ----------
+    entry
+        The module's name, such as ``picture.js``.
+
+    Returns
+    -------
+    The script, without imports and exports. A module comes after those that it imports. They share
+    one scope, so that no two of them may define one name.
 
     Examples
     --------

@@ -97,7 +97,7 @@ def _steps(values: IntArray) -> list[int]:
 def _unit_of(places: FloatArray) -> float:
     known = places[np.isfinite(places).all(axis=1)]
     extent = float(np.abs(known).max()) if known.size else 1.0
-    return 10.0 ** np.floor(np.log10(max(extent, 1e-6) / PARTS_OF_PLANE))
+    return float(10.0 ** np.floor(np.log10(max(extent, 1e-6) / PARTS_OF_PLANE)))
 
 
 def _tracks(
@@ -128,7 +128,7 @@ def _life(times: IntArray, grid: Grid, end: float) -> dict[str, Any]:
     """Return when a track ended, None where it lasted, and when it was lost meanwhile."""
     apart = np.diff(times)
     usual = int(np.median(apart)) if apart.size else 0
-    lost = np.flatnonzero(apart > GAP * usual) if apart.size > 2 else []
+    lost: list[int] = np.flatnonzero(apart > GAP * usual).tolist() if apart.size > 2 else []
     last = int(times[-1])
     lasts = last + usual >= grid.times(np.array([end]))[0]
     return {
@@ -187,8 +187,8 @@ def _reports(
     if scene.reports is None:
         return None
     stride = -(-placed[0].size // MOST_REPORTS) or 1
-    time, place, rows = (column[::stride] for column in placed)
-    x, y = grid.places(place)
+    time, rows = placed[0][::stride], placed[2][::stride]
+    x, y = grid.places(placed[1][::stride])
     track_of = scene.assignment or {}
     track = [number_of.get(track_of.get(row, -1), -1) for row in rows.tolist()]
     sensor: list[int] = scene.reports.sensor[rows].tolist()

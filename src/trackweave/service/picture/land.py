@@ -27,13 +27,22 @@ def whole_land() -> bytes:
 
 
 def encode_land(rings: list[FloatArray]) -> bytes:
-    """Return a file of rings of longitudes and latitudes [degrees], each of shape (points, 2).
+    """Return a file of rings.
+
+    Parameters
+    ----------
+    rings
+        Longitudes and latitudes [degrees], each ring of shape (points, 2).
+
+    Returns
+    -------
+    The file.
 
     Examples
     --------
     >>> import numpy as np
-    >>> encode_land([np.array([[0.0, 0.0], [0.001, 0.0], [0.0, 0.002]])])
-    b'\\x03\\x00\\x00\\x02\\x00\\x01\\x04'
+    >>> list(encode_land([np.array([[0.0, 0.0], [0.001, 0.0], [0.0, 0.002]])]))
+    [3, 0, 0, 2, 0, 1, 4]
     """
     written = bytearray()
     before = np.zeros((1, 2), dtype=np.int64)

@@ -26,11 +26,9 @@ def identities_of(scene: Scene) -> dict[int, str]:
 
 
 def heights_of(scene: Scene) -> FloatArray | None:
-    """Return the height of each row of tracks [m], None where nothing is known of heights.
-
-    Tracks of two dimensions have those that their reports told, and between them what lies on a
-    straight line.
-    """
+    """Return the height of each row of tracks [m], None where nothing is known of heights."""
+    # Tracks of two dimensions have those that their reports told, and between them what lies on a
+    # straight line.
     tracks, reports = scene.tracks, scene.reports
     if tracks.dim == 3:
         return tracks.mean[:, 2]
