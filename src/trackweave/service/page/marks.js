@@ -12,6 +12,7 @@ const MOST_LABELS = 260;
 const MOST_TRIED = 500;
 const MOST_ELLIPSES = 700;
 const CELL = 9;
+const WIDE_PIXELS = 110;
 
 /** Draw the tracks of a moment. Leaves their places on the screen in `scene.places`. */
 export function drawMarks(ctx, scene) {
@@ -104,8 +105,9 @@ function addSymbols(pen, { view, store, instant, palette, ahead }, places) {
 }
 
 /** Draw where each object is with a probability of 95 %, of those whose ellipse shows. */
-function drawEllipses(ctx, { view, store, instant, palette }, places) {
+function drawEllipses(ctx, { view, store, instant, palette, theme }, places) {
   const paths = palette.colours.map(() => null);
+  const wide = new Path2D();
   let drawn = 0;
   for (let k = 0; k < instant.n && drawn < MOST_ELLIPSES; k++) {
     if (Number.isNaN(places.px[k])) continue;
@@ -113,7 +115,8 @@ function drawEllipses(ctx, { view, store, instant, palette }, places) {
     const [long, short, angle] = ellipseOf(course.xx[row], course.xy[row], course.yy[row]);
     const pixels = 2.4477 * view.scale * store.plane.perMetre(instant.y[k]);
     if (!(long * pixels > 5) || long * pixels > 2 * view.width) continue;
-    const path = (paths[palette.of(course, row)] ??= new Path2D());
+    // One that covers half the map would hide what lies beneath it.
+    const path = long * pixels > WIDE_PIXELS ? wide : (paths[palette.of(course, row)] ??= new Path2D());
     const turned = -angle * store.plane.up;
     const [px, py, a] = [places.px[k], places.py[k], long * pixels];
     path.moveTo(px + a * Math.cos(turned), py + a * Math.sin(turned));
@@ -129,6 +132,11 @@ function drawEllipses(ctx, { view, store, instant, palette }, places) {
     ctx.globalAlpha = 0.55;
     ctx.stroke(path);
   });
+  ctx.globalAlpha = 0.5;
+  ctx.strokeStyle = theme.soft;
+  ctx.setLineDash([3, 5]);
+  ctx.stroke(wide);
+  ctx.setLineDash([]);
   ctx.globalAlpha = 1;
 }
 
