@@ -174,13 +174,21 @@ class LossyDisk(Disk):
         """End the process that writes: its handles and locks are gone, and nothing else."""
         self.handles, self.locks, self.locked = {}, {}, set()
 
+    def lose_all(self) -> None:
+        """End everything; nothing of what was not synced is stored."""
+        self.killed()
+        self.renamings = []
+        for file in self.names_stored.values():
+            file.pending, file.seen = [], bytearray(file.stored)
+        self.names_seen = dict(self.names_stored)
+
     def power_cut(self, rng: np.random.Generator) -> None:
         """End everything; what was not synced is stored in part, and in any order."""
         self.killed()
         # Names go through the file system's own journal: the first so many changes.
         self._store_names(int(rng.integers(len(self.renamings) + 1)))
         self.renamings = []
-        for file in set(self.names_stored.values()):
+        for file in dict.fromkeys(self.names_stored.values()):
             for change in file.pending:
                 if change.content is None:
                     if rng.random() < 0.5:

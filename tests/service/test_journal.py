@@ -328,3 +328,55 @@ def test_every_system_call_that_fails_is_an_error_of_ours():
             assert again.last >= (journal.synced if journal else 4)
             assert next(again.records(after=again.last - 1)).sequence == again.last
     assert failed > 10
+
+
+class Killed(BaseException):
+    """What no cleaning up comes after."""
+
+
+def mortal(name):
+    """Return a call to a disk that its process may be killed before or after."""
+
+    def call(self, *given):
+        for act in (lambda: None, lambda: getattr(LossyDisk, name)(self, *given)):
+            found = act()
+            self.left -= 1
+            if self.left == 0:
+                raise Killed
+        return found
+
+    return call
+
+
+CALLS = ("create", "open", "write", "sync", "truncate", "rename", "remove", "sync_folder")
+MortalDisk = type(
+    "MortalDisk", (LossyDisk,), {"left": -1} | {name: mortal(name) for name in CALLS}
+)
+
+
+def test_killed_at_any_call_and_then_the_power_fails():
+    """Whatever one process left unsynced, the next must not build on it before it is synced."""
+    for moment in range(1, 200):
+        disk = MortalDisk()
+        fill(opened(disk, segment_bytes=100), 6)
+        disk.killed()
+        disk.left, journal = moment, None
+        try:
+            journal = opened(disk, segment_bytes=100)
+            fill(journal, 6)
+            journal.forget(9)
+        except Killed:
+            disk.left = -1
+            disk.killed()
+        else:
+            break
+        stored = journal.synced if journal else 6
+        # No new segment: its sync of the folder would bring all names to the disk.
+        again = opened(disk)
+        assert again.last >= stored
+        fill(again, 4)
+        disk.lose_all()
+        found = opened(disk)
+        assert found.last == again.last
+        assert list(found.records(found.first - 1)) == expected(found.first, found.last)
+    assert moment > 50

@@ -137,6 +137,16 @@ def test_what_is_no_file_is_an_error_of_ours(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_arguments_of_another_kind_are_refused_by_name(tmp_path):
+    for path in (None, 3, b"saved", tw.BoxTracker()):
+        for call in (tw.BoxTracker().save, tw.BoxTracker.load):
+            with pytest.raises(InvalidInputError, match=r"^path: .*; expected a path of a file"):
+                call(path)
+    for classes in (int, [3], "int", [None]):
+        with pytest.raises(InvalidInputError, match=r"^classes"):
+            tw.BoxTracker().save(tmp_path / "saved", classes=classes)
+
+
 def test_a_file_is_replaced_whole_or_stays(tmp_path, monkeypatch):
     path = saved(tmp_path)
     before = path.read_bytes()

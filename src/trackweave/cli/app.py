@@ -17,6 +17,7 @@ from trackweave.cli.edge import (
     with_status,
 )
 from trackweave.cli.fusing import fuse, reproduce
+from trackweave.cli.letting_in import token
 from trackweave.cli.options import (
     FromOption,
     JsonOption,
@@ -316,6 +317,7 @@ app.command()(convert)
 app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
+app.command()(token)
 app.command()(serve)
 app.command()(replay)
 

@@ -48,6 +48,8 @@ def run_serve(
 
     host, port = _address(page)
     web, tls = _access(access)
+    for note in web.tokens.notes if web.tokens else ():
+        voice.say(f"note: {note}")
     urls, told_config = list(listen), None if config is None else config
     _log_to_stderr(quiet=voice.quiet)
     with ExitStack() as stack:

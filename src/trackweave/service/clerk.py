@@ -255,21 +255,17 @@ class Clerk:
             self._work.clear()
             while self._wait.ready or self._is_reconfiguring:
                 batch = office.batch(self._wait.ready)
-                learn = self._configuration if self._wants_to_learn() else None
                 wants = self.fanout.wants_reports
                 outcome = await loop.run_in_executor(
                     self._tracking, office.take, batch, self.board, wants
                 )
                 self._wait.reports -= sum(order.reports for order in batch)
                 self._tell(outcome)
-                if learn is not None:
-                    await self._learn(learn)
+                if self._is_reconfiguring or office.wants_to_learn():
+                    await self._learn(self._configuration)
                 if office.is_snapshot_due(SNAPSHOT_S):
                     content = await loop.run_in_executor(self._tracking, office.packed)
                     await loop.run_in_executor(self._writing, office.keep, *content)
-
-    def _wants_to_learn(self) -> bool:
-        return self._is_reconfiguring or self._office.wants_to_learn()
 
     async def _learn(self, configuration: Configuration) -> None:
         """Find out with what to run, and write it to the journal."""

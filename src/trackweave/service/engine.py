@@ -77,6 +77,8 @@ class Engine:
         self.sequence = 0
         self.counts = Counts()
         self.facts = Facts()
+        self.configured_by = 0
+        """The record with what it runs, 0 before the first."""
         self._number = 0
         self._heard: list[Arrived] = []
         self._running: _Running | None = None
@@ -174,6 +176,7 @@ class Engine:
             "counts": self.counts,
             "facts": self.facts,
             "number": self._number,
+            "configured_by": self.configured_by,
             "heard": [packed_reports(h.table, h.source, h.facts) for h in self._heard],
             "spec": None,
         }
@@ -203,6 +206,7 @@ class Engine:
         state, engine = unpack(content, _CLASSES), cls()
         engine.sequence, engine.counts = state["sequence"], state["counts"]
         engine.facts, engine._number = state["facts"], state["number"]
+        engine.configured_by = state["configured_by"]
         engine._heard = [arrived(payload) for payload in state["heard"]]
         if state["spec"] is not None:
             spec = Spec.of(state["spec"])
@@ -255,6 +259,7 @@ class Engine:
 
     def _configure(self, payload: bytes) -> Change:
         spec, before = Spec.of(payload), self._running
+        self.configured_by = self.sequence
         settings, priors, names = _settings_of(spec), None, Names()
         if before is not None:
             names = before.stepper.names

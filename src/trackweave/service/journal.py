@@ -309,6 +309,8 @@ class Journal:
         for name in disk.names(folder):
             if name.endswith(SUFFIX + UNFINISHED):
                 disk.remove(folder / name)
+        # A process that was killed may have given a file its name, and not synced that.
+        disk.sync_folder(folder)
         self._firsts, proven = firsts_of(folder, disk), marked(folder, disk)
         if self._firsts:
             self._go_on(proven)

@@ -114,6 +114,7 @@ class Saying:
             "sequence": self._office.journal.synced,
             "lag_s": round(lag, 3),
             "configured": engine.is_configured,
+            "configured_by": engine.configured_by,
             "set_aside": counts.set_aside + counts.held,
             "late": counts.late,
             "unfit": counts.unfit,

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from trackweave.errors import DataFormatError, InvalidInputError, OutputError
+from trackweave.fields import checked_members
 from trackweave.trackers.packing import packed
 from trackweave.trackers.unpacking import unpacked
 
@@ -107,11 +108,29 @@ class Saved:
         Raises
         ------
         InvalidInputError
-            If it holds objects of other classes that are not trackweave's.
+            If it holds objects of other classes that are not trackweave's, or an argument is of
+            another kind than it has to be.
         OutputError
             If the file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> import trackweave as tw
+        >>> tracker = tw.BoxTracker()
+        >>> for x in (0.0, 3.0):  # pixels
+        ...     frame = tracker.update([[x, 0.0, x + 20.0, 40.0]])
+        ...
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     tracker.save(Path(folder) / "boxes.checkpoint")
+        ...     later = tw.BoxTracker.load(Path(folder) / "boxes.checkpoint")
+        ...
+        >>> later.update([[6.0, 0.0, 26.0, 40.0]]).number
+        2
         """
-        _write(Path(path), pack(self, classes))
+        place = _checked(path)
+        _write(place, pack(self, _checked_classes(classes)))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, classes: Sequence[type] = ()) -> Self:
@@ -133,15 +152,16 @@ class Saved:
         DataFormatError
             If it is foreign, damaged, of another version, or of another class.
         InvalidInputError
-            If the file cannot be read.
+            If the file cannot be read, or an argument is of another kind than it has to be.
         """
+        place, known = _checked(path), _checked_classes(classes)
         try:
-            content = Path(path).read_bytes()
+            content = place.read_bytes()
         except (OSError, ValueError) as err:
             told = getattr(err, "strerror", None) or err
             raise InvalidInputError(f"{path}: cannot be read ({told})") from err
         try:
-            found = unpack(content, classes)
+            found = unpack(content, known)
         except DataFormatError as err:
             raise DataFormatError(f"{path}: {err}") from err
         if type(found) is not cls:
@@ -149,6 +169,16 @@ class Saved:
                 f"{path}: a checkpoint of {type(found).__name__}; expected one of {cls.__name__}"
             )
         return found
+
+
+def _checked(path: Any) -> Path:
+    if not isinstance(path, str | os.PathLike):
+        raise InvalidInputError(f"path: {path!r:.80}; expected a path of a file")
+    return Path(path)
+
+
+def _checked_classes(classes: Any) -> list[type]:
+    return checked_members(classes, type, "classes")
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -30,6 +30,12 @@ def serving() -> Iterator[Serving]:
         assert running.faults == []
 
 
+def busy(serving: Serving) -> int:
+    """Return how many connections wait for an answer."""
+    found = serving.call(lambda: list(serving.server._connections._open))
+    return sum(each.transport is not None and not each.is_waited_for() for each in found)
+
+
 def cut(serving: Serving, reason: str) -> float:
     return serving.application.tally.count("connections_cut_total", reason=reason)
 
@@ -111,8 +117,7 @@ def test_only_so_much_of_bodies_is_held_at_once() -> None:
             for _ in range(4):
                 peer = stack.enter_context(running.connect())
                 peer.sendall(HEAD + b"content-length: %d\r\n\r\n" % BODY)
-            open_ones = running.server._connections._open
-            assert until(lambda: sum(not each.is_waited_for() for each in tuple(open_ones)) == 4)
+            assert until(lambda: busy(running) == 4)
             assert post(posting, content=b"x" * BODY).status_code == 503
         assert until(lambda: post(posting, content=b"{}").status_code == 200)
 
@@ -182,8 +187,7 @@ def test_connections_that_ask_leave_no_room_for_more() -> None:
         for _ in range(limits.connections):
             peer = stack.enter_context(running.connect())
             peer.sendall(HEAD + b"content-length: 9\r\n\r\n")
-        open_ones = running.server._connections._open
-        assert until(lambda: sum(not each.is_waited_for() for each in tuple(open_ones)) == 20)
+        assert until(lambda: busy(running) == 20)
         with running.connect() as peer:
             assert read_all(peer) == b""
         assert running.application.tally.count("connections_refused_total", reason="all") == 1

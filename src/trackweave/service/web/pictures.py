@@ -33,6 +33,13 @@ _TYPES = {
     ".txt": "text/plain; charset=utf-8",
 }
 _LONGEST = 64
+_PLANE = {
+    "type": "name",
+    "properties": {
+        "name": 'ENGCRS["plane",EDATUM["plane"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
+        'LENGTHUNIT["metre",1]]'
+    },
+}
 _NONE = pl.DataFrame(
     schema={"time": pl.Float64, "track": pl.Int64, "status": pl.String}
     | dict.fromkeys(("x", "y", "vx", "vy", "lat", "lon"), pl.Float64)
@@ -81,8 +88,8 @@ class Pictures:
 def plane_geojson(picture: Picture) -> Json:
     """Return tracks whose places on the Earth are not known as GeoJSON of a plane.
 
-    Coordinates are metres east and north; ``"crs": null`` says, as GeoJSON did before RFC 7946,
-    that they are not to be taken for longitudes and latitudes.
+    Coordinates are metres east and north. ``crs`` says so, as GeoJSON did before RFC 7946: without
+    it readers take them for longitudes and latitudes, and GDAL does so even where it is null.
 
     Parameters
     ----------
@@ -105,7 +112,7 @@ def plane_geojson(picture: Picture) -> Json:
                 "properties": track,
             }
         )
-    return {"type": "FeatureCollection", "crs": None, "features": features}
+    return {"type": "FeatureCollection", "crs": _PLANE, "features": features}
 
 
 def _writable(name: str) -> Format:
