@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 
-__all__ = ["Block", "blocks_of", "joined", "scan_of", "without_copies"]
+__all__ = ["Block", "blocks_of", "joined", "keys_of", "scan_of", "without_copies"]
 
 
 class Block(NamedTuple):

@@ -94,6 +94,7 @@ class Clerk:
         self._appended, self._work = asyncio.Event(), asyncio.Event()
         self._refused = ""
         self._is_reconfiguring = False
+        self._configured_by = 0
         self._tasks: list[asyncio.Task[None]] = []
         self._dropped: dict[str, int] = {}
 
@@ -261,7 +262,9 @@ class Clerk:
                 )
                 self._wait.reports -= sum(order.reports for order in batch)
                 self._tell(outcome)
-                if self._is_reconfiguring or office.wants_to_learn():
+                # What was found out last is waited for before more is.
+                is_settled = office.engine.configured_by >= self._configured_by
+                if is_settled and (self._is_reconfiguring or office.wants_to_learn()):
                     await self._learn(self._configuration)
                 if office.is_snapshot_due(SNAPSHOT_S):
                     content = await loop.run_in_executor(self._tracking, office.packed)
@@ -275,7 +278,7 @@ class Clerk:
         if found is None:
             return
         with suppress(OutputError):
-            self._append(Kind.CONFIGURE, found.spec.payload())
+            self._configured_by = self._append(Kind.CONFIGURE, found.spec.payload())
             say(_log, logging.INFO, "configured", sensors=len(found.spec.configuration["sensors"]))
             for note in found.notes:
                 say(_log, logging.INFO, "note", note=note)

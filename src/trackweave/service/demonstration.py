@@ -10,6 +10,7 @@ import polars as pl
 
 from trackweave.domain.frames import LocalFrame
 from trackweave.io.times import datetime_column
+from trackweave.randomness import generator_of
 from trackweave.simulation import Area, RandomTargets, Scenario, demo_scenario, simulate
 
 __all__ = ["demonstration"]
@@ -36,7 +37,7 @@ def demonstration(folder: Path, seed: int) -> tuple[str, dict[str, Any]]:
     A URL for ``--listen``, and the tables of a tracker.toml.
     """
     scenario = _scenario()
-    scene = simulate(scenario, np.random.default_rng(seed))
+    scene = simulate(scenario, generator_of(seed))
     reports = scene.reports
     now = datetime.now(UTC).timestamp()
     latitude, longitude, _ = HARBOUR.to_geodetic(reports.measurement[:, :2])

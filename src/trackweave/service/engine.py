@@ -13,6 +13,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.models.sensors import Sensor
+from trackweave.randomness import generator_of
 from trackweave.run.course import tracker_of
 from trackweave.service.blocks import Block, blocks_of
 from trackweave.service.cutting import Cutter, SensorCut
@@ -270,7 +271,7 @@ class Engine:
         tracker = tracker_of(
             settings, settings.sensors, spec.dim, priors=priors, max_ahead=settings.max_ahead
         )
-        rng = np.random.default_rng(settings.values.get("seed") or 0)
+        rng = generator_of(settings.values.get("seed") or 0)
         stepper = Stepper(
             settings, self.counts, tracker, rng, RowsDue(settings.period), names,
             time=None if before is None else before.stepper.time,

@@ -26,7 +26,7 @@ from trackweave.service.snapshots import Snapshots
 from trackweave.service.track_files import TrackFiles
 from trackweave.trackers.checkpoint import pack, unpack
 
-__all__ = ["Office", "Order", "Outcome"]
+__all__ = ["Office", "Order", "Outcome", "restored"]
 
 MOST_AT_ONCE = 2_000
 """So many reports the tracker takes in before others have their turn."""

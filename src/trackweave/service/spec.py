@@ -10,7 +10,7 @@ from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.run.configured import settings_alone
 from trackweave.service.records import as_json, from_json
 
-__all__ = ["Spec"]
+__all__ = ["Spec", "without_nothing"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ from trackweave.domain.facts import Facts
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.service.records import packed_reports
 
-__all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "told_times"]
+__all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]
 
 FRAME = struct.Struct("<BII")
 """What a message is of, and how long its two parts are: words in JSON, then bytes."""
