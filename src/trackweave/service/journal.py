@@ -11,7 +11,7 @@ from typing import Self
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.service.disk import Disk
-from trackweave.service.recovery import MARK, firsts_of, mark_of, marked, records_between, whole
+from trackweave.service.recovery import MARK, firsts_of, mark_of, marked, records_of, whole
 from trackweave.service.segments import (
     HEADER_BYTES,
     MOST_PAYLOAD,
@@ -212,36 +212,19 @@ class Journal:
             return self._synced
 
     def records(self, after: int = 0) -> Iterator[Record]:
-        """Yield the records on the disk that follow one, in order.
+        """Return the records on the disk that follow one, in order.
 
         Parameters
         ----------
         after
             The one that they follow; 0 for all.
 
-        Yields
-        ------
-        The records.
-
-        Raises
-        ------
-        InvalidInputError
-            If the one that comes next was forgotten.
-        DamagedJournalError
-            If one is missing or damaged.
-        OutputError
-            If the folder cannot be read.
+        Returns
+        -------
+        The records, each read when it is asked for. What is missing, damaged or forgotten is an
+        error then, as `records_of` says.
         """
-        firsts, last = list(self._firsts), self._synced
-        if after + 1 < firsts[0]:
-            raise InvalidInputError(
-                f"records after {after}: those before {firsts[0]} were forgotten; expected "
-                f"{firsts[0] - 1} or more"
-            )
-        try:
-            yield from records_between(self.folder, self._disk, firsts, after, last)
-        except OSError as err:
-            raise OutputError(f"{self.folder}: cannot be read ({err.strerror or err})") from err
+        return records_of(self.folder, self._disk, list(self._firsts), (after, self._synced))
 
     def forget(self, covered: int, retention: Retention | None = None, now: float = 0.0) -> int:
         """Remove whole segments that are not needed any more.
