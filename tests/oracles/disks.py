@@ -174,11 +174,14 @@ class LossyDisk(Disk):
         """End the process that writes: its handles and locks are gone, and nothing else."""
         self.handles, self.locks, self.locked = {}, {}, set()
 
-    def lose_all(self) -> None:
-        """End everything; nothing of what was not synced is stored."""
+    def lose_all(self, *, spoils: bool = False) -> None:
+        """End everything; nothing of what was not synced is stored, or rubbish in its place."""
         self.killed()
         self.renamings = []
         for file in self.names_stored.values():
+            for change in file.pending if spoils else ():
+                if change.content is not None:
+                    changed(file.stored, Change(change.offset, b"\xa5" * len(change.content)))
             file.pending, file.seen = [], bytearray(file.stored)
         self.names_seen = dict(self.names_stored)
 
