@@ -91,7 +91,7 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, object]:
         process.wait()
 
 
-def _alone(told: argparse.Namespace) -> dict[str, object]:
+def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one loop, each part timed
     """Return the CPU of decoding, tracking and drawing for each second of traffic [s]."""
     from trackweave.formats.asterix.decoding import AsterixDecoder
     from trackweave.service.board import Board
@@ -107,14 +107,19 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:
     engine.take(1, Kind.CONFIGURE, spec.payload())
     cpu = dict.fromkeys(("decode", "journal", "track", "draw", "message"), 0.0)
     drawn, n_reports, longest, since = 0.0, 0, 0.0, messages[-1][0] / 4
+    closed = messages[0][0]
     for when, message, count in messages:
         marks = [time.process_time()]
         table = decoder.feed(message)
         marks.append(time.process_time())
         payload = packed_reports(completed(table), "udp", decoder.facts)
         marks.append(time.process_time())
+        if when > closed:
+            # All radars' datagrams of the moment before are in.
+            close = as_json({"until": {"": MORNING + closed}})
+            engine.take(engine.sequence + 1, Kind.CLOSE, close)
+            closed = when
         engine.take(engine.sequence + 1, Kind.REPORTS, payload)
-        engine.take(engine.sequence + 1, Kind.CLOSE, as_json({"until": {"": MORNING + when}}))
         marks.append(time.process_time())
         change = None
         if when - drawn >= 0.15:

@@ -108,8 +108,10 @@ def test_a_full_disk_leaves_those_there_were():
         assert named(disk) == before
         assert snapshots.newest(1, 10) == Snapshot(8, b"state 8")
     disk.space = None
+    disk.create(FOLDER / "00000000000000000004.snapshot.new")
     snapshots.write(9, b"another state, and a long one")
     assert snapshots.newest(1, 10).sequence == 9
+    assert not [name for name in named(disk) if name.endswith(".new")]
 
 
 def test_what_is_on_a_disk_that_may_only_be_read_can_be_read():

@@ -278,8 +278,8 @@ def plot(
         typer.Option(
             "--out",
             "-o",
-            help="File for the picture (.png, .svg, .pdf), replaced if there; plot.png in DIR "
-            "where left out.",
+            help="File for the picture (.png, .svg, .pdf, or .html for a page to move in), "
+            "replaced if there; plot.png in DIR where left out.",
         ),
     ] = None,
     reports: Annotated[
@@ -303,6 +303,7 @@ def plot(
     The plan from above with tracks, sensors and, where they are given, reports and truth; the
     number of tracks by status, reports and those assigned in each scan, the gap to the bound with
     the scans told apart that were proven optimal, CPU per scan, and the speed of tracks over time.
+    As .html it is one page with pan, zoom, a time slider and hover, which needs no network.
     """
     from trackweave.cli.plot import run_plot
 

@@ -1,6 +1,6 @@
 """Ranges and directions, as measured through the air, become those on the tracking plane."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.models.sensors import Sensor
 from trackweave.run.placing import platforms_of
 
-__all__ = ["laid"]
+__all__ = ["laid", "laid_from"]
 
 _EARTH_RADIUS_M = 6_371_000.0
 # A direction is carried over by a point so far away [m].
@@ -30,10 +30,17 @@ def laid(reports: ReportTable, sensors: Sequence[Sensor]) -> tuple[ReportTable, 
     # object's height, and is taken for that distance where it does not. Where the plane is one of
     # the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
     # instead of the sensor's.
+    places = {sensor.name: sensor.position for sensor in sensors if sensor.position is not None}
+    return laid_from(reports, places)
+
+
+def laid_from(
+    reports: ReportTable, places: Mapping[str, Sequence[float]]
+) -> tuple[ReportTable, list[str]]:
+    """Return the same of sensors at places [m], where their rows do not say where they are."""
     notes = _notes_on_heights(reports)
     if not reports.kinds:
         return reports, notes
-    places = {sensor.name: sensor.position for sensor in sensors if sensor.position is not None}
     platform = platforms_of(reports, places)
     measurement = reports.measurement.copy()
     for index, kind in enumerate(reports.kinds):

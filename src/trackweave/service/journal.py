@@ -3,7 +3,7 @@
 import secrets
 import threading
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +11,8 @@ from typing import Self
 
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.service.disk import Disk
-from trackweave.service.recovery import MARK, firsts_of, mark_of, marked, records_between, whole
+from trackweave.service.recovery import MARK, firsts_of, mark_of, marked, records_of, whole
 from trackweave.service.segments import (
-    HEADER_BYTES,
     MOST_PAYLOAD,
     SUFFIX,
     DamagedJournalError,
@@ -212,36 +211,19 @@ class Journal:
             return self._synced
 
     def records(self, after: int = 0) -> Iterator[Record]:
-        """Yield the records on the disk that follow one, in order.
+        """Return the records on the disk that follow one, in order.
 
         Parameters
         ----------
         after
             The one that they follow; 0 for all.
 
-        Yields
-        ------
-        The records.
-
-        Raises
-        ------
-        InvalidInputError
-            If the one that comes next was forgotten.
-        DamagedJournalError
-            If one is missing or damaged.
-        OutputError
-            If the folder cannot be read.
+        Returns
+        -------
+        The records, each read when it is asked for. What is missing, damaged or forgotten is an
+        error then, as `records_of` says.
         """
-        firsts, last = list(self._firsts), self._synced
-        if after + 1 < firsts[0]:
-            raise InvalidInputError(
-                f"records after {after}: those before {firsts[0]} were forgotten; expected "
-                f"{firsts[0] - 1} or more"
-            )
-        try:
-            yield from records_between(self.folder, self._disk, firsts, after, last)
-        except OSError as err:
-            raise OutputError(f"{self.folder}: cannot be read ({err.strerror or err})") from err
+        return records_of(self.folder, self._disk, list(self._firsts), (after, self._synced))
 
     def forget(self, covered: int, retention: Retention | None = None, now: float = 0.0) -> int:
         """Remove whole segments that are not needed any more.
@@ -332,18 +314,18 @@ class Journal:
         if end < len(content):
             self.cut = Cut(path, end, len(content) - end, found.last)
             self._disk.truncate(self._handle, end)
-        # What a process before this one may not have synced is written once more: where its sync
-        # has failed, another one alone would store nothing and say that all is well.
-        self._disk.write(self._handle, content[found.doubtful : end], found.doubtful)
         self._disk.sync(self._handle)
+        # What a process before this one may not have synced is written once more: where its sync
+        # has failed, another one alone would store nothing and say that all is well. It goes to
+        # another place, since it may as well be stored and acknowledged.
+        if found.doubtful:
+            self._begin_segment(found.doubtful[0].sequence, found.doubtful)
         self._last = self._synced = found.last
 
     def _write(self, batch: list[Record]) -> None:
         if self._size >= self._segment_bytes:
             self._begin_segment(batch[0].sequence)
-        content = b"".join(
-            encoded(record, place, self._seed) for place, record in enumerate(batch, start=1)
-        )
+        content = _batch(batch, self._seed)
         try:
             self._disk.write(self._handle, content, self._size)
             self._disk.sync(self._handle)
@@ -357,14 +339,18 @@ class Journal:
             raise
         self._size, self._synced = self._size + len(content), batch[-1].sequence
 
-    def _begin_segment(self, first: int) -> None:
-        """Make an empty segment; under its name it is whole, whenever the power fails."""
+    def _begin_segment(self, first: int, records: Sequence[Record] = ()) -> None:
+        """Make a segment of a few records; under its name it is whole, whenever the power fails.
+
+        Those that an older segment holds as well are read of the new one from then on.
+        """
         disk, path, salt = self._disk, self._path(first), secrets.token_bytes(8)
+        content = header(first, salt) + _batch(records, zlib.crc32(salt))
         unfinished = path.with_name(path.name + UNFINISHED)
         disk.remove(unfinished)
         handle = disk.create(unfinished)
         try:
-            disk.write(handle, header(first, salt), 0)
+            disk.write(handle, content, 0)
             disk.sync(handle)
             disk.rename(unfinished, path)
             disk.sync_folder(self.folder)
@@ -372,12 +358,14 @@ class Journal:
             disk.close(handle)
             with suppress(OSError):
                 disk.remove(unfinished)
-                disk.remove(path)
+                if first not in self._firsts:
+                    disk.remove(path)
             raise
         if self._handle >= 0:
             disk.close(self._handle)
-        self._handle, self._size, self._seed = handle, HEADER_BYTES, zlib.crc32(salt)
-        self._firsts.append(first)
+        self._handle, self._size, self._seed = handle, len(content), zlib.crc32(salt)
+        if first not in self._firsts:
+            self._firsts.append(first)
 
     def _note_synced(self) -> None:
         """Note what is on the disk, as evidence against a lost tail; this need not be synced."""
@@ -390,6 +378,10 @@ class Journal:
             if handle >= 0:
                 self._disk.close(handle)
         self._handle = self._mark = self._lock = -1
+
+
+def _batch(records: Sequence[Record], seed: int) -> bytes:
+    return b"".join(encoded(record, place, seed) for place, record in enumerate(records, start=1))
 
 
 def _refused(folder: Path, err: OSError) -> str:

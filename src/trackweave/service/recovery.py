@@ -20,11 +20,12 @@ from trackweave.service.segments import (
 
 __all__ = [
     "MARK",
+    "StoredJournal",
     "Whole",
     "firsts_of",
     "mark_of",
     "marked",
-    "records_between",
+    "records_of",
     "stored_records",
     "whole",
 ]
@@ -34,41 +35,88 @@ MARK = "synced"
 _SYNCED = struct.Struct("<QI")
 
 
-def stored_records(folder: Path, disk: Disk | None = None, after: int = 0) -> Iterator[Record]:
-    """Yield the records of a folder without writing there, as `Journal.open` would find them.
+class StoredJournal:
+    """The records of a folder, found as `Journal.open` would find them, without writing there.
+
+    A service may be writing it: what it writes later is not seen.
 
     Parameters
     ----------
     folder
-        Where the journal is; a service may be writing it.
+        Where the journal is.
     disk
-        Where the folder is.
-    after
-        Records up to this one are left out.
-
-    Yields
-    ------
-    The records, in order.
+        Where the folder is; left out, the real file system.
 
     Raises
     ------
     InvalidInputError
-        If there is no journal, or the record that comes next was forgotten.
+        If there is no journal.
+    DamagedJournalError
+        If its end is missing or damaged.
+    OutputError
+        If the folder cannot be read.
+    """
+
+    def __init__(self, folder: Path, disk: Disk | None = None) -> None:
+        self._folder, self._disk = folder, disk or Disk()
+        try:
+            proven, self._firsts = marked(folder, self._disk), firsts_of(folder, self._disk)
+            if not self._firsts:
+                raise InvalidInputError(f"{folder}: no journal; expected the folder of a service")
+            path = folder / name_of(self._firsts[-1])
+            self.last = whole(opened(path, self._disk.read(path)), proven).last
+        except OSError as err:
+            raise OutputError(f"{folder}: cannot be read ({err.strerror or err})") from err
+
+    @property
+    def first(self) -> int:
+        """The first record that is kept; all before were forgotten."""
+        return self._firsts[0]
+
+    def records(self, after: int = 0) -> Iterator[Record]:
+        """Yield the records that follow one, in order; see `Journal.records`."""
+        return records_of(self._folder, self._disk, self._firsts, (after, self.last))
+
+
+def stored_records(folder: Path, disk: Disk | None = None, after: int = 0) -> Iterator[Record]:
+    """Yield the records of a folder that follow one; see `StoredJournal`."""
+    yield from StoredJournal(folder, disk).records(after)
+
+
+def records_of(
+    folder: Path, disk: Disk, firsts: Sequence[int], span: tuple[int, int]
+) -> Iterator[Record]:
+    """Yield the records after one up to another.
+
+    Parameters
+    ----------
+    folder, disk
+        Where the segments are.
+    firsts
+        The first records of the segments, in order.
+    span
+        The record that they follow, and the last one.
+
+    Yields
+    ------
+    The records.
+
+    Raises
+    ------
+    InvalidInputError
+        If the one that comes next was forgotten.
     DamagedJournalError
         If one is missing or damaged.
     OutputError
         If the folder cannot be read.
     """
-    disk = disk or Disk()
+    if span[0] + 1 < firsts[0]:
+        raise InvalidInputError(
+            f"{folder}: records after {span[0]}: those before {firsts[0]} were forgotten; "
+            f"expected {firsts[0] - 1} or more"
+        )
     try:
-        proven, firsts = marked(folder, disk), firsts_of(folder, disk)
-        if not firsts:
-            raise InvalidInputError(f"{folder}: no journal; expected the folder of a service")
-        if after + 1 < firsts[0]:
-            raise InvalidInputError(f"{folder}: records before {firsts[0]} were forgotten")
-        path = folder / name_of(firsts[-1])
-        found = whole(opened(path, disk.read(path)), proven)
-        yield from records_between(folder, disk, firsts, after, found.last)
+        yield from _between(folder, disk, firsts, span)
     except OSError as err:
         raise OutputError(f"{folder}: cannot be read ({err.strerror or err})") from err
 
@@ -99,13 +147,13 @@ def marked(folder: Path, disk: Disk) -> int:
 class Whole(NamedTuple):
     """The whole records of the last segment: the last of them, and where they end [bytes].
 
-    Nothing proves that what begins at ``doubtful`` has ever been on the disk: it is seen, but a
-    sync of it may have failed, and the system may show what it will never write.
+    Nothing proves that the ``doubtful`` ones have ever been on the disk: they are seen, but a sync
+    of them may have failed, and the system may show what it will never write.
     """
 
     last: int
     end: int
-    doubtful: int
+    doubtful: list[Record]
 
 
 def whole(segment: Segment, marked: int) -> Whole:
@@ -127,21 +175,21 @@ def whole(segment: Segment, marked: int) -> Whole:
     DamagedJournalError
         If that is before what is known to have been on the disk.
     """
-    ends, proven = [HEADER_BYTES], marked
-    for frame in segment.frames():
-        ends.append(frame.end)
-        proven = max(proven, frame.proven)
-    end, last = ends[-1], segment.first + len(ends) - 2
+    frames = list(segment.frames())
+    end, last, proven = HEADER_BYTES, segment.first - 1, marked
+    if frames:
+        end, last = frames[-1].end, frames[-1].record.sequence
+        proven = max(marked, frames[-1].proven)
     if max(marked, segment.proven(end - 1)) > last:
         found = "missing" if end == len(segment.content) else "damaged"
         raise DamagedJournalError(segment.path, end, last + 1, found)
-    return Whole(last, end, ends[max(0, proven - segment.first + 1)])
+    return Whole(last, end, [each.record for each in frames if each.record.sequence > proven])
 
 
-def records_between(
-    folder: Path, disk: Disk, firsts: Sequence[int], after: int, last: int
+def _between(
+    folder: Path, disk: Disk, firsts: Sequence[int], span: tuple[int, int]
 ) -> Iterator[Record]:
-    """Yield the records after one up to another, all of which have to be there."""
+    after, last = span
     for place, first in enumerate(firsts):
         until = firsts[place + 1] - 1 if place + 1 < len(firsts) else last
         if until <= after:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trackweave.service.engine import Engine
-from trackweave.service.journal import Journal
+from trackweave.service.recovery import StoredJournal
 from trackweave.service.snapshots import Snapshots
 from trackweave.service.track_files import TrackFiles
 from trackweave.trackers.checkpoint import unpack
@@ -38,7 +38,7 @@ def repeated(folder: Path, out: Path) -> Repeated:
     Parameters
     ----------
     folder
-        The service's folder, which no service has open.
+        The service's folder; nothing is written there, and a service may have it open.
     out
         Where ``tracks-00001.csv`` and those that follow go. They are the same bytes as the
         service's own, as far as its journal reaches: where its beginning was forgotten, they
@@ -48,20 +48,17 @@ def repeated(folder: Path, out: Path) -> Repeated:
     -------
     What the journal held.
     """
-    journal = Journal.open(folder / "journal")
-    try:
-        engine, files = Engine(), TrackFiles(out)
-        if journal.first > 1:
-            newest = Snapshots(folder / "journal").newest(journal.first, journal.last)
-            assert newest is not None
-            content = unpack(newest.content)
-            engine = Engine.unpack(content["engine"])
-            files.begin_after(content["files"])
-        begin = engine.sequence + 1
-        for record in journal.records(after=engine.sequence):
-            change = engine.take(record.sequence, record.kind, record.payload)
-            if change.rows and engine.spec is not None:
-                files.add(change.rows, engine.spec)
-        return Repeated(begin, journal.last, engine, files.part)
-    finally:
-        journal.close()
+    journal = StoredJournal(folder / "journal")
+    engine, files = Engine(), TrackFiles(out)
+    if journal.first > 1:
+        newest = Snapshots(folder / "journal").newest(journal.first, journal.last)
+        assert newest is not None
+        content = unpack(newest.content)
+        engine = Engine.unpack(content["engine"])
+        files.begin_after(content["files"])
+    begin = engine.sequence + 1
+    for record in journal.records(after=engine.sequence):
+        change = engine.take(record.sequence, record.kind, record.payload)
+        if change.rows and engine.spec is not None:
+            files.add(change.rows, engine.spec)
+    return Repeated(begin, journal.last, engine, files.part)

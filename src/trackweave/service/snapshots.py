@@ -68,7 +68,6 @@ class Snapshots:
         found: list[Snapshot] = []
         unreadable = []
         try:
-            self._tidy()
             for sequence in reversed(self._sequences()):
                 path = self._path(sequence)
                 try:
@@ -128,6 +127,9 @@ class Snapshots:
             for old in self._sequences():
                 if old < self.covered:
                     disk.remove(self._path(old))
+            for name in disk.names(self.folder):
+                if name.endswith(SUFFIX + UNFINISHED):  # left by a process that was killed
+                    disk.remove(self.folder / name)
 
     def _path(self, sequence: int) -> Path:
         return self.folder / f"{sequence:020d}{SUFFIX}"
@@ -135,13 +137,6 @@ class Snapshots:
     def _sequences(self) -> list[int]:
         names = [name for name in self._disk.names(self.folder) if name.endswith(SUFFIX)]
         return sorted(int(stem) for n in names if (stem := n.removesuffix(SUFFIX)).isdigit())
-
-    def _tidy(self) -> None:
-        """Remove what a process that was killed has left unfinished."""
-        for name in self._disk.names(self.folder):
-            if name.endswith(SUFFIX + UNFINISHED):
-                with suppress(OSError):  # a folder that may only be read can be read
-                    self._disk.remove(self.folder / name)
 
 
 def _require_reached(path: Path, sequence: int, last: int) -> None:
