@@ -87,11 +87,11 @@ class Entrance:
         token = bearer_of(scope)
         if token is None:
             return Refusal(401, "token", "no token; expected Authorization: Bearer …", _CHALLENGE)
-        if self.opens(token, address):
-            return None
         wait = self._failures.wait_s(address)
         if wait:
             return _too_many("failures", wait)
+        if self.opens(token, address):
+            return None
         return Refusal(401, "token", "not a token of ours", _CHALLENGE)
 
     def opens(self, token: str, address: str) -> bool:
