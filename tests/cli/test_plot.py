@@ -210,6 +210,6 @@ def test_refuses_a_truth_on_the_earth_for_a_run_on_a_plane(
 def test_refuses_a_picture_of_another_kind(
     run: Run, directory: Path, tmp_path: Path, name: str
 ) -> None:
-    assert "expected a name that ends in .png, .svg or .pdf" in complaint(
+    assert "expected a name that ends in .png, .svg, .pdf or .html" in complaint(
         run, directory, "--out", tmp_path / name
     )

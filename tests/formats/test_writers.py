@@ -20,7 +20,7 @@ from trackweave.formats.writing import try_on, writers_named, written
 
 KML = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
 BEGIN = datetime(2024, 5, 1, 12, tzinfo=UTC)
-ON_EARTH = ("geojson", "kml", "czml", "cot")
+ON_EARTH = ("geojson", "kml", "czml", "cot", "readsb")
 
 
 def states(*, altitude: bool = False, longitude: float = 10.0) -> Output:

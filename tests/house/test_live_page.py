@@ -16,7 +16,8 @@ def thawed():
     gc.unfreeze()
 
 
-def test_the_examples_run_one_after_the_other(thawed, capsys):
+def test_the_examples_run_one_after_the_other(thawed, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     known = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE.read_text(), flags=re.DOTALL):
         exec(compile(code, str(PAGE), "exec"), known)

@@ -115,6 +115,11 @@ class Dormant:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_debts": self._debts.copy()}
 
+    def at_rest(self) -> dict[str, Any]:
+        """Return what a checkpoint holds: neither spare rows nor what would undo a step."""
+        nodes = larger(self.nodes, self.n_rows, self.n_rows)
+        return {**self.__getstate__(), "nodes": nodes, "_taken": []}
+
     def undone(self) -> Self:
         """Return what was ``saved``, with its rows as they were then."""
         for nodes, rows, chosen, belief in self._taken:

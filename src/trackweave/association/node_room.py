@@ -31,6 +31,11 @@ class NodeRoom:
         # The spare room is nobody's past and no part of a copy.
         return {**self.__dict__, "_spare": None, "_is_shared": False}
 
+    def at_rest(self) -> dict[str, Any]:
+        """Return what a checkpoint holds: nodes without the room that none is in."""
+        nodes = larger(self.nodes, self.n_nodes, self.n_nodes)
+        return {**self.__getstate__(), "nodes": nodes}
+
     def saved(self) -> Self:
         """Return all as it is now; it stays so whatever is done here until ``settled``."""
         self._is_shared = True

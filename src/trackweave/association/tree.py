@@ -1,5 +1,7 @@
 """The association tree: every sequence of reports worth scoring, each computed once."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,6 +69,11 @@ class AssociationTree(NodeRoom):
         """Sequences left out or not continued so far: no bound on the tree speaks of them."""
         self.cut: Cut | None = None
         """What of that the last scan left out; None as soon as nobody asks any more."""
+
+    def at_rest(self) -> dict[str, Any]:
+        """Return what a checkpoint holds: room to work in is empty."""
+        general = None if self.general is None else State(*map(np.zeros_like, self.general))
+        return {**super().at_rest(), "general": general}
 
     def limit(self, most: int) -> None:
         """Set the greatest number of sequences for now, and count from 0 what gives way to it."""

@@ -17,6 +17,7 @@ from trackweave.cli.edge import (
     with_status,
 )
 from trackweave.cli.fusing import fuse, reproduce
+from trackweave.cli.letting_in import token
 from trackweave.cli.options import (
     FromOption,
     JsonOption,
@@ -27,6 +28,7 @@ from trackweave.cli.options import (
     SeedOption,
     required,
 )
+from trackweave.cli.serving import replay, serve
 
 __all__ = ["app", "run"]
 
@@ -276,8 +278,8 @@ def plot(
         typer.Option(
             "--out",
             "-o",
-            help="File for the picture (.png, .svg, .pdf), replaced if there; plot.png in DIR "
-            "where left out.",
+            help="File for the picture (.png, .svg, .pdf, or .html for a page to move in), "
+            "replaced if there; plot.png in DIR where left out.",
         ),
     ] = None,
     reports: Annotated[
@@ -301,6 +303,7 @@ def plot(
     The plan from above with tracks, sensors and, where they are given, reports and truth; the
     number of tracks by status, reports and those assigned in each scan, the gap to the bound with
     the scans told apart that were proven optimal, CPU per scan, and the speed of tracks over time.
+    As .html it is one page with pan, zoom, a time slider and hover, which needs no network.
     """
     from trackweave.cli.plot import run_plot
 
@@ -314,6 +317,9 @@ app.command()(convert)
 app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
+app.command()(token)
+app.command()(serve)
+app.command()(replay)
 
 
 @app.command()

@@ -15,11 +15,11 @@ from trackweave.io.output import OutputFile
 from trackweave.io.run_files import RunFiles, read_run
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
-from trackweave.run.drawing import scene_of, series_of
+from trackweave.run.drawing import scene_of, series_of, with_reports
 
 __all__ = ["run_plot"]
 
-PICTURE = "plot.png"
+PICTURE, PAGE = "plot.png", "html"
 # Times that were written to a file and read back may differ in the last digits.
 SAME_REPORT_S = 1e-3
 
@@ -41,8 +41,10 @@ def run_plot(
     """
     out = directory / PICTURE if out is None else out
     ending = out.suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise InvalidInputError(f"--out: {out}; expected a name that ends in .png, .svg or .pdf")
+    if ending not in (*FORMATS, PAGE):
+        raise InvalidInputError(
+            f"--out: {out}; expected a name that ends in .png, .svg, .pdf or .html"
+        )
     run = read_run(directory)
     file = _reports_file(run) if reports is None else reports
     if truth is None and (directory / "truth.csv").is_file():
@@ -61,14 +63,18 @@ def run_plot(
         # Those that nobody asked for may be others.
         table = None
         voice.say(f"{err}; so they are left out")
-    scene = replace(
-        scene_of(run, truth, f"the run in {run.path}", history=history, pixels=pixels),
-        reports=table,
-        assignment=assignment,
-        title=None if table is not None else _title(run),
-    )
+    scene = scene_of(run, truth, f"the run in {run.path}", history=history, pixels=pixels)
+    if table is None:
+        scene = replace(scene, title=_title(run))
+    else:
+        scene = with_reports(scene, table, assignment)
     series = series_of(run)
-    place.write(picture_of_run(scene, series, ending))
+    if ending == PAGE:
+        from trackweave.service.picture import page_of_run
+
+        place.write(page_of_run(run, scene, series, directory.resolve().name))
+    else:
+        place.write(picture_of_run(scene, series, ending))
     if table is None:
         voice.say("reports are not drawn, for their positions are not in the run; see --reports")
     voice.say(f"The picture is {out}.")

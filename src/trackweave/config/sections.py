@@ -197,6 +197,12 @@ class SensorSection(Section, of=(Sensor,)):
         "How its beam turns, seen from above, where reports carry their own times; or that it "
         "does not, so that each time is a scan.",
     ]
+    phase_deg: Annotated[
+        float,
+        Key("a number from 0 to 360 degrees", 0.0, 360.0),
+        "Where its beam points at time 0 [degrees, clockwise from north]; with ``rotation`` and "
+        "``scan_period`` its turn is as told. Left out = found from the reports.",
+    ]
     position: Annotated[
         tuple[Annotated[float, COORDINATE], ...],
         Key("two or three numbers in metres, such as [0.0, 0.0]", size=(2, 3)),
@@ -216,6 +222,8 @@ class SensorSection(Section, of=(Sensor,)):
         if "clutter_density" in values and "clutter_per_scan" in values:
             return "clutter_density or clutter_per_scan, not both"
         turns = values.get("rotation", "none") != "none"
+        if "phase_deg" in values and not (turns and "scan_period" in values):
+            return "a rotation and a scan_period beside phase_deg"
         if values.get("scans") is False and ("scan_period" in values or turns):
             return "scans = true with a scan_period or a rotation"
         return None

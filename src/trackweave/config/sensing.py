@@ -22,7 +22,14 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["is_period", "require_places", "sense_of", "sensor_of", "view_keys"]
+__all__ = [
+    "is_period",
+    "require_places",
+    "sense_of",
+    "sensor_of",
+    "told_rotation",
+    "view_keys",
+]
 
 USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # What is taken where neither the file nor the reports tell.
@@ -237,6 +244,8 @@ def _rotation(
     period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
     seen_word = None if turning is None else sense_of(turning)
     word = ledger.choose(("sensors", name, "rotation"), seen_word, "none")
+    if ledger.said(("sensors", name, "phase_deg")) is not None:
+        ledger.choose(("sensors", name, "phase_deg"))
     if word == "none":
         return None, period
     if seen_word is not None and word != seen_word:
@@ -250,6 +259,14 @@ def _rotation(
             "reports show no turn, or none of it"
         )
     return turning, period
+
+
+def told_rotation(section: Mapping[str, Any]) -> Rotation | None:
+    """Return how a beam turns where a sensor's keys leave nothing of it open."""
+    if "phase_deg" not in section:
+        return None
+    direction = 1 if section["rotation"] == "clockwise" else -1
+    return Rotation(section["scan_period"], math.radians(section["phase_deg"]), direction)
 
 
 def sense_of(turning: Rotation) -> str:

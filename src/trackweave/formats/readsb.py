@@ -2,15 +2,19 @@
 
 Snapshots (``aircraft.json``, ``history_*.json``: an object with ``now`` and ``aircraft``), one
 aircraft a line (``--json-port``), and traces (``trace_full_*.json``: an object with ``timestamp``
-and ``trace``).
+and ``trace``). Written is a snapshot of where each track was last.
 """
 
+import json
 from typing import Any
 
+import numpy as np
 import polars as pl
 
-from trackweave.formats.format import Format
+from trackweave.arrays import FloatArray
+from trackweave.formats.format import Format, Output
 from trackweave.formats.json_stream import JsonStream, finite, text_of
+from trackweave.formats.track_rows import EarthTrack, earth_tracks
 
 __all__ = ["FORMAT", "ReadsbDecoder"]
 
@@ -124,6 +128,42 @@ def _position(latitude: Any, longitude: Any) -> tuple[float, float] | None:
     return None if north is None or east is None else (north, east)
 
 
+def _write(output: Output) -> dict[str, bytes]:
+    tracks = list(earth_tracks(output, "readsb"))
+    now = max((float(each.seconds[-1]) for each in tracks), default=0.0)
+    aircraft = [_aircraft(each, now) for each in tracks]
+    snapshot = {"now": round(now, 3), "messages": 0, "aircraft": aircraft}
+    text = json.dumps(snapshot, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return {"tracks.json": text.encode("utf-8")}
+
+
+def _aircraft(track: EarthTrack, now: float) -> dict[str, Any]:
+    seen = round(now - float(track.seconds[-1]), 3)
+    told: dict[str, Any] = {
+        "hex": f"~{track.track & 0xFFFFFF:06x}",  # no address of ICAO
+        "type": "other",
+        "flight": track.name,
+        "lat": round(float(track.latitude[-1]), 7),
+        "lon": round(float(track.longitude[-1]), 7),
+        "seen": seen,
+        "seen_pos": seen,
+        "messages": len(track.seconds),
+    }
+    for key, values, unit in (
+        ("gs", track.speed, _KNOT),
+        ("track", track.course, 1.0),
+        ("alt_geom", track.altitude, _FOOT),
+    ):
+        number = _last(values)
+        if number is not None:
+            told[key] = round(number / unit, 2)
+    return told
+
+
+def _last(values: FloatArray | None) -> float | None:
+    return float(values[-1]) if values is not None and np.isfinite(values[-1]) else None
+
+
 def _recognise(head: bytes, name: str) -> bool:
     begin = head.lstrip()[:1]
     named = (b'"aircraft"', b'"hex"', b'"trace"')
@@ -136,7 +176,9 @@ FORMAT = Format(
     endings=(".json",),
     carries="positions, address as identity, barometric and geometric height, speed, course, "
     "callsign, squawk, kind of message",
-    loses="aircraft without a position, signal strength, intent",
+    loses="aircraft without a position, signal strength, intent; written: all but where tracks "
+    "were last, and their uncertainty",
     recognise=_recognise,
     decoder=ReadsbDecoder,
+    writer=_write,
 )

@@ -78,30 +78,37 @@ def earth_tracks(output: Output, name: str) -> Iterator[EarthTrack]:
             f"format {name}: tracks have no latitudes and longitudes; expected reports in lat,lon"
             ", or [frame] origin in the configuration"
         )
-    for (number,), part in rows.group_by("track", maintain_order=True):
-        yield _earth_track(int(str(number)), part, output.frame)
-
-
-def _earth_track(number: int, rows: pl.DataFrame, frame: LocalFrame | None) -> EarthTrack:
+    if rows.is_empty():
+        return
+    # All rows at once: a live picture has thousands of tracks of a row each.
     texts, seconds = moments(rows["time"])
-    named = rows["name"][0] if "name" in rows.columns else None
-    longitude = (_column(rows, "lon") + 180.0) % 360.0 - 180.0
     velocity = _both(rows, "vx", "vy")
-    return EarthTrack(
-        track=number,
-        name=str(number if named is None else named),
-        time=texts,
-        seconds=seconds,
-        latitude=_column(rows, "lat"),
-        longitude=longitude,
-        altitude=_whole_column(rows, "alt_m"),
-        speed=None if velocity is None else np.hypot(*velocity),
-        course=None if velocity is None else _course(rows, velocity, frame),
-        sigma=_worst_axis(rows),
-        sigma_up=np.sqrt(_column(rows, "p_z_z")) if "p_z_z" in rows.columns else None,
-        status=rows["status"].to_list() if "status" in rows.columns else [],
-        score=_last(rows, "score"),
-    )
+    latitude = _column(rows, "lat")
+    longitude = (_column(rows, "lon") + 180.0) % 360.0 - 180.0
+    known: dict[str, FloatArray | None] = {
+        "speed": None if velocity is None else np.hypot(*velocity),
+        "course": None if velocity is None else _course(rows, velocity, output.frame),
+        "sigma": _worst_axis(rows),
+        "sigma_up": np.sqrt(_column(rows, "p_z_z")) if "p_z_z" in rows.columns else None,
+    }
+    numbers = rows["track"].cast(pl.Int64).to_numpy()
+    first = np.flatnonzero(np.diff(numbers, prepend=numbers[:1] - 1))
+    for begin, end in zip(first, [*first[1:], len(numbers)], strict=True):
+        part = rows[int(begin) : int(end)]
+        number = int(numbers[begin])
+        named = part["name"][0] if "name" in part.columns else None
+        yield EarthTrack(
+            track=number,
+            name=str(number if named is None else named),
+            time=texts[begin:end],
+            seconds=seconds[begin:end],
+            latitude=latitude[begin:end],
+            longitude=longitude[begin:end],
+            altitude=_whole_column(part, "alt_m"),
+            status=part["status"].to_list() if "status" in part.columns else [],
+            score=_last(part, "score"),
+            **{name: None if each is None else each[begin:end] for name, each in known.items()},
+        )
 
 
 def _course(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
 from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import told_rotation
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
     from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
-__all__ = ["configured"]
+__all__ = ["configured", "settings_alone"]
 
 
 def configured(
@@ -50,7 +51,7 @@ def configured(
     """
     configuration = load_configuration(config)
     if reports is None:
-        settings, dim = _settings_alone(configuration), None
+        settings, dim = settings_alone(configuration), None
     else:
         table, _ = report_table(reports, configuration)
         configuration = with_facts(configuration, table)
@@ -64,8 +65,23 @@ def configured(
     return tracker_of(settings, settings.sensors, dim, max_ahead=settings.max_ahead)
 
 
-def _settings_alone(configuration: Configuration) -> Settings:
-    """Return a configuration whose gaps are filled by what is usual."""
+def settings_alone(configuration: Configuration) -> Settings:
+    """Return a configuration whose gaps are filled by what is usual.
+
+    Parameters
+    ----------
+    configuration
+        As read, with a table for each sensor.
+
+    Returns
+    -------
+    Everything that a tracker needs.
+
+    Raises
+    ------
+    InvalidInputError
+        If it lacks what nothing usual can stand in for.
+    """
     told = configuration.table("sensors")
     names = [name for name in told if name != ANY_SENSOR]
     if not names and told:
@@ -112,8 +128,8 @@ def _kind(configuration: Configuration, name: str) -> MeasurementKind | ForeignK
 def _as_told(configuration: Configuration, name: str, *, alone: bool) -> ObservedSensor:
     """Return a sensor as the configuration describes it."""
     own, kind = configuration.sensor(name), _kind(configuration, name)
-    rotation = None
-    if own.get("rotation", "none") != "none" and "scan_period" in own:
+    rotation = told_rotation(own)
+    if rotation is None and own.get("rotation", "none") != "none" and "scan_period" in own:
         rotation = Rotation(own["scan_period"], 0.0, 1 if own["rotation"] == "clockwise" else -1)
     return ObservedSensor(
         measurement=kind,

@@ -2,6 +2,7 @@
 
 import json
 from base64 import b64encode
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,17 +11,26 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status
+from trackweave.domain.reports import ReportTable
 from trackweave.io.run_files import AssignedReports, RunFiles
 from trackweave.io.run_json import encode_json
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on
+from trackweave.run.laying import laid
 from trackweave.run.result import TrackingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["assigned_per_scan", "figure_of_result", "inline_picture", "scene_of", "series_of"]
+__all__ = [
+    "assigned_per_scan",
+    "figure_of_result",
+    "inline_picture",
+    "scene_of",
+    "series_of",
+    "with_reports",
+]
 
 # Times that were written to a file and read back may differ in the last digits.
 SAME_TIME_S = 1e-6
@@ -32,7 +42,7 @@ def figure_of_result(
     """Return the picture of a run as a figure of matplotlib."""
     run = _as_files(result)
     return figure_of_run(
-        _with_reports(scene_of(run, truth, "the run", history=history, pixels=pixels), result),
+        _with_own(scene_of(run, truth, "the run", history=history, pixels=pixels), result),
         series_of(run),
     )
 
@@ -40,7 +50,7 @@ def figure_of_result(
 def inline_picture(result: TrackingResult[Any]) -> str:
     """Return the plan of a run as an element of HTML that needs no file."""
     scene = scene_of(_as_files(result), None, "the run", history=False, pixels=False)
-    data = b64encode(small_png(figure_of_run(_with_reports(scene, result)))).decode("ascii")
+    data = b64encode(small_png(figure_of_run(_with_own(scene, result)))).decode("ascii")
     return f'<img alt="Tracks seen from above" src="data:image/png;base64,{data}">'
 
 
@@ -99,7 +109,16 @@ def assigned_per_scan(
     return counts
 
 
-def _with_reports(scene: Scene, result: TrackingResult[Any]) -> Scene:
+def with_reports(
+    scene: Scene, reports: ReportTable, assignment: Mapping[int, int] | None
+) -> Scene:
+    """Return a scene with reports where the tracker took them to be, and their tracks."""
+    on_plane, _ = laid(reports, scene.sensor_positions)
+    return replace(scene, reports=on_plane, assignment=assignment)
+
+
+def _with_own(scene: Scene, result: TrackingResult[Any]) -> Scene:
+    # The result's reports lie on the plane already.
     return replace(scene, reports=result.values.reports, assignment=result.values.assignment)
 
 

@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
 from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period, view_keys
+from trackweave.config.sensing import is_period, told_rotation, view_keys
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
@@ -224,6 +224,9 @@ def _rotation(
     word, given = said.get("rotation"), said.get("scan_period")
     if word == "none" or said.get("scans") is False:
         return None, True
+    told = told_rotation(said)
+    if told is not None:
+        return told, True
     moments, sizes = np.unique(time, return_counts=True)
     is_lone = not numbered and moments.size >= FEWEST_MOMENTS and np.median(sizes) <= 1
     if word is None and not is_lone:

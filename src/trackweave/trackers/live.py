@@ -10,12 +10,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from trackweave.association.dormant import Dormant
+from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.models.sensors import Sensor
-from trackweave.solvers.protocol import Stop
+from trackweave.solvers.protocol import Solver, Stop
 from trackweave.trackers._arguments import checked_scan, with_dimensions
+from trackweave.trackers.checkpoint import Saved
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
 from trackweave.trackers.from_config import from_config
 from trackweave.trackers.hypothesis import Assignments, Hypothesis, gathered, unchanged
@@ -45,7 +47,7 @@ class Haste:
         return replace(self, deadline=self.deadline / count)
 
 
-class LiveTracker(ABC):
+class LiveTracker(Saved, ABC):
     """A tracker that takes in scans as they come.
 
     What a step changes is in the attributes ``CHANGING``; ``copy.copy`` of each of these gives
@@ -150,6 +152,8 @@ class ScanByScan(LiveTracker):
     _used: UsedNumbers
     _last: Hypothesis | None
     _tree: AssociationTree | None
+    _search: Solver
+    _limits: GrowthLimits
 
     @classmethod
     def from_config(cls, config: Any, reports: Any = None) -> Self:
@@ -183,6 +187,20 @@ class ScanByScan(LiveTracker):
     def is_before_all(self, arrival: Arrival) -> bool:
         """Tell whether a scan lies before the tracks known beforehand."""
         return self._priors is not None and arrival.time < float(self._priors.time.max())
+
+    def bound(self, search: Solver, limits: GrowthLimits) -> None:
+        """Take another solver and other limits from the next step on.
+
+        Parameters
+        ----------
+        search
+            The solver, with its budget.
+        limits
+            What bounds the number of sequences considered.
+        """
+        self._search, self._limits = search, limits
+        if self._tree is not None:
+            self._tree.limits = limits
 
     def checked(self, scans: Sequence[Scan]) -> Arrival:
         """Return the scans with dimensions, and with numbers for their reports."""

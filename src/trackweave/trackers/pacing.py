@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -61,6 +62,11 @@ class Pacer:
     search: _Rate = field(default_factory=_Rate.guessed)
     rest: _Rate = field(default_factory=_Rate.guessed)
     overrun: _Rate = field(default_factory=lambda: _Rate.guessed(SLOW / 10.0))
+
+    def at_rest(self) -> dict[str, Any]:
+        """Return what a checkpoint holds: how fast the machine is, the next one has to learn."""
+        fresh = Pacer()
+        return {each.name: getattr(fresh, each.name) for each in fields(fresh)}
 
     def start(self, deadline: float | None, stop: Stop | None) -> "Pace":
         """Return a step that begins now; the deadline is the seconds that it may take."""

@@ -23,13 +23,14 @@ from trackweave.trackers.boxes.habits import Habits
 from trackweave.trackers.boxes.linking import Linker, existence
 from trackweave.trackers.boxes.shapes import boxes_of
 from trackweave.trackers.boxes.window import Window
+from trackweave.trackers.checkpoint import Saved
 
 __all__ = [
     "BoxTracker",
 ]
 
 
-class BoxTracker:
+class BoxTracker(Saved):
     """Follows what a detector finds in a video or a laser scan, a frame at a time.
 
     Each frame's boxes go to the tracks by one assignment of the highest probability: centres and

@@ -1,0 +1,358 @@
+"""The clerk: what comes in and what the clock decides is written down, then it counts."""
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Coroutine, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from trackweave.config import Configuration
+from trackweave.errors import OutputError, TrackweaveError
+from trackweave.service.board import Board
+from trackweave.service.desk import (
+    Json,
+    OverloadedError,
+    Picture,
+    Receipt,
+    Rejected,
+    Rows,
+    Subscription,
+)
+from trackweave.service.fanout import Fanout
+from trackweave.service.inputs.outbox import completed, told_times
+from trackweave.service.inputs.process import Input
+from trackweave.service.inputs.source import Source
+from trackweave.service.log import say
+from trackweave.service.office import Office, Order, Outcome
+from trackweave.service.records import Kind, as_json, packed_reports
+from trackweave.service.saying import Saying
+from trackweave.service.sorting_in import checked_rows
+
+__all__ = ["Clerk"]
+
+MOST_WAITING = 20_000
+"""So many reports wait for the tracker; beyond, no more are taken."""
+TICK, BEAT, SNAPSHOT_S = 0.1, 1.0, 10.0
+"""Seconds between two looks at the clock, two reports on how it is, and two snapshots."""
+AGAIN = 1.0
+"""Seconds until a disk that refused is tried again."""
+
+_log = logging.getLogger("trackweave.service")
+
+
+@dataclass(slots=True)
+class _Promise:
+    """Who waits until a record is on the disk."""
+
+    sequence: int
+    done: "asyncio.Future[int]"
+
+
+@dataclass(slots=True)
+class _Waiting:
+    """Records on their way: to the disk, then to the tracker."""
+
+    unsynced: deque[Order] = field(default_factory=deque)
+    ready: deque[Order] = field(default_factory=deque)
+    promises: list[_Promise] = field(default_factory=list)
+    reports: int = 0
+
+
+class Clerk:
+    """The desk's other side: one event loop, which owns journal and engine.
+
+    Parameters
+    ----------
+    office
+        Journal, engine and files, already brought to where they were.
+    configuration
+        Returns what the user told; asked again where it is to be read anew.
+    sources
+        Where to listen.
+    """
+
+    def __init__(
+        self,
+        office: Office,
+        configuration: Callable[[], Configuration],
+        sources: Sequence[Source] = (),
+    ) -> None:
+        self._office, self._read = office, configuration
+        self._configuration = configuration()
+        self.board = Board()
+        self.fanout = Fanout(lambda: self.board.picture)
+        self.saying = Saying(office)
+        self.publishers: list[Callable[[Any], None]] = []
+        self._wait = _Waiting()
+        self._inputs = [Input(source, self._handed) for source in sources]
+        self._tracking = ThreadPoolExecutor(1, thread_name_prefix="tracker")
+        self._writing = ThreadPoolExecutor(1, thread_name_prefix="journal")
+        self._appended, self._work = asyncio.Event(), asyncio.Event()
+        self._refused = ""
+        self._is_reconfiguring = False
+        self._configured_by = 0
+        self._tasks: list[asyncio.Task[None]] = []
+        self._dropped: dict[str, int] = {}
+
+    # What is asked over the desk.
+
+    async def accept(self, rows: Rows) -> Receipt:
+        """Check reports, write them to the journal and return once they are on the disk."""
+        self._require_room()
+        if rows.table.is_empty():
+            return Receipt(0, (), self._office.journal.synced)
+        spec = self._office.engine.spec
+        loop = asyncio.get_running_loop()
+        table, rejected = await loop.run_in_executor(None, _checked, rows, spec)
+        if table.is_empty():
+            return Receipt(0, rejected, self._office.journal.synced)
+        self._require_room()
+        payload = packed_reports(table, rows.source, rows.facts)
+        sequence = self._append(Kind.REPORTS, payload, table.height)
+        self._hear(told_times(table))
+        promise = _Promise(sequence, loop.create_future())
+        self._wait.promises.append(promise)
+        return Receipt(table.height, rejected, await promise.done)
+
+    def picture(self) -> Picture:
+        """Return all live tracks as they are now."""
+        return self.board.picture
+
+    def track(self, identifier: str) -> Json | None:
+        """Return one track with its trail; None for none."""
+        return self.board.track(identifier)
+
+    def sensors(self) -> list[Json]:
+        """Return the sensors."""
+        return self.saying.sensors()
+
+    def health(self) -> Json:
+        """Return how the service is."""
+        return self.saying.health(self._refused, self._lag(), self._inputs)
+
+    def counters(self) -> Mapping[str, float]:
+        """Return numbers for ``/metrics``."""
+        found = self.saying.counters(self._inputs)
+        return {
+            **found,
+            "lag_seconds": self._lag(),
+            "waiting_reports": float(self._wait.reports),
+            "listeners": float(len(self.fanout)),
+            "resynchronised_total": float(self.fanout.resynchronised),
+        }
+
+    def subscribe(self, *, reports: bool = False) -> Subscription:
+        """Return messages from now on."""
+        return self.fanout.subscribe(reports=reports)
+
+    # What it does.
+
+    async def run(self) -> None:
+        """Work until it is cancelled or something fails for good."""
+        self._draw_first()
+        parts: list[Coroutine[Any, Any, None]] = [
+            self._keep_synced(), self._keep_tracking(), self._watch_clock(), self._keep_saying(),
+            *(each.run() for each in self._inputs),
+        ]  # fmt: skip
+        async with asyncio.TaskGroup() as group:
+            self._tasks = [group.create_task(part) for part in parts]
+
+    async def close(self) -> None:
+        """End inputs, bring to the disk what waits, and let the tracker take it in."""
+        for each in self._inputs:
+            await each.close()
+        for task in self._tasks:
+            task.cancel()
+        self.fanout.close()
+        loop = asyncio.get_running_loop()
+        with suppress(OutputError):
+            await loop.run_in_executor(self._writing, self._office.journal.sync)
+        self._tracking.shutdown(cancel_futures=True)
+        self._writing.shutdown()
+        self._office.close()
+
+    def reload(self) -> str:
+        """Read the configuration again, and begin to run with it; return what came of it."""
+        try:
+            self._configuration = self._read()
+        except TrackweaveError as err:
+            say(_log, logging.ERROR, "configuration refused", message=str(err))
+            return str(err)
+        self._is_reconfiguring = True
+        self._work.set()
+        return ""
+
+    async def _handed(self, payload: bytes, count: int, told: Mapping[str, list[float]]) -> None:
+        """Take what an input hands on; it is not read on while too much waits."""
+        while self._wait.reports > MOST_WAITING or self._refused:
+            await asyncio.sleep(TICK / 2)
+        with suppress(OutputError):
+            self._append(Kind.REPORTS, payload, count)
+            self._hear(told)
+
+    def _hear(self, told: Mapping[str, Sequence[float]]) -> None:
+        self._office.delays.note(told, time.monotonic())
+        self.saying.heard(told)
+
+    def _require_room(self) -> None:
+        if self._refused:
+            raise OutputError(self._refused)
+        if self._wait.reports > MOST_WAITING:
+            raise OverloadedError(
+                f"{self._wait.reports:,} reports wait for the tracker; expected at most "
+                f"{MOST_WAITING:,}: send them again later"
+            )
+
+    def _append(self, kind: Kind, payload: bytes, count: int = 0) -> int:
+        sequence = self._office.journal.append(kind, payload)
+        self._wait.unsynced.append(Order(sequence, kind, payload, count, time.monotonic()))
+        self._wait.reports += count
+        self._appended.set()
+        return sequence
+
+    async def _keep_synced(self) -> None:
+        """Bring to the disk what was written, in groups, and keep the promises."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self._appended.wait()
+            self._appended.clear()
+            try:
+                synced = await loop.run_in_executor(self._writing, self._office.journal.sync)
+                self._refused = ""
+            except OutputError as err:
+                if not self._refused:
+                    say(_log, logging.ERROR, "disk refused", message=str(err))
+                self._refused = str(err)
+                self._break_promises(err)
+                await asyncio.sleep(AGAIN)
+                self._appended.set()
+                continue
+            wait = self._wait
+            while wait.unsynced and wait.unsynced[0].sequence <= synced:
+                wait.ready.append(wait.unsynced.popleft())
+            self._work.set()
+            kept = [each for each in wait.promises if each.sequence <= synced]
+            wait.promises = [each for each in wait.promises if each.sequence > synced]
+            for promise in kept:
+                if not promise.done.done():
+                    promise.done.set_result(synced)
+
+    def _break_promises(self, err: OutputError) -> None:
+        broken, self._wait.promises = self._wait.promises, []
+        for promise in broken:
+            if not promise.done.done():
+                promise.done.set_exception(OutputError(str(err)))
+
+    async def _keep_tracking(self) -> None:
+        """Let the tracker take in what is on the disk."""
+        loop = asyncio.get_running_loop()
+        office = self._office
+        while True:
+            await self._work.wait()
+            self._work.clear()
+            while self._wait.ready or self._is_reconfiguring:
+                batch = office.batch(self._wait.ready)
+                wants = self.fanout.wants_reports
+                outcome = await loop.run_in_executor(
+                    self._tracking, office.take, batch, self.board, wants
+                )
+                self._wait.reports -= sum(order.reports for order in batch)
+                self._tell(outcome)
+                # What was found out last is waited for before more is.
+                is_settled = office.engine.configured_by >= self._configured_by
+                if is_settled and (self._is_reconfiguring or office.wants_to_learn()):
+                    await self._learn(self._configuration)
+                if office.is_snapshot_due(SNAPSHOT_S):
+                    content = await loop.run_in_executor(self._tracking, office.packed)
+                    await loop.run_in_executor(self._writing, office.keep, *content)
+
+    async def _learn(self, configuration: Configuration) -> None:
+        """Find out with what to run, and write it to the journal."""
+        loop = asyncio.get_running_loop()
+        anew, self._is_reconfiguring = self._is_reconfiguring, False
+        found = await loop.run_in_executor(self._tracking, self._office.learn, configuration, anew)
+        if found is None:
+            return
+        with suppress(OutputError):
+            self._configured_by = self._append(Kind.CONFIGURE, found.spec.payload())
+            say(_log, logging.INFO, "configured", sensors=len(found.spec.configuration["sensors"]))
+            for note in found.notes:
+                say(_log, logging.INFO, "note", note=note)
+
+    def _tell(self, outcome: Outcome) -> None:
+        self.saying.took(outcome)
+        drawn = outcome.drawn
+        if drawn is not None:
+            time_, frame = drawn.picture.time, drawn.picture.frame
+            assert time_ is not None
+            self.fanout.tracks(time_, drawn.changed, drawn.ended, frame)
+            for publisher in self.publishers:
+                publisher(drawn)
+        if outcome.seen and outcome.time is not None:
+            self.fanout.reports(outcome.time, outcome.seen)
+
+    def _draw_first(self) -> None:
+        if self._office.engine.is_configured:
+            self.board.draw(self._office.engine)
+
+    async def _watch_clock(self) -> None:
+        """Write down what only the clock can decide."""
+        while True:
+            await asyncio.sleep(TICK)
+            if self._refused:
+                continue
+            with suppress(OutputError):
+                until = self._office.closing(time.monotonic())
+                if until:
+                    self._append(Kind.CLOSE, as_json({"until": until}))
+                bound = self._office.pace.bound(self._lag(), time.monotonic())
+                if bound is not None:
+                    self._append(Kind.BOUND, as_json(bound))
+                    say(_log, logging.WARNING, "work bound", **bound)
+                self._note_dropped()
+
+    def _note_dropped(self) -> None:
+        for each in self._inputs:
+            dropped, url = int(each.state["dropped"]), each.source.url
+            before = self._dropped.get(url, 0)
+            # A process that was begun anew counts anew.
+            more = dropped - before if dropped >= before else dropped
+            if more:
+                self._append(Kind.DROP, as_json({"reports": more, "source": url}))
+                say(_log, logging.WARNING, "reports dropped", reports=more, source=url)
+            self._dropped[url] = dropped
+
+    async def _keep_saying(self) -> None:
+        while True:
+            await asyncio.sleep(BEAT)
+            self.fanout.send(self.saying.status(self._lag(), BEAT))
+            self.fanout.send({"type": "sensors", "sensors": self.sensors()})
+
+    def _lag(self) -> float:
+        """Return for how long the oldest record has waited for the tracker [s]."""
+        ready = self._wait.ready
+        try:
+            return max(0.0, time.monotonic() - ready[0].arrived) if ready else 0.0
+        except IndexError:
+            return 0.0
+
+
+def _checked(rows: Rows, spec: Any) -> tuple[Any, tuple[Rejected, ...]]:
+    """Return the rows that can be used, and why others cannot."""
+    import numpy as np
+
+    table = completed(rows.table)
+    found = checked_rows(table, spec)
+    bad = {each.row: each for each in found.skipped}
+    rejected = tuple(
+        Rejected(int(rows.row[number - 1]), bad[number].message("reports"))
+        for number in sorted(bad)
+    )
+    if not bad:
+        return table, rejected
+    good = np.setdiff1d(np.arange(table.height), [number - 1 for number in bad])
+    return table[good.tolist()], rejected

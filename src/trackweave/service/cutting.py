@@ -1,0 +1,302 @@
+"""Reports that come one after the other become the scans that ``track`` cuts from a recording.
+
+A scan is complete once its sensor has told something later, or once it is said that nothing is
+waited for any more. Scans of several sensors go on in order of time; between two of a sensor that
+scans, the empty ones are put where ``trackweave.run.scans`` puts them.
+"""
+
+import heapq
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.scans import Scan
+from trackweave.models.rotation import Rotation
+from trackweave.models.sensors import Sensor
+from trackweave.run.scans import MOST_MISSING, missing_times
+from trackweave.run.turns import N_SECTORS, Sectors
+from trackweave.service.blocks import Block, joined, keys_of, scan_of, without_copies
+
+__all__ = ["Cutter", "SensorCut"]
+
+WITHIN_S = 2.0 + 1e-6
+"""A sensor that does not scan repeats within so many seconds what it has said [s]."""
+MISSED = 1.5
+"""So many periods after the last scan the next is missed, where nothing is waited for."""
+EARLY = -np.inf
+
+
+@dataclass(slots=True)
+class SensorCut:
+    """One sensor's reports, on their way into scans."""
+
+    name: str
+    place: int
+    """Among the sensors: of scans of one time the lesser goes first."""
+    width: int
+    """How many numbers an empty scan's reports would have."""
+    period: float | None
+    rotation: Rotation | None
+    scans: bool
+    """Whether what stands still is reported anew at each scan."""
+    pending: dict[float, list[Block]] = field(default_factory=dict)
+    """Reports of scans that are open, by time, by the scan's number or by that of the sector."""
+    told: float = EARLY
+    """The latest time of its reports [s]."""
+    until: float = EARLY
+    """Up to when nothing is waited for any more [s]."""
+    last: float | None = None
+    """Time of the last scan [s], of a turning sensor the number of the last sector."""
+    n_missed: int = 0
+    """Empty scans since the last that was not."""
+    numbered: bool = False
+    """Whether its reports say the numbers of their scans."""
+    platform: tuple[float, FloatArray] | None = None
+    """When and where it was last, where its reports say so."""
+    recent: dict[bytes, float] = field(default_factory=dict)
+    """What a sensor without scans has said last, and when first."""
+
+    @classmethod
+    def of(cls, sensor: Sensor, place: int, dim: int) -> "SensorCut":
+        """Return a sensor before its first report."""
+        width = sensor.measurement.n_components(dim)
+        return cls(
+            sensor.name, place, width, sensor.scan_period, sensor.rotation,
+            sensor.scans is not False,
+        )  # fmt: skip
+
+    def feed(self, block: Block) -> None:
+        """Take reports in."""
+        if not self.scans:
+            block = self._heard_once(block)
+        if not len(block.time):
+            return
+        self.numbered = block.scan.size > 0
+        keys = self._keys(block)
+        self.told = max(self.told, float(block.time.max()))
+        for key in np.unique(keys).tolist():
+            own = block.at(np.flatnonzero(keys == key))
+            self.pending.setdefault(key, []).append(own)
+
+    def complete(self) -> Iterator[Scan]:
+        """Yield scans that are complete, and take them out; empty ones are between them."""
+        for key in sorted(self.pending):
+            block = self.pending[key]
+            if not self._is_complete(key, block):
+                continue
+            del self.pending[key]
+            yield from self._closed(key, joined(block))
+        if not self.pending:
+            yield from self._missed()
+
+    def bound(self) -> tuple[float, bool]:
+        """Return before which time no scan can come any more, and whether one of it can."""
+        if self.rotation is not None:
+            return self._end_of_next(), True
+        first = min(self.pending, default=None)
+        if first is not None:
+            if self.numbered:
+                first = min(float(part.time.min()) for part in self.pending[first])
+            if self.last is not None and self.period is not None:
+                first = next(missing_times([self.last, first], self.period), first)
+            return first, True
+        return max(self.told, self._until()), False
+
+    def jumped(self, time: float) -> None:
+        """Begin anew at a time: what was before has nothing to do with it."""
+        self.pending.clear()
+        self.recent.clear()
+        self.told, self.until, self.last, self.n_missed = time, EARLY, None, 0
+
+    def _until(self) -> float:
+        if self.period is None or self.last is None or self.n_missed >= MOST_MISSING:
+            return self.until
+        return min(self.until, self.last + self.period)
+
+    def _keys(self, block: Block) -> FloatArray:
+        if self.rotation is not None:
+            return Sectors(self.rotation, block.time).number.astype(np.float64)
+        return block.scan.astype(np.float64) if self.numbered else block.time
+
+    def _is_complete(self, key: float, blocks: list[Block]) -> bool:
+        if self.rotation is not None:
+            begun = float(self.rotation.turned(self.told)) * N_SECTORS
+            return np.floor(begun) > key or self.until >= self._end(int(key))
+        if not self.numbered:
+            return key < self.told or key <= self.until
+        newest = max(float(part.time.max()) for part in blocks)
+        wait = (self.period or 1.0) / 2.0
+        return newest < self.told or newest + wait <= self.until
+
+    def _closed(self, key: float, block: Block) -> Iterator[Scan]:
+        own_times = self.rotation is not None
+        end = float(block.time.max())
+        if self.rotation is not None:
+            end = max(self._end(int(key)), end)
+        elif self.numbered:
+            own_times = bool(np.any(block.time != end))
+        block = without_copies(block, at_any_time=self.numbered)
+        mark = key if self.rotation is not None else end
+        is_next = self.last is None or mark > self.last
+        if is_next:
+            yield from self._empty_before(mark, block)
+            self.last, self.n_missed = mark, 0
+        if not np.isnan(block.platform[:, 0]).any():
+            self.platform = float(block.time[-1]), block.platform[-1]
+        yield scan_of(block, self.name, end, own_times=own_times)
+
+    def _empty_before(self, mark: float, block: Block) -> Iterator[Scan]:
+        if self.last is None:
+            return
+        if self.rotation is not None:
+            between = _between(int(self.last), int(mark), self.n_missed)
+            times = [self._end(number) for number in between]
+        elif self.period is not None:
+            times = list(missing_times([self.last, mark], self.period))
+            times = times if self.n_missed < MOST_MISSING else times[-MOST_MISSING:]
+        else:
+            return
+        after = float(block.time[0]), block.platform[0]
+        for time in times:
+            yield self._empty(time, after)
+
+    def _empty(self, time: float, after: tuple[float, FloatArray] | None = None) -> Scan:
+        where = None
+        if self.platform is not None:
+            where = self.platform[1]
+            if after is not None and not np.isnan(after[1][0]):
+                moments = [self.platform[0], after[0]]
+                both = np.stack([self.platform[1], after[1]])
+                where = np.array([np.interp(time, moments, both[:, k]) for k in range(6)])
+        scan = Scan(time, self.name, np.empty((0, self.width)), platform=where)
+        return replace(scan, moments=np.empty(0)) if self.rotation is not None else scan
+
+    def _missed(self) -> Iterator[Scan]:
+        """Yield the scans in which a sensor has surely seen nothing."""
+        if self.last is None or not np.isfinite(self.until):
+            return
+        if self.rotation is not None:
+            most = MOST_MISSING * N_SECTORS
+            while self.n_missed < most and self._end(int(self.last) + 1) <= self.until:
+                self.last += 1
+                self.n_missed += 1
+                yield self._empty(self._end(int(self.last)))
+        elif self.period is not None:
+            while self.n_missed < MOST_MISSING and self.last + MISSED * self.period <= self.until:
+                self.last += self.period
+                self.n_missed += 1
+                yield self._empty(self.last)
+
+    def _end(self, sector: int) -> float:
+        assert self.rotation is not None
+        return float(self.rotation.when((sector + 1) / N_SECTORS))
+
+    def _end_of_next(self) -> float:
+        assert self.rotation is not None
+        if self.last is not None and self.n_missed < MOST_MISSING * N_SECTORS:
+            return self._end(int(self.last) + 1)
+        if self.pending:
+            return self._end(int(min(self.pending)))
+        if not np.isfinite(max(self.told, self.until)):
+            return max(self.told, self.until)
+        now = float(self.rotation.turned(max(self.told, self.until))) * N_SECTORS
+        return self._end(int(np.floor(now)))
+
+    def _heard_once(self, block: Block) -> Block:
+        """Return reports without those that say within two seconds what was said before."""
+        kept, order = [], np.argsort(block.time, kind="stable").tolist()
+        keys = keys_of(block)
+        for row in order:
+            time = float(block.time[row])
+            first = self.recent.get(keys[row])
+            if first is None or not 0.0 <= time - first <= WITHIN_S:
+                self.recent[keys[row]] = time
+                kept.append(row)
+        newest = float(block.time.max(initial=EARLY))
+        self.recent = {key: time for key, time in self.recent.items() if time >= newest - WITHIN_S}
+        return block if len(kept) == len(order) else block.at(np.asarray(kept, dtype=np.int64))
+
+
+@dataclass(slots=True)
+class Cutter:
+    """The reports of all sensors, on their way into scans in order of time."""
+
+    sensors: dict[str, SensorCut]
+    waiting: list[tuple[float, int, int, Scan]] = field(default_factory=list)
+    """Complete scans, a heap by time and sensor."""
+    serial: int = 0
+
+    @classmethod
+    def of(cls, sensors: tuple[Sensor, ...], dim: int) -> "Cutter":
+        """Return a cutter before the first report; scans of one time are in this order."""
+        cuts = [SensorCut.of(sensor, place, dim) for place, sensor in enumerate(sensors)]
+        return cls({cut.name: cut for cut in cuts})
+
+    @property
+    def latest(self) -> float:
+        """The latest time that any sensor has told [s]."""
+        return max((cut.told for cut in self.sensors.values()), default=EARLY)
+
+    def now(self) -> float:
+        """Return up to when all was told [s]."""
+        return max((max(cut.told, cut.until) for cut in self.sensors.values()), default=EARLY)
+
+    def feed(self, blocks: Mapping[str, Block]) -> None:
+        """Take reports in."""
+        for name, block in blocks.items():
+            self.sensors[name].feed(block)
+            self._gather(self.sensors[name])
+
+    def close(self, until: float, names: tuple[str, ...] = ()) -> None:
+        """Wait for nothing of up to a time any more [s], of some sensors or of all."""
+        for name in names or self.sensors:
+            cut = self.sensors.get(name)
+            if cut is not None and cut.told > EARLY:
+                cut.until = max(cut.until, until)
+                self._gather(cut)
+
+    def ready(self) -> Iterator[Scan]:
+        """Yield, and take out, the scans before which none can come any more, in order."""
+        heard = [cut for cut in self.sensors.values() if cut.told > EARLY]
+        bounds = [(*cut.bound(), cut.place) for cut in heard]
+        while self.waiting:
+            time, place, _, scan = self.waiting[0]
+            if any(_holds(bound, time, place) for bound in bounds):
+                return
+            heapq.heappop(self.waiting)
+            yield scan
+
+    def rest(self) -> Iterator[Scan]:
+        """Yield, and take out, everything there is, as at the end of a recording."""
+        self.close(np.inf)
+        for cut in self.sensors.values():
+            cut.until = cut.told
+        while self.waiting:
+            yield heapq.heappop(self.waiting)[-1]
+
+    def jumped(self, time: float) -> None:
+        """Begin anew at a time [s]."""
+        self.waiting.clear()
+        for cut in self.sensors.values():
+            if cut.told > EARLY:
+                cut.jumped(time)
+
+    def _gather(self, cut: SensorCut) -> None:
+        for scan in cut.complete():
+            self.serial += 1
+            heapq.heappush(self.waiting, (scan.time, cut.place, self.serial, scan))
+
+
+def _holds(bound: tuple[float, bool, int], time: float, place: int) -> bool:
+    """Tell whether a sensor may still send a scan that goes before one of a time."""
+    first, may_equal, other = bound
+    return first < time or (first == time and may_equal and other < place)
+
+
+def _between(before: int, after: int, n_missed: int) -> list[int]:
+    """Return the sectors between two, of a long silence only those near its two ends."""
+    near = MOST_MISSING * N_SECTORS
+    early = range(before + 1, min(before + 1 + max(near - n_missed, 0), after))
+    return [*early, *range(max(early.stop, after - near), after)]

@@ -1,0 +1,44 @@
+"""How late sensors usually tell what they saw: up to when nothing has to be waited for."""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+__all__ = ["Delays"]
+
+REMEMBERED = 200
+"""So many arrivals of each sensor are remembered."""
+USUAL = 0.98
+"""The share of arrivals that is waited for."""
+MARGIN = 0.05
+"""Seconds that are waited beyond."""
+MOST = 10.0
+"""A sensor is waited for so much longer than the quickest at most [s]."""
+
+
+@dataclass
+class Delays:
+    """What the wall clock says when a time was told, less that time, by sensor."""
+
+    _seen: dict[str, deque[tuple[float, float]]] = field(default_factory=dict)
+    _delay: dict[str, float] = field(default_factory=dict)
+    heard: dict[str, float] = field(default_factory=dict)
+    """When each was last heard, by the wall clock [s]."""
+
+    def note(self, told: Mapping[str, Sequence[float]], now: float) -> None:
+        """Take in which times sensors told, from first to last [s], at a time of the clock."""
+        for name, (first, last, *_) in told.items():
+            seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
+            if seen and abs((now - last) - seen[-1][1]) > 60.0:
+                # Another recording, or a clock that was set: what was learned is of no use.
+                seen.clear()
+            seen.append((now - first, now - last))
+            ordered = sorted(each[0] for each in seen)
+            least = min(each[1] for each in seen)
+            usual = ordered[min(int(USUAL * len(ordered)), len(ordered) - 1)]
+            self._delay[name] = min(usual, least + MOST)
+            self.heard[name] = now
+
+    def until(self, now: float) -> dict[str, float]:
+        """Return up to when nothing has to be waited for, by sensor [s]."""
+        return {name: now - delay - MARGIN for name, delay in self._delay.items()}

@@ -1,0 +1,1 @@
+"""Where reports come from: each input decodes in a process of its own."""

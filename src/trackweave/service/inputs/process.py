@@ -1,0 +1,77 @@
+"""The service's side of an input: its process, and what comes from it."""
+
+import asyncio
+import json
+import sys
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import Any
+
+from trackweave.service.inputs.outbox import FRAME, REPORTS
+from trackweave.service.inputs.source import Source
+
+__all__ = ["Handed", "Input"]
+
+Handed = Callable[[bytes, int, dict[str, list[float]]], Awaitable[None]]
+"""Takes a record's payload, how many reports it has, and the first and last time that each
+sensor told in it, with how often.
+What is not awaited for is not read: so the process sees that it has to drop."""
+
+
+class Input:
+    """One input: decodes in a process of its own, which ends with the service.
+
+    Parameters
+    ----------
+    source
+        What it listens to.
+    handed
+        Takes what it hands on.
+    """
+
+    def __init__(self, source: Source, handed: Handed) -> None:
+        self.source = source
+        self.state: dict[str, Any] = {"dropped": 0, "skipped": 0, "clients": 0, "message": ""}
+        self.reports = 0
+        self.has_ended = False
+        self._handed = handed
+        self._process: asyncio.subprocess.Process | None = None
+
+    async def run(self) -> None:
+        """Read what comes until the input ends; a process that dies is begun anew."""
+        while not self.has_ended:
+            stdin = None if self.source.scheme == "stdin" else asyncio.subprocess.DEVNULL
+            self._process = await asyncio.create_subprocess_exec(
+                sys.executable, "-m", "trackweave.service.inputs", json.dumps(self.source.url),
+                stdin=stdin, stdout=asyncio.subprocess.PIPE,
+            )  # fmt: skip
+            with suppress(asyncio.IncompleteReadError):
+                await self._read(self._process)
+            await self._process.wait()
+            if self.source.scheme in ("stdin", "replay"):
+                # What was read of it cannot be read again.
+                self.has_ended = True
+            elif not self.has_ended:
+                self.state["message"] = self.state["message"] or "its process ended; begun anew"
+                await asyncio.sleep(1.0)
+                self.has_ended = False
+
+    async def close(self) -> None:
+        """End its process."""
+        self.has_ended = True
+        if self._process is not None and self._process.returncode is None:
+            with suppress(ProcessLookupError):
+                self._process.kill()
+            await self._process.wait()
+
+    async def _read(self, process: asyncio.subprocess.Process) -> None:
+        assert process.stdout is not None
+        while True:
+            kind, n_words, n_body = FRAME.unpack(await process.stdout.readexactly(FRAME.size))
+            words = json.loads(await process.stdout.readexactly(n_words))
+            body = await process.stdout.readexactly(n_body)
+            if kind == REPORTS:
+                self.reports += words["reports"]
+                await self._handed(body, words["reports"], words["told"])
+            else:
+                self.state.update(words)

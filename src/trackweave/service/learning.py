@@ -1,0 +1,197 @@
+"""From what was heard to a complete configuration, with which the tracker can begin."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.config import Configuration
+from trackweave.config.fill import ANY_SENSOR, Settings, needs_estimates
+from trackweave.config.sensing import sense_of
+from trackweave.config.write import commented_toml
+from trackweave.domain.facts import Facts
+from trackweave.domain.frames import Projection
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
+from trackweave.io.reports import reports_in
+from trackweave.io.tables import RawTable
+from trackweave.run.doubles import doubles_of
+from trackweave.run.facts import with_facts
+from trackweave.run.observing import settle
+from trackweave.service.records import Arrived
+from trackweave.service.spec import Spec, without_nothing
+
+__all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned"]
+
+FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
+"""Reports, and seconds or turns, after which a configuration is estimated."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Learned:
+    """What was found out.
+
+    Parameters
+    ----------
+    spec
+        With what the tracker runs.
+    text
+        The same as a commented tracker.toml.
+    notes
+        Sentences that a user should read.
+    """
+
+    spec: Spec
+    text: str
+    notes: tuple[str, ...]
+
+
+def is_enough(heard: Sequence[Arrived], facts: Facts) -> bool:
+    """Tell whether so much was heard that a configuration can be estimated."""
+    if sum(each.table.height for each in heard) < FEWEST:
+        return False
+    span = _span(heard)
+    periods = facts.scan_periods.values()
+    return span >= min([LONG_ENOUGH, *(TURNS * period for period in periods)])
+
+
+def learned(
+    configuration: Configuration, heard: Sequence[Arrived], facts: Facts, known: Spec | None = None
+) -> Learned | None:
+    """Return a complete configuration, None where more has to be heard for it.
+
+    Parameters
+    ----------
+    configuration
+        What was told.
+    heard
+        Reports from which the rest is estimated.
+    facts
+        What was told beside them.
+    known
+        With what the tracker runs already, where sensors are added to it.
+
+    Returns
+    -------
+    What was found out.
+
+    Raises
+    ------
+    InvalidInputError
+        If something is missing that only a person can tell.
+    """
+    reports = _table(configuration, heard, facts, known)
+    if not len(reports):
+        return None
+    told = with_facts(configuration, reports)
+    if needs_estimates(told, reports.sensors) and not is_enough(heard, facts):
+        return None
+    doubles, (settings, estimates) = doubles_of(reports, lambda once: settle(once, told))
+    if settings.plots is not None:
+        raise InvalidInputError("plots.fuse: true; expected false, as live plots are not fused")
+    values = _complete(settings)
+    if known is not None:
+        values["sensors"] = {**known.configuration["sensors"], **values["sensors"]}
+    spec = Spec(
+        values,
+        reports.dim if known is None else known.dim,
+        reports.frame if known is None else known.frame,
+        reports.iso_time if known is None else known.iso_time,
+        settings.together,
+    )
+    spec = _with_told(replace(spec, configuration=without_nothing(values)), configuration)
+    spec.settings()
+    seconds, count = _span(heard), len(reports)
+    text = commented_toml(
+        settings,
+        head=[f"Written by trackweave serve from {count} reports of {seconds:.6g} s."],
+        remarks=estimates.remarks if estimates else {},
+        doubts=estimates.doubts if estimates else {},
+    )
+    return Learned(spec, text, (*reports.notes, *doubles.notes(), *settings.notes))
+
+
+def _with_told(spec: Spec, configuration: Configuration) -> Spec:
+    """Return the same with sensors that were told completely and not heard yet."""
+    for name in configuration.table("sensors"):
+        if name == ANY_SENSOR or name in spec.configuration["sensors"]:
+            continue
+        sensors = {**spec.configuration["sensors"], name: configuration.sensor(name)}
+        more = replace(spec, configuration={**spec.configuration, "sensors": sensors})
+        if not needs_estimates(configuration, [name]):
+            with suppress(InvalidInputError):
+                more.settings()
+                spec = more
+    return spec
+
+
+def _table(
+    configuration: Configuration, heard: Sequence[Arrived], facts: Facts, known: Spec | None
+) -> ReportTable:
+    columns = pl.concat([each.table for each in heard], how="diagonal_relaxed")
+    raw = RawTable("reports", columns, np.arange(1, columns.height + 1), facts=facts)
+    origin = configuration.said("frame", "origin")
+    projection: Projection = configuration.said("frame", "projection") or "tangent"
+    if known is not None and known.frame is not None:
+        origin = known.frame.latitude_deg, known.frame.longitude_deg
+        projection = known.frame.projection
+    return reports_in(
+        raw,
+        frame_origin=None if origin is None else (origin[0], origin[1]),
+        frame_projection=projection,
+        on_bad_row="skip",
+        kinds=configuration.plugins.kinds(),
+    )
+
+
+def _complete(settings: Settings) -> dict[str, Any]:
+    """Return the keys with the values used, each thing said once."""
+    values = {
+        key: dict(value) if isinstance(value, Mapping) else value
+        for key, value in settings.values.items()
+    }
+    tables: dict[str, dict[str, Any]] = {
+        name: dict(own) for name, own in values["sensors"].items()
+    }
+    for sensor in settings.sensors:
+        own = tables[sensor.name]
+        kind = sensor.measurement
+        if isinstance(kind, MeasurementKind):
+            own["measurement"] = kind.word
+        own.pop("clutter_per_scan", None)
+        own["clutter_density"] = sensor.clutter_density
+        turn = sensor.rotation
+        if turn is not None:
+            # A wandering turn goes on as at present; the tracker follows it from there.
+            time = float(getattr(turn, "knots", np.zeros(1))[-1])
+            phase = turn.azimuth(time) - turn.direction * 2.0 * np.pi * time / turn.period
+            own |= {
+                "rotation": sense_of(turn),
+                "scan_period": turn.period,
+                "phase_deg": float(np.degrees(phase) % 360.0),
+            }
+            own.pop("scans", None)
+    values["sensors"] = tables
+    if "search" in values:
+        values["search"] = {k: v for k, v in values["search"].items() if k != "deadline_ms"}
+    return values
+
+
+def _span(heard: Sequence[Arrived]) -> float:
+    first, last = np.inf, -np.inf
+    for each in heard:
+        column = each.table["time"]
+        if isinstance(column.dtype, pl.Datetime):
+            column = column.dt.cast_time_unit("us").to_physical() / 1e6
+        elif column.dtype == pl.String:
+            dates = column.str.to_datetime(time_zone="UTC", strict=False)
+            column = dates.dt.cast_time_unit("us").to_physical() / 1e6
+        numbers = column.cast(pl.Float64).drop_nulls()
+        if len(numbers):
+            first = min(first, float(numbers.min()))  # type: ignore[arg-type]
+            last = max(last, float(numbers.max()))  # type: ignore[arg-type]
+    return max(0.0, last - first) if np.isfinite(last - first) else 0.0

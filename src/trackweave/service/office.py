@@ -1,0 +1,304 @@
+"""Journal, engine and files of one service, and how they are brought back to where they were."""
+
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.config import Configuration, load_configuration
+from trackweave.config.fill import needs_estimates
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.scans import Scan
+from trackweave.errors import InvalidInputError, TrackweaveError
+from trackweave.service.board import Board, Drawn
+from trackweave.service.delays import Delays
+from trackweave.service.engine import Change, Engine
+from trackweave.service.journal import Journal, Retention
+from trackweave.service.learning import Learned, is_enough, learned
+from trackweave.service.pacing import Pace
+from trackweave.service.records import Arrived, arrived
+from trackweave.service.snapshots import Snapshots
+from trackweave.service.track_files import TrackFiles
+from trackweave.trackers.checkpoint import pack, unpack
+
+__all__ = ["Office", "Order", "Outcome", "restored"]
+
+MOST_AT_ONCE = 2_000
+"""So many reports the tracker takes in before others have their turn."""
+PICTURE_S = 0.15
+"""Least time between two pictures [s]."""
+IDLE_S = 120.0
+"""After so long a silence of all sensors the clock closes nothing any more [s]."""
+MOST_STRANGE = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A record on its way to the tracker."""
+
+    sequence: int
+    kind: int
+    payload: bytes
+    reports: int = 0
+    arrived: float = 0.0
+    """By the monotonic clock [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What came of some records."""
+
+    drawn: Drawn | None = None
+    seen: tuple[Any, ...] = ()
+    """Reports for the page: x, y, sensor, track."""
+    time: float | None = None
+    reports: int = 0
+    latency: float = 0.0
+    """Seconds from the arrival of the oldest until now."""
+    cpu: float = 0.0
+
+
+@dataclass(slots=True)
+class Office:
+    """Everything of a service that is not the network.
+
+    Parameters
+    ----------
+    folder
+        Where journal, snapshots and tracks are.
+    journal, snapshots
+        What is on the disk.
+    engine, files
+        Where they were when it was closed or killed.
+    retention
+        How much is kept of what a snapshot covers.
+    """
+
+    folder: Path
+    journal: Journal
+    snapshots: Snapshots
+    engine: Engine
+    files: TrackFiles
+    retention: Retention = field(default_factory=Retention)
+    delays: Delays = field(default_factory=Delays)
+    pace: Pace = field(default_factory=Pace)
+    missing: str = ""
+    """What only a person can tell, without which nothing can be tracked."""
+    _strange: list[Arrived] = field(default_factory=list)
+    _tried: int = 0
+    _drawn: float = -np.inf
+    _kept: float = field(default_factory=time.monotonic)
+    _kept_sequence: int = 0
+
+    @classmethod
+    def open(cls, folder: Path, retention: Retention | None = None) -> "Office":
+        """Return the office of a folder as it was: newest snapshot, then the journal after it."""
+        journal = Journal.open(folder / "journal")
+        try:
+            snapshots = Snapshots(folder / "journal")
+            engine, files = restored(journal, snapshots, folder / "tracks")
+        except BaseException:
+            journal.close()
+            raise
+        office = cls(folder, journal, snapshots, engine, files, retention or Retention())
+        office._kept_sequence = engine.sequence
+        return office
+
+    def close(self) -> None:
+        """Give the folder back."""
+        self.journal.close()
+
+    def batch(self, ready: "deque[Order]") -> list[Order]:
+        """Take out as many records as the tracker takes in at once."""
+        found: list[Order] = []
+        count = 0
+        while ready and (not found or count + ready[0].reports <= MOST_AT_ONCE):
+            found.append(ready.popleft())
+            count += found[-1].reports
+        return found
+
+    def take(self, batch: Sequence[Order], board: Board, wants_reports: bool) -> Outcome:
+        """Let the engine take records in; draw where that is due."""
+        begun, scans = time.thread_time(), list[Scan]()
+        for order in batch:
+            change = self.engine.take(order.sequence, order.kind, order.payload)
+            self._write(change)
+            scans += change.scans
+            if change.strange:
+                self._note_strange(order, change)
+        drawn, now = None, time.monotonic()
+        if now - self._drawn >= PICTURE_S and (scans or self._drawn == -np.inf):
+            drawn = board.draw(self.engine)
+            # Where drawing takes long, it is done more rarely.
+            self._drawn = time.monotonic() + 4.0 * (time.monotonic() - now)
+        oldest = min((order.arrived for order in batch), default=now)
+        return Outcome(
+            drawn,
+            self._seen(scans) if wants_reports else (),
+            self.engine.time,
+            sum(order.reports for order in batch),
+            max(0.0, time.monotonic() - oldest),
+            time.thread_time() - begun,
+        )
+
+    def closing(self, now: float) -> dict[str, float]:
+        """Return up to when nothing is waited for any more, by sensor [s]; nothing to say so."""
+        heard = self.delays.heard
+        if not self.engine.is_configured or now - max(heard.values(), default=-np.inf) > IDLE_S:
+            return {}
+        return self.delays.until(now)
+
+    def wants_to_learn(self) -> bool:
+        """Tell whether a configuration can perhaps be found now."""
+        engine = self.engine
+        waiting = self._strange if engine.is_configured else engine.heard
+        count = sum(each.table.height for each in waiting)
+        # What failed is tried again with half as much more.
+        return bool(count) and count >= 1.5 * self._tried
+
+    def learn(self, configuration: Configuration, anew: bool) -> Learned | None:
+        """Return with what to run from here on; None as long as that is not known."""
+        engine = self.engine
+        if engine.spec is not None and anew:
+            return self._reloaded(configuration)
+        known, heard = engine.spec, list(engine.heard)
+        if known is not None:
+            heard = self._strange
+            configuration = load_configuration(known.configuration)
+        if not heard or (not is_enough(heard, engine.facts) and _is_open(configuration, heard)):
+            return None
+        try:
+            found = learned(configuration, heard, engine.facts, known)
+        except TrackweaveError as err:
+            self.missing = str(err)
+            found = None
+        self._tried = 0 if found else sum(each.table.height for each in heard)
+        if found is not None:
+            self.missing, self._strange = "", []
+            (self.folder / "tracker.toml").write_text(found.text, encoding="utf-8")
+        return found
+
+    def _reloaded(self, configuration: Configuration) -> Learned | None:
+        """Return what runs now with what the user tells otherwise."""
+        spec = self.engine.spec
+        assert spec is not None
+        values = {**spec.configuration}
+        for key, told in configuration.values.items():
+            if key == "sensors":
+                usual = told.get("default", {})
+                values["sensors"] = {
+                    name: {**own, **usual, **told.get(name, {})}
+                    for name, own in values["sensors"].items()
+                }
+            else:
+                values[key] = {**values.get(key, {}), **told} if isinstance(told, dict) else told
+        changed = replace(spec, configuration=values)
+        try:
+            changed.settings()
+        except InvalidInputError as err:
+            self.missing = str(err)
+            return None
+        return Learned(changed, "", ())
+
+    def is_snapshot_due(self, every: float) -> bool:
+        """Tell whether a snapshot is to be written."""
+        is_old = time.monotonic() - self._kept >= every
+        return is_old and self.engine.sequence > self._kept_sequence
+
+    def packed(self) -> tuple[int, bytes]:
+        """Return all that the engine knows, and up to which record."""
+        content = {"engine": self.engine.pack(), "files": self.files.place()}
+        return self.engine.sequence, pack(content)
+
+    def keep(self, sequence: int, content: bytes) -> None:
+        """Write a snapshot, and forget what nobody needs any more."""
+        self._kept, self._kept_sequence = time.monotonic(), sequence
+        self.snapshots.write(sequence, content)
+        retention = self.retention
+        if retention.most_bytes is not None or retention.most_seconds is not None:
+            self.journal.forget(self.snapshots.covered, retention, time.time())
+
+    def _write(self, change: Change) -> None:
+        if change.rows and self.engine.spec is not None:
+            self.files.add(change.rows, self.engine.spec)
+
+    def _note_strange(self, order: Order, change: Change) -> None:
+        came = arrived(order.payload)
+        names = pl.Series(list(change.strange))
+        if sum(each.table.height for each in self._strange) < MOST_STRANGE:
+            rows = came.table.filter(pl.col("sensor").is_in(names.implode()))
+            self._strange.append(replace(came, table=rows))
+
+    def _seen(self, scans: Sequence[Scan]) -> tuple[Any, ...]:
+        """Return reports as the page draws them: place, sensor, track."""
+        spec, sensors = self.engine.spec, self.engine.sensors
+        track, found = self.engine.track_of(), list[Any]()
+        for scan in scans:
+            places = _places(scan, sensors[scan.sensor])
+            if places is None or not len(places):
+                continue
+            if spec is not None and spec.frame is not None:
+                latitude, longitude, _ = spec.frame.to_geodetic(places)
+                places = np.round(np.stack([longitude, latitude], axis=-1), 6)
+            else:
+                places = np.round(places, 2)
+            for number, (x, y) in zip(scan.report.tolist(), places.tolist(), strict=True):
+                of = track.get(number, -1)
+                found.append([x, y, scan.sensor, str(of) if of >= 0 else None])
+        return tuple(found)
+
+
+def _is_open(configuration: Configuration, heard: Sequence[Arrived]) -> bool:
+    """Tell whether a configuration leaves something to be estimated."""
+    names = {str(name) for each in heard[:20] for name in each.table["sensor"].unique().to_list()}
+    return needs_estimates(configuration, sorted(names))
+
+
+def restored(
+    journal: Journal, snapshots: Snapshots, tracks: Path | None
+) -> tuple[Engine, TrackFiles]:
+    """Return engine and files as they were after the last record.
+
+    Parameters
+    ----------
+    journal
+        The records.
+    snapshots
+        Where to begin, if any is there.
+    tracks
+        Where tracks files are; None to write none.
+
+    Returns
+    -------
+    Both.
+    """
+    engine, files = Engine(), TrackFiles(tracks)
+    newest = snapshots.newest(journal.first, journal.last)
+    if newest is not None:
+        content = unpack(newest.content)
+        engine = Engine.unpack(content["engine"])
+        files.go_on(content["files"])
+    else:
+        files.go_on((0, 0, 0, ()))
+    for record in journal.records(after=engine.sequence):
+        change = engine.take(record.sequence, record.kind, record.payload)
+        if change.rows and engine.spec is not None:
+            files.add(change.rows, engine.spec)
+    return engine, files
+
+
+def _places(scan: Scan, sensor: Any) -> np.ndarray[Any, Any] | None:
+    kind = sensor.measurement
+    if kind is MeasurementKind.POSITION:
+        return scan.measurement[:, :2]
+    if not isinstance(kind, MeasurementKind) or not kind.has_range:
+        return None
+    platform = sensor.platform if scan.platform is None else scan.platform
+    azimuth = scan.measurement[:, 1]
+    offset = scan.measurement[:, :1] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
+    return np.asarray(offset + platform[..., :2])

@@ -1,0 +1,129 @@
+"""The whole service in one process: folder, clerk, page, and an end within two seconds."""
+
+import asyncio
+import logging
+import os
+import signal
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from trackweave.config import Configuration, load_configuration
+from trackweave.errors import OutputError
+from trackweave.service.clerk import Clerk
+from trackweave.service.inputs.source import Source
+from trackweave.service.journal import Retention
+from trackweave.service.log import say
+from trackweave.service.office import Office
+from trackweave.service.publish import Publisher, Target
+from trackweave.service.web.application import Application
+from trackweave.service.web.server import WebServer
+from trackweave.service.web.settings import Tls, WebSettings
+
+__all__ = ["Plan", "run_service"]
+
+MOST_S = 1.5
+"""After so long the service ends whatever still hangs: what was acknowledged is on the disk."""
+GRACE_S = 0.5
+
+_log = logging.getLogger("trackweave.service")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All that a user told.
+
+    Parameters
+    ----------
+    folder
+        Where journal, snapshots and tracks are.
+    config
+        A file or the tables of one; None for nothing told.
+    sources, targets
+        Where reports come from, and where tracks go.
+    host, port
+        Where the page is.
+    web, tls
+        Who is let in, and what with.
+    retention
+        How much of the journal is kept.
+    """
+
+    folder: Path
+    config: Path | Mapping[str, Any] | None = None
+    sources: Sequence[Source] = ()
+    targets: Sequence[Target] = ()
+    host: str = "127.0.0.1"
+    port: int = 8700
+    web: WebSettings = field(default_factory=WebSettings)
+    tls: Tls | None = None
+    retention: Retention = field(default_factory=Retention)
+
+    def configuration(self) -> Configuration:
+        """Return what the user told of the tracker, read anew."""
+        return load_configuration(self.config)
+
+
+def run_service(plan: Plan, told: Callable[[str], None]) -> None:
+    """Serve until SIGTERM or an interrupt.
+
+    Parameters
+    ----------
+    plan
+        What the user told.
+    told
+        Takes lines for the user, such as the page's address.
+
+    Raises
+    ------
+    TrackweaveError
+        If the folder, an address or the configuration cannot be used.
+    """
+    asyncio.run(_serve(plan, told))
+
+
+async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
+    plan.configuration()
+    loop = asyncio.get_running_loop()
+    office = await loop.run_in_executor(None, Office.open, plan.folder, plan.retention)
+    if office.journal.cut is not None:
+        cut = office.journal.cut
+        say(_log, logging.WARNING, "torn tail cut off", path=cut.path, offset=cut.offset)
+    clerk = Clerk(office, plan.configuration, plan.sources)
+    publishers = [Publisher(target) for target in plan.targets]
+    clerk.publishers += publishers
+    server = WebServer(Application(clerk, plan.web), plan.host, plan.port, plan.tls)
+    try:
+        await server.start()
+    except OutputError:
+        office.close()
+        raise
+    told(f"page: {server.url}")
+    told(f"journal: {plan.folder / 'journal'}, record {office.journal.last}")
+    over = asyncio.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, over.set)
+    with suppress(AttributeError):
+        loop.add_signal_handler(signal.SIGHUP, clerk.reload)
+    work = [asyncio.create_task(clerk.run())]
+    work += [asyncio.create_task(each.run()) for each in publishers]
+    waiting = asyncio.create_task(over.wait())
+    await asyncio.wait([*work, waiting], return_when=asyncio.FIRST_COMPLETED)
+    _end_at_last()
+    failed = [task for task in work if task.done()]
+    for task in (*work, waiting):
+        task.cancel()
+    await server.stop(GRACE_S)
+    await clerk.close()
+    for task in failed:
+        task.result()
+
+
+def _end_at_last() -> None:
+    """End the process after a time, whatever a step of the tracker still takes."""
+    timer = threading.Timer(MOST_S, os._exit, [0])
+    timer.daemon = True
+    timer.start()

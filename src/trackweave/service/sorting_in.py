@@ -1,0 +1,145 @@
+"""A record's rows become reports on the tracker's plane, and what cannot is counted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import polars as pl
+
+from trackweave.domain.reports import BadRow, ReportTable
+from trackweave.errors import TrackweaveError
+from trackweave.io.reports import ONLY_SENSOR, reports_in
+from trackweave.io.tables import RawTable, with_our_names
+from trackweave.models.sensors import Sensor
+from trackweave.run.laying import laid
+from trackweave.service.spec import Spec
+
+__all__ = ["SortedIn", "checked_rows", "sorted_in"]
+
+_HEIGHTS = ("z", "alt_m")
+_FLAT = {"z", "alt_m", "elevation_deg", "sigma_z", "sigma_alt_m", "sigma_elevation_deg"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SortedIn:
+    """What became of rows.
+
+    Parameters
+    ----------
+    reports
+        Those that can be tracked, on the plane; None for none.
+    refused
+        Rows that cannot be used, whatever the configuration.
+    strange
+        How many reports are of sensors that the configuration does not know, by sensor.
+    unfit
+        How many measure otherwise than the configuration says of their sensor.
+    """
+
+    reports: ReportTable | None
+    refused: tuple[BadRow, ...] = ()
+    strange: Mapping[str, int] = field(default_factory=dict)
+    unfit: int = 0
+
+
+def checked_rows(table: pl.DataFrame, spec: Spec | None) -> ReportTable:
+    """Return rows as reports; those that cannot be used are in ``skipped``.
+
+    Parameters
+    ----------
+    table
+        Columns of a reports table.
+    spec
+        The plane to lay them on, and how many dimensions there are; None to choose.
+
+    Returns
+    -------
+    The reports, perhaps none.
+
+    Raises
+    ------
+    DataFormatError
+        If the table as a whole is none of reports.
+    """
+    raw = RawTable("reports", _fitted(table, spec), np.arange(1, table.height + 1))
+    raw = with_our_names(raw)
+    if spec is None:
+        return reports_in(raw, on_bad_row="skip")
+    frame = spec.frame
+    origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
+    projection = "tangent" if frame is None else frame.projection
+    return reports_in(raw, frame_origin=origin, frame_projection=projection, on_bad_row="skip")
+
+
+def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) -> SortedIn:
+    """Return the reports that the tracker can take.
+
+    Parameters
+    ----------
+    table
+        Columns of a reports table, as they are in the journal.
+    spec
+        With what the tracker runs.
+    sensors
+        Its sensors by name.
+
+    Returns
+    -------
+    The reports, and what became of the others.
+    """
+    try:
+        reports = checked_rows(table, spec)
+    except TrackweaveError:
+        every = tuple(BadRow(k, None, "", "a report") for k in range(1, table.height + 1))
+        return SortedIn(None, every)
+    wrong_plane = reports.frame is not None and spec.frame is None
+    fits, strange, unfit = [], dict[str, int](), 0
+    for index, name in enumerate(reports.sensors):
+        count = int(np.sum(reports.sensor == index))
+        sensor = sensors.get(name)
+        if sensor is None:
+            strange[name] = count
+        elif wrong_plane or not _fits(reports, index, sensor, spec):
+            unfit += count
+        else:
+            fits.append(index)
+    if len(fits) < len(reports.sensors):
+        reports = _of_sensors(reports, fits)
+    if not len(reports):
+        return SortedIn(None, reports.skipped, strange, unfit)
+    stands = {name: sensors[name].position for name in reports.sensors}
+    places = {name: place for name, place in stands.items() if place is not None}
+    on_plane, _ = laid(reports, places)
+    return SortedIn(on_plane, reports.skipped, strange, unfit)
+
+
+def _fits(reports: ReportTable, index: int, sensor: Sensor, spec: Spec) -> bool:
+    """Tell whether a sensor's reports measure what the configuration says of it."""
+    is_of_space = sensor.measurement.has_range or reports.dim == spec.dim
+    return is_of_space and sensor.measurement is reports.kind_of(index)
+
+
+def _fitted(table: pl.DataFrame, spec: Spec | None) -> pl.DataFrame:
+    """Return rows with as many dimensions as the tracking space has, and with a sensor."""
+    if "sensor" in table.columns:
+        table = table.with_columns(pl.col("sensor").cast(pl.String).fill_null(ONLY_SENSOR))
+    if spec is None:
+        return table
+    if spec.dim == 2:
+        return table.drop(name for name in _FLAT if name in table.columns)
+    heights = [name for name in _HEIGHTS if name in table.columns]
+    return table.filter(pl.any_horizontal(pl.col(heights).is_not_null())) if heights else table
+
+
+def _of_sensors(reports: ReportTable, fits: list[int]) -> ReportTable:
+    number = np.full(len(reports.sensors), -1, dtype=np.int64)
+    number[fits] = np.arange(len(fits))
+    part = reports.part(np.flatnonzero(np.isin(reports.sensor, fits)))
+    kinds = tuple(reports.kinds[k] for k in fits) if reports.kinds else ()
+    return replace(
+        part,
+        sensor=number[part.sensor],
+        sensors=tuple(reports.sensors[k] for k in fits),
+        kinds=kinds,
+        space=reports.dim,
+    )

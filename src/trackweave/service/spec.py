@@ -1,0 +1,74 @@
+"""With what the tracker runs, complete: the content of a record CONFIGURE."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from trackweave.config import load_configuration
+from trackweave.config.fill import Settings
+from trackweave.domain.frames import LocalFrame, Projection
+from trackweave.run.configured import settings_alone
+from trackweave.service.records import as_json, from_json
+
+__all__ = ["Spec", "without_nothing"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spec:
+    """A configuration without gaps, and what a recording would have told beside it.
+
+    Parameters
+    ----------
+    configuration
+        The tables of a tracker.toml, with a table for each sensor.
+    dim
+        Number of dimensions of the tracking space, 2 or 3.
+    frame
+        The plane on which places of the Earth are laid, None for plane coordinates.
+    iso_time
+        Whether times are written as dates.
+    together
+        For how long lone reports are gathered before they are searched [s]; None for not at all.
+    """
+
+    configuration: Mapping[str, Any]
+    dim: int = 2
+    frame: LocalFrame | None = None
+    iso_time: bool = False
+    together: float | None = None
+
+    def payload(self) -> bytes:
+        """Return the record's content."""
+        frame = self.frame
+        return as_json(
+            {
+                "configuration": without_nothing(self.configuration),
+                "dim": self.dim,
+                "frame": frame and [frame.latitude_deg, frame.longitude_deg, frame.projection],
+                "iso_time": self.iso_time,
+                "together": self.together,
+            }
+        )
+
+    @classmethod
+    def of(cls, payload: bytes) -> "Spec":
+        """Return what a record says."""
+        said = from_json(payload)
+        frame = said["frame"]
+        plane = frame and LocalFrame(frame[0], frame[1], cast("Projection", frame[2]))
+        return cls(
+            said["configuration"], said["dim"], plane or None, said["iso_time"], said["together"]
+        )
+
+    def settings(self) -> Settings:
+        """Return everything that a tracker needs; refuse a configuration with gaps."""
+        return settings_alone(load_configuration(self.configuration))
+
+
+def without_nothing(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested tables without the keys that have no value."""
+    return {
+        key: without_nothing(value) if isinstance(value, Mapping) else value
+        for key, value in table.items()
+        if value is not None
+    }

@@ -1,0 +1,89 @@
+"""The tracks files of a service: rows as they became known, in parts of a bounded size."""
+
+from pathlib import Path
+
+import polars as pl
+
+from trackweave.domain.tracks import TrackTable
+from trackweave.io.encoding import encode_table
+from trackweave.io.frames_out import tracks_frame
+from trackweave.service.spec import Spec
+
+__all__ = ["TrackFiles"]
+
+MOST_ROWS = 200_000
+"""A part that has so many rows is the last no more."""
+
+
+class TrackFiles:
+    """Writes rows of tracks, and goes on where a snapshot says that it was.
+
+    What it writes depends on the rows alone, not on when or in how many pieces they came.
+
+    Parameters
+    ----------
+    folder
+        Where ``tracks-00001.csv`` and those that follow are; None to write nothing.
+    most_rows
+        A part that has so many rows is the last no more.
+    """
+
+    def __init__(self, folder: Path | None, *, most_rows: int = MOST_ROWS) -> None:
+        self._folder, self._most = folder, most_rows
+        self.part, self.n_rows, self.size = 0, 0, 0
+        self._columns: tuple[str, ...] = ()
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+
+    def place(self) -> tuple[int, int, int, tuple[str, ...]]:
+        """Return where it is: part, rows and bytes in it, and its columns."""
+        return self.part, self.n_rows, self.size, self._columns
+
+    def go_on(self, place: tuple[int, int, int, tuple[str, ...]]) -> None:
+        """Be where it was: what was written since is taken back, to be written anew."""
+        part, n_rows, size, columns = place
+        self.part, self.n_rows, self.size = int(part), int(n_rows), int(size)
+        self._columns = tuple(columns)
+        if self._folder is None:
+            return
+        for path in self._folder.glob("tracks-*.csv"):
+            number = path.stem.removeprefix("tracks-")
+            if number.isdecimal() and int(number) > self.part:
+                path.unlink()
+        if self.part and self._path().exists():
+            with self._path().open("r+b") as file:
+                file.truncate(self.size)
+
+    def begin_after(self, place: tuple[int, int, int, tuple[str, ...]]) -> None:
+        """Write what follows a place into a part of its own, numbered on."""
+        self.part = int(place[0])
+
+    def add(self, tables: tuple[TrackTable, ...], spec: Spec) -> None:
+        """Write rows that became due."""
+        if self._folder is None or not tables:
+            return
+        for table in tables:
+            self._write(tracks_frame(table, spec.frame, iso_time=spec.iso_time))
+
+    def _write(self, frame: pl.DataFrame) -> None:
+        if frame.is_empty():
+            return
+        missing = [name for name in self._columns if name not in frame.columns]
+        is_wider = any(name not in self._columns for name in frame.columns)
+        begins = self.part == 0 or self.n_rows >= self._most or is_wider
+        if begins:
+            self.part, self.n_rows, self.size = self.part + 1, 0, 0
+            self._columns = tuple(frame.columns)
+        elif missing:
+            nothing = [pl.lit(None, dtype=pl.Float64).alias(name) for name in missing]
+            frame = frame.with_columns(nothing)
+        data = encode_table(frame.select(self._columns), "tracks.csv")
+        if not begins:
+            data = data[data.index(b"\n") + 1 :]
+        with self._path().open("wb" if begins else "ab") as file:
+            file.write(data)
+        self.n_rows, self.size = self.n_rows + frame.height, self.size + len(data)
+
+    def _path(self) -> Path:
+        assert self._folder is not None
+        return self._folder / f"tracks-{self.part:05d}.csv"

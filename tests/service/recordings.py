@@ -1,0 +1,90 @@
+"""Recordings with complete configurations, for what has to be equal however it is tracked."""
+
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.simulation import demo_scenario, simulate
+
+
+def positions(seed: int = 3) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what three radars of positions see of nine boats."""
+    reports = simulate(demo_scenario(), np.random.default_rng(seed)).reports
+    frame = pl.DataFrame(
+        {
+            "time": reports.time,
+            "sensor": [reports.sensors[index] for index in reports.sensor],
+            "x": reports.measurement[:, 0],
+            "y": reports.measurement[:, 1],
+        }
+    )
+    sensor = {
+        "measurement": "position", "sigma": 8.0, "detection_probability": 0.86,
+        "clutter_density": 3e-6, "scan_period": 6.0,
+    }  # fmt: skip
+    configuration = {
+        "seed": 1,
+        "motion": {"process_noise": 0.5, "max_speed": 20.0},
+        "lifecycle": {"new_target_density": 1e-6},
+        "sensors": {name: dict(sensor) for name in reports.sensors},
+    }
+    return frame, configuration
+
+
+def lone_reports(seed: int = 5) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what a receiver hears of ships that report themselves, some of it twice."""
+    rng, rows = np.random.default_rng(seed), []
+    for _ in range(5):
+        time, place, velocity = rng.uniform(0, 8), rng.uniform(-3e3, 3e3, 2), rng.normal(0, 6, 2)
+        while time < 300.0:
+            x, y = place + velocity * time + rng.normal(0, 5, 2)
+            rows.append((round(time, 3), "ais", x, y))
+            if rng.random() < 0.05:
+                rows.append((round(time, 3) + 1.0, "ais", x, y))
+            time += rng.choice([6.0, 10.0])
+    frame = pl.DataFrame(sorted(rows), schema=["time", "sensor", "x", "y"], orient="row")
+    sensor = {
+        "measurement": "position", "sigma": 5.0, "detection_probability": 0.95,
+        "clutter_density": 1e-9, "scans": False,
+    }  # fmt: skip
+    return frame, {
+        "seed": 1,
+        "motion": {"process_noise": 0.05, "max_speed": 20.0},
+        "lifecycle": {"new_target_density": 1e-8},
+        "sensors": {"ais": sensor},
+    }
+
+
+def turning_radar(seed: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what a radar whose beam turns sees of aircraft; two turns are empty."""
+    rng, rows, period, phase = np.random.default_rng(seed), [], 4.0, 1.0
+    when = lambda turn, azimuth: (turn + ((azimuth - phase) % (2 * np.pi)) / (2 * np.pi)) * period  # noqa: E731
+    for _ in range(6):
+        place, velocity = rng.uniform(-3e4, 3e4, 2), rng.normal(0, 150, 2)
+        for turn in range(40):
+            time = turn * period
+            for _ in range(4):
+                x, y = place + velocity * time
+                azimuth = np.arctan2(x, y) % (2 * np.pi)
+                time = when(turn, azimuth)
+            if rng.random() < 0.9 and turn not in (20, 21):
+                noisy = np.degrees(azimuth) + rng.normal(0, 0.08)
+                rows.append((round(time, 4), "tower", np.hypot(x, y) + rng.normal(0, 50), noisy))
+    names = ["time", "sensor", "range_m", "azimuth_deg"]
+    frame = pl.DataFrame(sorted(rows), schema=names, orient="row")
+    sensor = {
+        "measurement": "range-azimuth", "position": [0.0, 0.0],
+        "sigma": {"range_m": 50.0, "azimuth_deg": 0.08}, "detection_probability": 0.9,
+        "clutter_density": 1e-5, "scan_period": period, "rotation": "clockwise",
+        "phase_deg": float(np.degrees(phase)),
+    }  # fmt: skip
+    return frame.with_columns(pl.col("azimuth_deg") % 360.0), {
+        "seed": 1,
+        "motion": {"process_noise": 1.0, "max_speed": 400.0},
+        "lifecycle": {"new_target_density": 1e-10},
+        "sensors": {"tower": sensor},
+    }
+
+
+ALL = {"positions": positions, "lone reports": lone_reports, "turning radar": turning_radar}

@@ -1,0 +1,82 @@
+"""With nothing told, a feed alone is enough: its radar says where it is, its plots the rest."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from service.asterix import PERIOD, PLACE, traffic
+from service.recordings import positions
+from trackweave.config import load_configuration
+from trackweave.errors import InvalidInputError
+from trackweave.formats.asterix.decoding import AsterixDecoder
+from trackweave.service.engine import Engine
+from trackweave.service.inputs.outbox import completed
+from trackweave.service.learning import learned
+from trackweave.service.records import Kind, packed_reports
+
+Payloads = list[bytes]
+
+
+def payloads_of(messages: Iterable[bytes]) -> Payloads:
+    """Return what an input hands on of a feed."""
+    decoder, found = AsterixDecoder(), []
+    for message in messages:
+        table = decoder.feed(message)
+        if table is not None:
+            found.append(packed_reports(completed(table), "udp", decoder.facts))
+    return found
+
+
+def engine_of(payloads: Payloads) -> Engine:
+    engine = Engine()
+    for payload in payloads:
+        engine.take(engine.sequence + 1, Kind.REPORTS, payload)
+    return engine
+
+
+def test_a_radars_place_and_turn_come_from_its_own_feed() -> None:
+    engine = engine_of(payloads_of(traffic()))
+    found = learned(load_configuration(None), engine.heard, engine.facts)
+    assert found is not None
+    (name,) = found.spec.configuration["sensors"]
+    sensor = found.spec.configuration["sensors"][name]
+    assert found.spec.frame is not None
+    here = found.spec.frame.to_geodetic(np.array([sensor["position"][:2]]))
+    assert np.allclose([here[0][0], here[1][0]], PLACE[:2], atol=1e-4)
+    assert sensor["measurement"] == "range-azimuth"
+    assert sensor["rotation"] == "clockwise"
+    assert sensor["scan_period"] == pytest.approx(PERIOD, rel=1e-3)
+    engine.take(engine.sequence + 1, Kind.CONFIGURE, found.spec.payload())
+    tracks = engine.tracks()
+    assert 17 <= int(np.sum(tracks.status == 1)) <= 23
+
+
+def test_too_little_is_waited_on() -> None:
+    engine = engine_of(payloads_of(traffic())[:60])
+    assert learned(load_configuration(None), engine.heard, engine.facts) is None
+
+
+def test_a_complete_configuration_needs_one_report() -> None:
+    frame, configuration = positions()
+    engine = engine_of([packed_reports(frame[:1], "test", engine_facts())])
+    found = learned(load_configuration(configuration), engine.heard, engine.facts)
+    assert found is not None
+    # Sensors that were told and not heard yet are known too.
+    assert set(found.spec.configuration["sensors"]) == set(configuration["sensors"])
+
+
+def test_what_only_a_person_knows_is_asked_for() -> None:
+    quiet = [message for message in traffic() if message[0] == 48]
+    engine = engine_of(payloads_of(quiet))
+    others = [message.replace(b"\x19\x0b", b"\x19\x0c", 1) for message in quiet]
+    for payload in payloads_of(others):
+        engine.take(engine.sequence + 1, Kind.REPORTS, payload)
+    with pytest.raises(InvalidInputError, match=r"sensors\..*position"):
+        learned(load_configuration(None), engine.heard, engine.facts)
+
+
+def engine_facts():  # type: ignore[no-untyped-def]
+    from trackweave.domain.facts import Facts
+
+    return Facts()

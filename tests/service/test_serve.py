@@ -1,0 +1,109 @@
+"""The real ``serve``: acknowledged is on the disk, and ``replay`` makes the same bytes."""
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.recordings import positions
+from service.serving import Service
+from trackweave.service.journal import Journal
+from trackweave.service.records import Kind, arrived
+from trackweave.toml_file import read_toml
+
+
+def toml_of(configuration: dict[str, Any], path: Path) -> Path:
+    """Write a configuration as a file; return its path."""
+    lines = [f"{key} = {json.dumps(value)}" for key, value in configuration.items()
+             if not isinstance(value, dict)]  # fmt: skip
+    for name, table in configuration.items():
+        if isinstance(table, dict) and name != "sensors":
+            lines += [f"[{name}]", *(f"{key} = {json.dumps(v)}" for key, v in table.items())]
+    for name, table in configuration["sensors"].items():
+        lines += [f"[sensors.{name}]", *(f"{key} = {json.dumps(v)}" for key, v in table.items())]
+    path.write_text("\n".join(lines) + "\n")
+    assert read_toml(path, "a configuration")
+    return path
+
+
+def replayed(folder: Path, out: Path) -> dict[str, bytes]:
+    """Return the tracks files that the journal alone gives."""
+    done = subprocess.run(
+        [sys.executable, "-m", "trackweave", "replay", str(folder), "--out", str(out), "--json"],
+        capture_output=True, check=True,
+    )  # fmt: skip
+    assert json.loads(done.stdout)["last_record"] > 0
+    return {path.name: path.read_bytes() for path in sorted(out.iterdir())}
+
+
+def rows_in(folder: Path) -> list[tuple[float, str, float]]:
+    """Return time, sensor and x of all reports in a journal that nobody has open."""
+    journal = Journal.open(folder / "journal")
+    try:
+        tables = [arrived(r.payload).table for r in journal.records() if r.kind == Kind.REPORTS]
+    finally:
+        journal.close()
+    return [row for table in tables for row in table.select("time", "sensor", "x").rows()]
+
+
+@pytest.mark.slow
+def test_nothing_acknowledged_is_lost_and_replay_is_equal_to_the_byte(tmp_path: Path) -> None:
+    frame, configuration = positions()
+    config = toml_of(configuration, tmp_path / "told.toml")
+    folder, acknowledged = tmp_path / "data", list[tuple[float, str, float]]()
+    lines, place = frame.to_dicts(), 0
+    for lot in (120, 150, 180):
+        service = Service(folder, "--config", str(config))
+        killer = threading.Timer(lot / 400.0, service.kill)
+        try:
+            while place < len(lines):
+                part = lines[place : place + 3]
+                place += 3
+                assert service.post(part)["accepted"] == len(part)
+                acknowledged += [(each["time"], each["sensor"], each["x"]) for each in part]
+                if not killer.is_alive():
+                    killer.start()
+        except (OSError, ValueError, RuntimeError):
+            pass  # killed while it answered
+        killer.join()
+    stored = rows_in(folder)
+    assert len(acknowledged) > 10
+    assert set(acknowledged) <= set(stored)
+    # Whatever the killed ones had written of tracks, one that begins again brings it to an end.
+    service = Service(folder, "--config", str(config))
+    assert service.get("/healthz")["configured"]
+    assert service.terminate() == 0
+    own = {path.name: path.read_bytes() for path in sorted((folder / "tracks").iterdir())}
+    again = replayed(folder, tmp_path / "again")
+    assert own.keys() == again.keys()
+    assert all(again[name].startswith(content) for name, content in own.items())
+    # What the last one was told after its last step, replay takes in as well.
+    assert sum(map(len, own.values())) > 0.9 * sum(map(len, again.values()))
+    assert replayed(folder, tmp_path / "and again") == again
+
+
+@pytest.mark.slow
+def test_ends_on_sigterm_and_reads_its_configuration_anew_on_sighup(tmp_path: Path) -> None:
+    frame, configuration = positions()
+    config = toml_of(configuration, tmp_path / "told.toml")
+    service = Service(tmp_path / "data", "--config", str(config))
+    receipt = service.post(frame[:200].to_dicts())
+    assert receipt["accepted"] == 200
+    assert not receipt["rejected"]
+    first = service.wait_for("configured_by", 1)["configured_by"]
+    toml_of({**configuration, "window": {"depth": 3}}, config)
+    service.process.send_signal(signal.SIGHUP)
+    service.wait_for("configured_by", first + 1)
+    whole = {"time": 30.0, "sensor": "pier", "x": 1.0, "y": 2.0}
+    mixed = service.post([whole, {**whole, "y": None}])
+    assert (mixed["accepted"], mixed["rejected"][0]["row"]) == (1, 2)
+    assert service.terminate() == 0
+    journal = Journal.open(tmp_path / "data" / "journal")
+    said = [json.loads(r.payload) for r in journal.records() if r.kind == Kind.CONFIGURE]
+    journal.close()
+    assert [each["configuration"].get("window", {}).get("depth") for each in said][-1] == 3
