@@ -212,9 +212,7 @@ class SensorSection(Section, of=(Sensor,)):
         FieldOfViewSection,
         "Where it sees; left out = as its silence tells beside other sensors, else everywhere.",
     ]
-    strength: Annotated[
-        StrengthSection, "What the strength of its reports tells; left out = nothing."
-    ]
+    strength: Annotated[StrengthSection, "What the strength of its reports tells; or nothing."]
 
     @staticmethod
     def rule(values: Mapping[str, Any]) -> str | None:

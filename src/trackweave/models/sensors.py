@@ -123,7 +123,7 @@ class Sensor:
     identity_error: Annotated[float, CHANCE] = 0.01
     hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
     mean_silence: Annotated[float, SECONDS] = 60.0
-    echoes: tuple[Echo, ...] = ()
+    echoes: Annotated[tuple[Echo, ...], Key()] = ()
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
     scans: Annotated[bool | None, Key()] = None

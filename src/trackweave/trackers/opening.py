@@ -41,7 +41,7 @@ MOST_TURNED = 1.1
 """Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
 
-def with_silences(sensors: Mapping[str, Sensor]) -> list[Sensor]:
+def _with_silences(sensors: Mapping[str, Sensor]) -> list[Sensor]:
     """Return the sensors that do not see some objects for a while."""
     # Where there is one sensor, that is what the lifecycle tells of.
     every = sensors.values() if len(sensors) > 1 else ()
@@ -56,7 +56,7 @@ class Opener:
         self._period = period
         self._sensors = sensors
         self._number = {name: number for number, name in enumerate(sensors)}
-        self._column = {each.name: at for at, each in enumerate(with_silences(sensors))}
+        self._column = {each.name: at for at, each in enumerate(_with_silences(sensors))}
         self._identities: frozenset[int] = frozenset()
         self._ends: dict[str, float] = {}
         self._beams: dict[str, LiveBeam | None] = {}
@@ -133,7 +133,7 @@ def rule_of(
                     "expected states that begin with position and velocity, without kinematics"
                 )
     period = period_of(sensors.values())
-    shares = [each.hidden_share for each in with_silences(sensors)]
+    shares = [each.hidden_share for each in _with_silences(sensors)]
     misses = lifecycle.delete_after_misses or USUAL_MISSES
     periodic = any(sensor.scan_period is not None for sensor in sensors.values())
     shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
