@@ -216,7 +216,9 @@ def test_known_noise_is_told_to_the_estimate() -> None:
 
 def test_every_value_is_finite_or_none() -> None:
     found = filled({}).values["sensors"]["A"].values()
-    assert all(value is None or isinstance(value, str) or np.all(np.isfinite(value)) for value in found)
+    assert all(
+        value is None or isinstance(value, str) or np.all(np.isfinite(value)) for value in found
+    )
 
 
 def moving(motion: dict[str, object]) -> Motion:

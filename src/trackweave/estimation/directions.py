@@ -1,11 +1,11 @@
 """Noise of ranges and directions, from tracks that position reports made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
@@ -14,7 +14,8 @@ from trackweave.estimation.tails import LONGEST_SPAN, expected_of
 
 __all__ = ["bearing_sensor", "components", "with_components"]
 
-FEWEST_RESIDUALS, FEWEST_OF_TRACK = 30, 7
+FEWEST_RESIDUALS, HALF = 30, 3
+FEWEST_OF_TRACK = 2 * HALF + 1
 SAME_TIME = 1e-6
 # Bearings within this of a track may be of its object [rad].
 NEAR = 0.25
@@ -35,31 +36,33 @@ def with_components(
     # and as it was elsewhere.
     sensors = dict(estimates.sensors)
     tracks = sure_tracks(estimates, reports, followed)
+    beside = _beside_curves if len(ranging) > 1 else _beside_lines
     for name, place in ranging.items():
         if name in sensors:
-            noise = _component_noise(reports, tracks, reports.sensors.index(name), place)
+            noise = _component_noise(reports, tracks, (reports.sensors.index(name), place), beside)
             if noise is not None:
                 sensors[name] = replace(sensors[name], sigma=noise[0], sigma_of_most=noise[1])
     return replace(estimates, sensors=sensors)
 
 
 def _component_noise(
-    reports: ReportTable, tracks: list[Track], index: int, place: Sequence[float]
+    reports: ReportTable,
+    tracks: list[Track],
+    sensor: tuple[int, Sequence[float]],
+    beside: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, IntArray]],
 ) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
     """Return what is left of each component beside the tracks, over all and in most of them."""
-    parts = []
+    (index, place), parts = sensor, []
     for track in tracks:
         rows = track.rows[reports.sensor[track.rows] == index]
         rows = rows[np.diff(reports.time[rows], prepend=-np.inf) > SAME_TIME]
         if rows.size < FEWEST_OF_TRACK:
             continue
-        time, position = reports.time[rows], reports.measurement[rows]
-        # Beside the curve through two reports before and two after, a turn leaves nothing.
-        curve, known = expected_of(time, position)[-1]
-        near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
-        seen_from = platform_of(reports, rows, place)[2:-2]
-        off = components(position[2:-2] - seen_from) - components(curve - seen_from)
-        parts.append((_wrapped(off) / np.sqrt(1.0 + known)[:, None])[near])
+        expected, known, usable = beside(reports.time[rows], reports.measurement[rows])
+        used = rows[usable]
+        seen_from = platform_of(reports, used, place)
+        off = components(reports.measurement[used] - seen_from) - components(expected - seen_from)
+        parts.append(_wrapped(off) / np.sqrt(known)[:, None])
     parts = [part for part in parts if part.size]
     count = np.array([part.shape[0] for part in parts])
     if count.sum() < FEWEST_RESIDUALS:
@@ -74,6 +77,29 @@ def _component_noise(
     ]
     found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
     return next(found), next(found)
+
+
+def _beside_curves(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return what neighbours say of reports, by how much that widens noise, and of which."""
+    # Beside the curve through two reports before and two after, a turn leaves nothing.
+    curve, known = expected_of(time, place)[-1]
+    near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
+    return curve[near], 1.0 + known[near], np.flatnonzero(near) + 2
+
+
+def _beside_lines(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return the same of straight lines through each report and three before and after it."""
+    # Of a single radar turns that bend them count as noise, as its gate has to hold them.
+    fitted, known = np.empty_like(place), np.empty(time.size)
+    for middle in range(time.size):
+        first = int(np.clip(middle - HALF, 0, time.size - 2 * HALF - 1))
+        piece = slice(first, first + 2 * HALF + 1)
+        centred = time[piece] - time[piece].mean()
+        total = max(float(np.dot(centred, centred)), 1e-12)
+        lever = time[middle] - time[piece].mean()
+        fitted[middle] = place[piece].mean(axis=0) + lever * (centred @ place[piece]) / total
+        known[middle] = max(1 - 1 / (2 * HALF + 1) - lever**2 / total, 0.1)
+    return fitted, known, np.arange(time.size)
 
 
 def components(relative: FloatArray) -> FloatArray:

@@ -25,6 +25,8 @@ __all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
 FAR, FEWEST_FAR, FEWEST_TRACKS, FEWEST_REPORTS = 5.0, 5, 3, 100
+# Noise of all tracks that is so many times that of most, but not more, is of a few that are worse.
+MIXED = (2.0, 5.0)
 # What is believed of tails beforehand, as if so many reports had told: the tracks that tell never
 # held what was farther off than their gates.
 USUAL_SHARE, USUAL_REPORTS, MOST_SHARE = 0.01, 500.0, 0.5
@@ -67,16 +69,21 @@ def with_tails(
     narrow: dict[str, SensorEstimate] = {}
     squares: dict[str, FloatArray] = {}
     speaking: set[str] = set()
+    # Of several radars sigma is that of most tracks, and what a few add is the tail; with a single
+    # one, whose misses no other makes good, fewer names are lost to the noise of all.
+    is_several = len(places or ()) > 1
     for index, name in enumerate(reports.sensors):
         if name not in sensors or name in estimates.doubts:
             continue
         place = None if places is None else places.get(name)
         known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
-        known = known if name in (told or {}) else _of_most(known)
+        is_told = name in (told or {})
+        known = _of_most(known) if is_several and not is_told else known
+        is_mixed = not is_several and not is_told and _is_mixed(known)
         beside = _beside((known, index, place), reports, tracks)
         if beside.track.size >= FEWEST_REPORTS:
             narrow[name], squares[name] = known, beside.square
-            if _speaks(beside, known):
+            if is_mixed or _speaks(beside, known):
                 speaking.add(name)
     ranging = set(places or ()) & set(narrow)
     # A transponder that is bad is so for every radar.
@@ -95,6 +102,15 @@ def with_tails(
 def _of_most(sensor: SensorEstimate) -> SensorEstimate:
     """Return a sensor with the noise of most tracks: that of few that are worse is its tail."""
     return sensor if sensor.sigma_of_most is None else replace(sensor, sigma=sensor.sigma_of_most)
+
+
+def _is_mixed(sensor: SensorEstimate) -> bool:
+    """Tell whether the noise of some tracks is many times that of most."""
+    whole, most = sensor.sigma, sensor.sigma_of_most
+    if not isinstance(whole, tuple) or most is None:
+        return False
+    times = max(one / other for one, other in zip(whole, most, strict=True))
+    return MIXED[0] < times < MIXED[1]
 
 
 def _speaks(beside: _Beside, sensor: SensorEstimate) -> bool:

@@ -21,7 +21,7 @@ from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
 from trackweave.run.laying import laid
 from trackweave.run.noting import note_on_speed, notes_on_sensors
-from trackweave.run.placing import placed, platforms_of
+from trackweave.run.placing import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 from trackweave.run.required import require_told
 
@@ -63,6 +63,9 @@ def settle(
     # What it says of heights and ranges is said when reports are tracked.
     table = placed(laid(reports, places)[0], places)
     observed = _with_views(observed, table, configuration, places)
+    if len(rotations) == 1:
+        # Nobody else tells where an object was meanwhile: a turn serves as one instant.
+        table = in_turns(table, rotations)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         directions = None
@@ -76,7 +79,8 @@ def settle(
             for name in reports.sensors
             if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
         }
-        estimates = estimates_for(table, told, directions, scanning, rotations)
+        turning = rotations if len(rotations) > 1 else {}
+        estimates = estimates_for(table, told, directions, scanning, turning)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
