@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import polars as pl
-from bench_data import add_arguments
+from bench_data import add_arguments, repeats
 from eight_scenes import made
 from never_worse import _radars
 from text_tables import command, heading, table
@@ -19,13 +19,13 @@ SIZES = ((150, 4), (300, 6))
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     add_arguments(parser)
-    parser.add_argument("--seeds", nargs="+", type=int, default=[11, 12, 13, 14, 15])
+    parser.set_defaults(first=11)
     parser.add_argument("--sizes", nargs="+", type=int, default=[0, 1], help="150/4, 300/6")
     parser.add_argument("--whole", action="store_true", help="tell sigma of each radar as well")
     arguments = parser.parse_args()
     lines = []
     for aircraft, radars in (SIZES[size] for size in arguments.sizes):
-        for seed in arguments.seeds:
+        for seed in repeats(arguments):
             given = ["--aircraft", aircraft, "--radars", radars, "--seed", seed]
             name = f"sky-{aircraft}-{radars}-{seed}"
             folder = made(arguments.bench, "gen_sky.py", name, [str(each) for each in given])
