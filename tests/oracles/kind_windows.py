@@ -100,7 +100,7 @@ class KindWindow:
             time, turning = view.scan.time, self.options["turning"]
             context = Context(
                 self.motion, self.dim, self.sensors.index(view.sensor),
-                self.setting.n_identities, time - turning if turning else None,
+                n_identities=self.setting.n_identities, start=time - turning if turning else None,
             )  # fmt: skip
             data, order = scan_input(view.scan, view.sensor, view.survival_cost, context)
             numbers = slot + np.arange(len(order))
@@ -134,7 +134,7 @@ class KindWindow:
             chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
             identity=nobody, former=nobody,
             sensor=nobody,
-            is_line=np.zeros(count, dtype=np.int64), slot=nobody,
+            is_line=np.zeros(count, dtype=np.int64), slot=nobody, unseen=np.empty((count, 0)),
         )  # fmt: skip
 
     def sequences(self, tree):
