@@ -19,8 +19,8 @@ from trackweave.errors import InvalidInputError, NumericalError, OutputError
 COMMANDS = ("convert", "demo", "formats", "track", "simulate", "evaluate", "solve", "schema")
 LIGHT = {
     "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.converting",
-    "trackweave.cli.edge", "trackweave.cli.fusing", "trackweave.cli.options",
-    "trackweave.cli.signals",
+    "trackweave.cli.edge", "trackweave.cli.fusing", "trackweave.cli.letting_in",
+    "trackweave.cli.options", "trackweave.cli.serving", "trackweave.cli.signals",
 }  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",
