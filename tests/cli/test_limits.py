@@ -26,6 +26,10 @@ TABLES = {
 }
 
 
+# Keys that must stand beside another.
+NEEDED = {"phase_deg": {"rotation": "clockwise", "scan_period": 4.0}}
+
+
 def limited() -> Iterator[Any]:
     """Yield each number's key with its limits."""
     for section, path in TABLES.items():
@@ -37,9 +41,9 @@ def limited() -> Iterator[Any]:
 
 
 def nested(path: tuple[str, ...], value: float) -> dict[str, Any]:
-    """Return a configuration that says one thing."""
-    document: Any = value
-    for key in reversed(path):
+    """Return a configuration that says one thing, and what it cannot be said without."""
+    document: Any = dict(NEEDED.get(path[-1], {}), **{path[-1]: value})
+    for key in reversed(path[:-1]):
         document = {key: document}
     assert isinstance(document, dict)
     return document

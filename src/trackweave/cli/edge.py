@@ -70,8 +70,7 @@ def carry_out(
 
     A word is said where kernels are compiled meanwhile.
     """
-    # What was imported stays; ``main`` had no garbage looked for meanwhile.
-    gc.freeze()
+    # While it imported, ``main`` had no garbage looked for.
     gc.enable()
     voice = Voice(quiet=quiet or json)
     with voice.compiling():

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
@@ -63,6 +62,9 @@ def _echoes(
     elapsed = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     part = np.minimum((PARTS * elapsed).astype(np.int64), PARTS - 1)
     scaled = polar[:, :2] / sigma
+    # Runs without such radars need not wait for the import.
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(scaled)
     count = tree.query_ball_point(scaled, NEAR, return_length=True)
     enough = max(FEWEST, LEAST_SHARE * n_scans)
