@@ -42,6 +42,7 @@ def library_defaults():
     found |= {f"sensors.a.{name}": value for name, value in sensor.items()}
     found["sensors.a.measurement"] = sensor["measurement"].word
     found["sensors.a.rotation"] = sensor["rotation"] or "none"
+    found["sensors.a.echoes"] = list(sensor["echoes"])
     found |= {f"plots.{name}": getattr(plots, name) for name in ("cost", "gate", "max_tuples")}
     found["plots.keep_lone"] = argument(PlotFuser, "keep_lone")
     found["tracker.pairing"] = argument(NearestNeighbourTracker, "pairing")

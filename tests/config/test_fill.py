@@ -216,9 +216,7 @@ def test_known_noise_is_told_to_the_estimate() -> None:
 
 def test_every_value_is_finite_or_none() -> None:
     found = filled({}).values["sensors"]["A"].values()
-    assert all(
-        value is None or isinstance(value, str) or np.all(np.isfinite(value)) for value in found
-    )
+    assert all(one is None or isinstance(one, str) or np.all(np.isfinite(one)) for one in found)
 
 
 def moving(motion: dict[str, object]) -> Motion:

@@ -127,7 +127,8 @@ def sensor_of(
             "hidden_share", found and (found.hidden_share or None), USUAL["hidden_share"]
         ),
         mean_silence=choose("mean_silence", found and found.mean_silence, USUAL["mean_silence"]),
-        echoes=choose("echoes", found and (found.echoes or None), USUAL["echoes"]),
+        # As files hold them, which a complete configuration is read from again.
+        echoes=choose("echoes", found and ([*map(list, found.echoes)] or None), []),
         tail_share=choose("tail_share", found and (found.tail_share or None), USUAL["tail_share"]),
         tail_scale=choose("tail_scale", found and found.tail_scale, USUAL["tail_scale"]),
         scans=scans,
