@@ -38,14 +38,15 @@ class Service:
 
     def __init__(self, folder: Path, *options: str) -> None:
         self.port = free_port()
-        self.log = folder.with_suffix(".log").open("ab")
-        self.process = subprocess.Popen(
-            [
-                sys.executable, "-m", "trackweave", "serve", "--data", str(folder),
-                "--page", f"127.0.0.1:{self.port}", *options,
-            ],
-            stderr=self.log, stdout=self.log, stdin=subprocess.DEVNULL, env=dict(os.environ),
-        )  # fmt: skip
+        self.log = folder.with_suffix(".log")
+        with self.log.open("ab") as said:
+            self.process = subprocess.Popen(
+                [
+                    sys.executable, "-m", "trackweave", "serve", "--data", str(folder),
+                    "--page", f"127.0.0.1:{self.port}", *options,
+                ],
+                stderr=said, stdout=said, stdin=subprocess.DEVNULL, env=dict(os.environ),
+            )  # fmt: skip
         self._wait()
 
     def get(self, path: str) -> Any:
@@ -69,14 +70,11 @@ class Service:
         """End it as a power cut of the process would."""
         self.process.send_signal(signal.SIGKILL)
         self.process.wait()
-        self.log.close()
 
     def terminate(self) -> int:
         """Ask it to end; return its status."""
         self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(timeout=PATIENCE_S)
-        self.log.close()
-        return status
+        return self.process.wait(timeout=PATIENCE_S)
 
     def wait_for(self, what: str, least: float) -> Any:
         """Return the health once one of its numbers has come to a value."""
@@ -91,7 +89,7 @@ class Service:
     def _wait(self) -> None:
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
-            assert self.process.poll() is None, Path(self.log.name).read_text()
+            assert self.process.poll() is None, self.log.read_text()
             try:
                 self.get("/healthz")
             except (urllib.error.URLError, ConnectionError, TimeoutError):
