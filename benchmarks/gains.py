@@ -58,7 +58,7 @@ def main() -> None:
     scene = rotating(1, aircraft=arguments.aircraft, seconds=30.0)
     wide = wide_run(scene.reports, scene.config)
     windows["wide"] = wide.problems
-    rows.append(put_aside(scene, wide))
+    rows.append(inactive_clusters(scene, wide))
     rows += of_solvers(windows, arguments.times)
     for targets in (20, 100):
         rows.append(beliefs_prices(bench, targets, arguments.times))
@@ -250,13 +250,13 @@ def dual_first(name: str, problems: Problems, solver: Any) -> Row:
     return _row(("the dual before a search", name), ours, theirs, compared, len(some))
 
 
-def put_aside(scene: Any, wide: Wide) -> Row:
+def inactive_clusters(scene: Any, wide: Wide) -> Row:
     """Return what leaving alone what no scan concerns gains."""
-    every = wide_run(scene.reports, scene.config, put_aside=False)
+    every = wide_run(scene.reports, scene.config, inactive_clusters=False)
     off = max(abs(a - b) for a, b in zip(wide.n_tracks, every.n_tracks, strict=True))
     sizes = [np.mean([p.n_nodes for p, _ in run.problems]) for run in (wide, every)]
     return _row(
-        ("what no scan concerns put aside", "wide"), wide.cpu, every.cpu,
+        ("inactive clusters", "wide"), wide.cpu, every.cpu,
         f"at most {off} of {np.mean(every.n_tracks):.0f} tracks more or fewer; sequences "
         f"{sizes[0]:.0f}, {sizes[1]:.0f}; solving takes {100 * wide.solving / wide.cpu:.0f} %, "
         f"{100 * every.solving / every.cpu:.0f} % of it", len(wide.problems),

@@ -11,7 +11,7 @@ from bench_data import Scene
 from runs import CONFIGURATION, configuration_for, priors_of, reports_of
 
 from trackweave import MultiHypothesisTracker, read_reports
-from trackweave.association import dormant
+from trackweave.association import inactive
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.association.tree import AssociationTree
 from trackweave.config import load_configuration
@@ -125,22 +125,22 @@ class Wide(NamedTuple):
     n_tracks: list[int]
 
 
-def wide_run(reports: Any, config: dict[str, Any], *, put_aside: bool = True) -> Wide:
+def wide_run(reports: Any, config: dict[str, Any], *, inactive_clusters: bool = True) -> Wide:
     """Track radars' sectors; the first half fills the window and is not counted."""
     table = read_reports(reports)
     settings = settings_for(table, load_configuration(config))
-    collector, little = Collector([]), dormant.LITTLE
+    collector, little = Collector([]), inactive.LITTLE
     course = course_of(table, replace(settings, search=collector), rotations_in(settings), None)
     rng, n_tracks, half = np.random.default_rng(1), [], len(course.steps) // 2
     begun = spent = 0.0
-    dormant.LITTLE = little if put_aside else sys.maxsize
+    inactive.LITTLE = little if inactive_clusters else sys.maxsize
     try:
         for number, (scan,) in enumerate(course.steps):
             if number == half:
                 begun, spent = time.process_time(), collector.seconds
             n_tracks.append(course.tracker.step(scan, rng=rng, tracks=False).n_tracks)
     finally:
-        dormant.LITTLE = little
+        inactive.LITTLE = little
     cpu, solving = time.process_time() - begun, collector.seconds - spent
     return Wide(collector.met[half:], cpu, solving, n_tracks[half:])
 

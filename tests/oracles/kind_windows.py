@@ -6,7 +6,7 @@ from oracles import sensing
 from oracles.kinds import GATE, Mixture, Setting, View, locates
 from oracles.sequences import Hiding
 from oracles.windows import LIFE, SURVIVAL, WIDE
-from trackweave.association.beginning import Beginning
+from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
 from trackweave.domain.measurements import MeasurementKind as Kind
@@ -113,18 +113,18 @@ class KindWindow:
     def tree(self, limits=WIDE):
         """Return the tree grown by every view."""
         tree = AssociationTree(self.rule, limits)
-        tree.add_tracks(self.beginning())
+        tree.add_tracks(self.initial())
         for data in self.inputs()[0]:
             tree.grow(data, np.full(data.measurement.shape[0], LOG_DENSITY))
         return tree
 
-    def beginning(self):
+    def initial(self):
         """Return the known tracks as they enter a tree."""
         count, zero = len(self.known), np.zeros(len(self.known))
         nobody = np.full(count, -1)
         modes, size = self.rule.motion.kind.size, self.rule.motion.prior.size
         states = [state for state, _ in self.known]
-        return Beginning(
+        return InitialTracks(
             track=100 + np.arange(count),
             time=np.array([time for _, time in self.known]),
             mean=np.array([s.mean for s in states]).reshape(count, modes, size),

@@ -13,7 +13,7 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.opening import begun
+from trackweave.trackers.scan_preparation import begun
 
 WIDE = GrowthLimits(
     margin=1e9, keep=10**9, new_margin=1e9, new_keep=10**9, new_ceiling=1e9, max_nodes=10**6

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from oracles.scenes import MOTION, run, scan, scene, sensor
-from trackweave.association import dormant
-from trackweave.association.dormant import Dormant
+from trackweave.association import inactive
+from trackweave.association.inactive import InactiveClusters
 from trackweave.association.plots_rule import PlotsRule
 from trackweave.association.tree import AssociationTree
 from trackweave.errors import InvalidInputError
@@ -16,17 +16,17 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.solvers import Exact
 from trackweave.trackers import multi_hypothesis
 from trackweave.trackers.clock_guard import ClockGuard
+from trackweave.trackers.fixed_history import FixedHistory
 from trackweave.trackers.fused_plots import FusedPlotsTracker
-from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.live import UNDONE
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
-from trackweave.trackers.opening import Opener
 from trackweave.trackers.pacing import Pace
-from trackweave.trackers.past import Past
 from trackweave.trackers.plot_fusion import PlotFuser
-from trackweave.trackers.roster import Roster
-from trackweave.trackers.slots import Slots
+from trackweave.trackers.report_index import ReportIndex
+from trackweave.trackers.scan_preparation import ScanPreparation
+from trackweave.trackers.single_hypothesis import SingleHypothesisManager
+from trackweave.trackers.track_manager import TrackManager
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.used_numbers import UsedNumbers
 from trackweave.trackers.window import OpenScans
@@ -90,31 +90,36 @@ def told(hypothesis):
 
 
 @pytest.fixture
-def puts_aside(monkeypatch):
-    monkeypatch.setattr(dormant, "LITTLE", 1)
+def makes_inactive(monkeypatch):
+    monkeypatch.setattr(inactive, "LITTLE", 1)
 
 
 STAGES = {
     "multi-hypothesis": [
-        (UsedNumbers, "add"), (ClockGuard, "judge"), (Past, "close"), (OpenScans, "close"),
-        (Slots, "assignments"), (Opener, "open"), (OpenScans, "insert"), (OpenScans, "remove"),
-        (Dormant, "exchange"), (Dormant, "_put_aside"), (Dormant, "_take"), (Dormant, "_tidy"),
-        (Dormant, "bring_back"), (Ledger, "fix"), (AssociationTree, "fix"),
+        (UsedNumbers, "add"), (ClockGuard, "judge"), (FixedHistory, "close"), (OpenScans, "close"),
+        (ReportIndex, "assignments"), (ScanPreparation, "open"), (OpenScans, "insert"),
+        (OpenScans, "remove"),
+        (InactiveClusters, "exchange"), (InactiveClusters, "_deactivate"),
+        (InactiveClusters, "_take"), (InactiveClusters, "_tidy"),
+        (InactiveClusters, "bring_back"), (TrackManager, "fix"), (AssociationTree, "fix"),
         (AssociationTree, "_begin_at"), (AssociationTree, "_forget_empty_families"),
-        (Undetected, "look"), (Slots, "add"), (Slots, "relay"),
-        (Past, "beginning"), (AssociationTree, "grow"), (AssociationTree, "_propose"),
+        (Undetected, "look"), (ReportIndex, "add"), (ReportIndex, "relay"),
+        (FixedHistory, "beginning"), (AssociationTree, "grow"), (AssociationTree, "_propose"),
         (AssociationTree, "_append_roots"), (AssociationTree, "_compact"),
         (AssociationTree, "take_in"), (AssociationTree, "problem"), (Drawing, "__call__"),
-        (multi_hypothesis, "believe"), (Ledger, "update"), (Ledger, "_confirm"),
+        (multi_hypothesis, "believe"), (TrackManager, "update"), (TrackManager, "_confirm"),
         (multi_hypothesis, "live_rows"), (Pace, "done"),
     ],
     "nearest-neighbour": [
-        (UsedNumbers, "add"), (ClockGuard, "judge"), (Opener, "open"), (Undetected, "look"),
+        (UsedNumbers, "add"), (ClockGuard, "judge"), (ScanPreparation, "open"),
+        (Undetected, "look"),
         (AssociationTree, "grow"), (AssociationTree, "_propose"), (AssociationTree, "fix"),
-        (Roster, "enter"), (Roster, "hit"), (Roster, "keep"), (Roster, "rows"),
+        (SingleHypothesisManager, "enter"), (SingleHypothesisManager, "hit"),
+        (SingleHypothesisManager, "keep"), (SingleHypothesisManager, "rows"),
     ],
     "fused": [
-        (UsedNumbers, "add"), (Drawing, "__call__"), (PlotFuser, "__call__"), (Ledger, "fix"),
+        (UsedNumbers, "add"), (Drawing, "__call__"), (PlotFuser, "__call__"),
+        (TrackManager, "fix"),
         (AssociationTree, "grow"), (MultiHypothesisTracker, "take"),
         (FusedPlotsTracker, "_told"), (FusedPlotsTracker, "_with_hits"),
     ],
@@ -145,7 +150,7 @@ def breaking(monkeypatch, owner, name):
 @pytest.mark.parametrize(
     ("kind", "owner", "name"), CASES, ids=[f"{k}-{o.__name__}.{n}" for k, o, n in CASES]
 )
-def test_a_step_that_breaks_anywhere_never_was(monkeypatch, puts_aside, kind, owner, name):
+def test_a_step_that_breaks_anywhere_never_was(monkeypatch, makes_inactive, kind, owner, name):
     given = instants_of() if kind == "fused" else scans_of()
     expected = [told(each) for each in run(MAKERS[kind](), given)]
     state = breaking(monkeypatch, owner, name)
@@ -188,7 +193,7 @@ COPIES = {
 
 @pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("way", COPIES)
-def test_a_copy_and_its_original_go_their_own_ways(puts_aside, kind, way):
+def test_a_copy_and_its_original_go_their_own_ways(makes_inactive, kind, way):
     make = instants_of if kind == "fused" else scans_of
     given, others = make(5), make(6)
     rng = np.random.default_rng(1)

@@ -4,6 +4,7 @@ import math
 
 from trackweave._loops import overwrite, overwrite_rows
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._bearing_tracks import BEARING, begin_line, cross_line
 from trackweave.association._crowding import Crowding, admit, nearest_of
 from trackweave.association._gating import (
     is_any_reachable,
@@ -13,7 +14,6 @@ from trackweave.association._gating import (
     widest,
     within_reach,
 )
-from trackweave.association._lines import BEARING, begin_line, cross_line
 from trackweave.association._missing import begin_miss, end_miss, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
 from trackweave.association._rhythm import begin_rhythm, hear

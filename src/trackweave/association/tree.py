@@ -32,10 +32,10 @@ from trackweave.association._pruning import (
     keep_below,
     sum_below,
 )
-from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of, give_way, room_in
 from trackweave.association.foreign_growth import appended, proposed, rooted_in
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
 from trackweave.association.pruning import Fate, Offer, bounds_of, cut_of, offered
@@ -95,10 +95,10 @@ class AssociationTree(NodeRoom):
             self.general = workspace(self.rule.motion)
         return self.general
 
-    def add_tracks(self, beginning: Beginning) -> None:
+    def add_tracks(self, initial: InitialTracks) -> None:
         """Begin a family with each given track."""
-        count = beginning.track.shape[0]
-        if np.any(beginning.is_line == 1):
+        count = initial.track.shape[0]
+        if np.any(initial.is_line == 1):
             self.general = workspace(self.rule.motion)
         self._reserve(count)
         span = slice(self.n_nodes, self.n_nodes + count)
@@ -111,12 +111,12 @@ class AssociationTree(NodeRoom):
         nodes.counted[span] = 0.0
         nodes.price[span] = 0.0
         nodes.belief[span] = 0.0
-        for name, column in beginning.columns().items():
+        for name, column in initial.columns().items():
             getattr(nodes, name)[span] = column
         self.n_nodes += count
-        families = new_families(beginning.track, np.zeros(count))
+        families = new_families(initial.track, np.zeros(count))
         # They are what is believed as long as no hypothesis says otherwise.
-        self.add_families(families._replace(fixed_slot=beginning.slot, name=beginning.track))
+        self.add_families(families._replace(fixed_slot=initial.slot, name=initial.track))
 
     def add_families(self, families: Families) -> None:
         """Append families; they are numbered on from those there are."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from trackweave.association.growth_limits import GrowthLimits
-from trackweave.config.ledger import ANY_SENSOR, Ledger, value_at
 from trackweave.config.load import Configuration, without_deadline
 from trackweave.config.messages import suggest
 from trackweave.config.moving import motion_of
@@ -25,6 +24,7 @@ from trackweave.config.sections import (
     OutputSection,
 )
 from trackweave.config.sensing import require_places, sensor_of
+from trackweave.config.sources import ANY_SENSOR, Sources, value_at
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation import Estimates
 from trackweave.models.foreign_motion import AnyMotion
@@ -113,16 +113,16 @@ def fill(
     # What the file says comes first, for a sensor its own table before ``sensors.default``; then
     # what the preset says; then what was estimated; then the usual. A sensor of which nothing was
     # observed reports positions.
-    ledger = Ledger(configuration.plugins.put_back(configuration.values), preset_values(preset))
+    sources = Sources(configuration.plugins.put_back(configuration.values), preset_values(preset))
     seed = configuration.said("seed")
-    ledger.enter(("seed",), seed, "default" if seed is None else "file")
+    sources.enter(("seed",), seed, "default" if seed is None else "file")
     seen = observed or {}
     # Files begin with how objects move, which takes the sensors' periods to fill.
-    ledger.values["motion"] = {}
-    require_places(ledger, {name: seen[name] for name in names if name in seen})
+    sources.values["motion"] = {}
+    require_places(sources, {name: seen[name] for name in names if name in seen})
     sensors = tuple(
         sensor_of(
-            ledger,
+            sources,
             configuration,
             estimates.sensors.get(name) if estimates else None,
             name,
@@ -133,55 +133,55 @@ def fill(
     periods = [sensor.scan_period for sensor in sensors if sensor.scan_period is not None]
     told = (estimates.process_noise, estimates.max_speed) if estimates else (None, None)
     ways = estimates.ways if estimates else None
-    motion = configuration.plugins.moving(ledger) or motion_of(
-        ledger, told, min(periods, default=1.0), ways
+    motion = configuration.plugins.moving(sources) or motion_of(
+        sources, told, min(periods, default=1.0), ways
     )
-    unscented = ledger.choose(("motion", "filter"), default=MotionSection.filter) == "unscented"
-    window = ledger.filled("window", Window(), estimates)
-    lifecycle = _lifecycle(ledger, estimates)
-    divide = ledger.choose(("lifecycle", "divide"), default=LifecycleSection.divide)
-    search, deadline = _search(ledger, configuration)
-    max_ahead = ledger.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
-    period = ledger.choose(("output", "period"), estimates and estimates.period)
-    tracker, doubts = tracker_of_ledger(ledger)
-    plots = plots_of_ledger(ledger, sensors, lifecycle)
+    unscented = sources.choose(("motion", "filter"), default=MotionSection.filter) == "unscented"
+    window = sources.filled("window", Window(), estimates)
+    lifecycle = _lifecycle(sources, estimates)
+    divide = sources.choose(("lifecycle", "divide"), default=LifecycleSection.divide)
+    search, deadline = _search(sources, configuration)
+    max_ahead = sources.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
+    period = sources.choose(("output", "period"), estimates and estimates.period)
+    tracker, doubts = tracker_of_ledger(sources)
+    plots = plots_of_ledger(sources, sensors, lifecycle)
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
     notes = [
         f"sensors.{name}: no report is from this sensor; {suggest(name, names[:MOST_NAMED])}"
         for name in unused
     ]
-    notes += [*(estimates.notes if estimates else ()), *_doubts(ledger, estimates)]
-    notes += doubts + _overruled(ledger, preset) + preset_notes(preset)
+    notes += [*(estimates.notes if estimates else ()), *_doubts(sources, estimates)]
+    notes += doubts + _overruled(sources, preset) + preset_notes(preset)
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")
     return Settings(
-        motion, sensors, window, lifecycle, search, _growth(ledger, sensors),
-        ledger.choose(("output", "estimate"), default=OutputSection.estimate),
+        motion, sensors, window, lifecycle, search, _growth(sources, sensors),
+        sources.choose(("output", "estimate"), default=OutputSection.estimate),
         None if deadline is None else deadline / 1000.0,
-        period, ledger.values, ledger.sources, tuple(notes), unscented, tracker, plots,
+        period, sources.values, sources.sources, tuple(notes), unscented, tracker, plots,
         max_ahead, estimates.together if estimates else None, divide,
     )  # fmt: skip
 
 
-def _doubts(ledger: Ledger, estimates: Estimates | None) -> list[str]:
+def _doubts(sources: Sources, estimates: Estimates | None) -> list[str]:
     """Return a sentence on each sensor whose estimates are used although they are doubtful."""
     notes = []
     for name, doubt in (estimates.doubts if estimates else {}).items():
         keys = [f"sensors.{name}.sigma", f"sensors.{name}.detection_probability"]
         keys += ["motion.process_noise", "motion.max_speed"]
-        used = [key for key in keys if ledger.sources.get(key) == "estimated"]
+        used = [key for key in keys if sources.sources.get(key) == "estimated"]
         if used:
             notes.append(f"sensor {name}: {doubt}; better give {', '.join(used)}")
     return notes
 
 
-def _overruled(ledger: Ledger, preset: str | None) -> list[str]:
+def _overruled(sources: Sources, preset: str | None) -> list[str]:
     """Return a sentence where the file says otherwise than the preset."""
     others = [
         ".".join(path)
-        for path, value in _leaves(ledger.preset)
-        if value_at(ledger.file, path) not in (None, value)
+        for path, value in _leaves(sources.preset)
+        if value_at(sources.file, path) not in (None, value)
     ]
     if not others:
         return []
@@ -197,33 +197,33 @@ def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
             yield (key,), value
 
 
-def _lifecycle(ledger: Ledger, estimates: Estimates | None) -> Lifecycle:
+def _lifecycle(sources: Sources, estimates: Estimates | None) -> Lifecycle:
     usual = Lifecycle()
     rate = f"{usual.confirm_hits}/{usual.confirm_opportunities}"
-    hits, _, opportunities = ledger.choose(("lifecycle", "confirm"), default=rate).partition("/")
+    hits, _, opportunities = sources.choose(("lifecycle", "confirm"), default=rate).partition("/")
     usual = replace(usual, confirm_hits=int(hits), confirm_opportunities=int(opportunities))
-    return ledger.filled("lifecycle", usual, estimates)
+    return sources.filled("lifecycle", usual, estimates)
 
 
-def _growth(ledger: Ledger, sensors: Sequence[Sensor]) -> GrowthLimits:
+def _growth(sources: Sources, sensors: Sequence[Sensor]) -> GrowthLimits:
     usual = GrowthLimits()
     if all(sensor.measurement is MeasurementKind.BEARING for sensor in sensors):
         usual = GrowthLimits.of_bearings()
     elif all(sensor.scans is False for sensor in sensors):
         usual = GrowthLimits.of_lone_reports()
-    return ledger.filled("growth", usual)
+    return sources.filled("growth", usual)
 
 
-def _search(ledger: Ledger, configuration: Configuration) -> tuple[Any, float | None]:
+def _search(sources: Sources, configuration: Configuration) -> tuple[Any, float | None]:
     """Return the solver and the deadline [ms]."""
     given = without_deadline(configuration.table("search"))
-    preset = dict(ledger.preset.get("search", {}))
+    preset = dict(sources.preset.get("search", {}))
     if given.get("method") not in {None, preset.get("method")}:
         # The preset's options are its own method's.
         preset = {}
     solver = make_solver({**preset, **given}, configuration.name)
-    ledger.choose(("search", "method"), default=DEFAULT_METHOD)
+    sources.choose(("search", "method"), default=DEFAULT_METHOD)
     for option in {**preset, **given}:
         if option != "method":
-            ledger.choose(("search", option))
-    return solver, ledger.choose(("search", "deadline_ms"))
+            sources.choose(("search", option))
+    return solver, sources.choose(("search", "deadline_ms"))

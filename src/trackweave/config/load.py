@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from trackweave.config.ledger import ANY_SENSOR, value_at
 from trackweave.config.plugins import NO_PLUGINS, Plugins, taken_apart
 from trackweave.config.search import check_search
 from trackweave.config.sections import KINDS, MODELS, ConfigurationSection
+from trackweave.config.sources import ANY_SENSOR, value_at
 from trackweave.config.tables import checked
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trackweave.config.ledger import Ledger, value_at
 from trackweave.config.sections import MODELS
+from trackweave.config.sources import Sources, value_at
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import (
     ConstantAcceleration,
@@ -28,7 +28,7 @@ SPEED_UP, FADE = 10.0, 10.0
 
 
 def motion_of(
-    ledger: Ledger,
+    sources: Sources,
     estimated: tuple[float | None, float | None],
     period: float,
     ways: Mapping[str, Any] | None = None,
@@ -38,24 +38,26 @@ def motion_of(
     # the ways between which objects change, with keys as in ``[motion.imm]``; ``period`` is the
     # shortest time from scan to scan [s].
     path = ("motion",)
-    model = ledger.choose((*path, "model"), ways and "imm", _VELOCITY)
+    model = sources.choose((*path, "model"), ways and "imm", _VELOCITY)
     noise, speed = estimated
     if model in {_VELOCITY, _TURN, "imm"}:
-        ledger.choose((*path, "process_noise"), noise, USUAL_PROCESS)
-    ledger.choose((*path, "max_speed"), speed, USUAL_SPEED)
-    ledger.choose((*path, "trust"), default=False)
+        sources.choose((*path, "process_noise"), noise, USUAL_PROCESS)
+    sources.choose((*path, "max_speed"), speed, USUAL_SPEED)
+    sources.choose((*path, "trust"), default=False)
     return (
-        _imm(ledger, period, ways or {}) if model == "imm" else _mode(ledger, path, model, period)
+        _imm(sources, period, ways or {})
+        if model == "imm"
+        else _mode(sources, path, model, period)
     )
 
 
-def _imm(ledger: Ledger, period: float, ways: Mapping[str, Any]) -> Imm:
+def _imm(sources: Sources, period: float, ways: Mapping[str, Any]) -> Imm:
     path = ("motion", "imm")
-    names = ledger.choose((*path, "models"), ways.get("models"), [_VELOCITY, _TURN])
+    names = sources.choose((*path, "models"), ways.get("models"), [_VELOCITY, _TURN])
     if names != ways.get("models"):
         ways = {}
     usual = [USUAL_STAY, *[USUAL_MANOEUVRE] * (len(names) - 1)]
-    times = ledger.choose((*path, "sojourn_time"), ways.get("sojourn_time"), usual)
+    times = sources.choose((*path, "sojourn_time"), ways.get("sojourn_time"), usual)
     if len(times) != len(names):
         raise InvalidInputError(
             f"motion.imm.sojourn_time: {len(times)} times; expected {len(names)}, one for each "
@@ -64,25 +66,25 @@ def _imm(ledger: Ledger, period: float, ways: Mapping[str, Any]) -> Imm:
     models = []
     for name in names:
         own = ways.get(name, {})
-        kind = ledger.choose((*path, name, "model"), own.get("model"), name)
+        kind = sources.choose((*path, name, "model"), own.get("model"), name)
         noise = own.get("process_noise") if own.get("model") == kind else None
-        models.append(_mode(ledger, (*path, name), kind, period, noise))
+        models.append(_mode(sources, (*path, name), kind, period, noise))
     return Imm(tuple(models), tuple(times))
 
 
 def _mode(
-    ledger: Ledger, path: Sequence[str], kind: str, period: float, noise: float | None = None
+    sources: Sources, path: Sequence[str], kind: str, period: float, noise: float | None = None
 ) -> Mode:
     """Return one way to move; what its table leaves out is as in ``[motion]``, or usual."""
 
     def choose(key: str, usual: float) -> float:
-        known = value_at(ledger.values, (*path, key)) if len(path) == 1 else None
+        known = value_at(sources.values, (*path, key)) if len(path) == 1 else None
         if known is not None:
             return float(known)
-        above = value_at(ledger.values, ("motion", key))
+        above = value_at(sources.values, ("motion", key))
         if above is None:
-            above = value_at(ledger.file, ("motion", key))
-        return float(ledger.choose((*path, key), default=usual if above is None else above))
+            above = value_at(sources.file, ("motion", key))
+        return float(sources.choose((*path, key), default=usual if above is None else above))
 
     speed = choose("max_speed", USUAL_SPEED)
     if kind == _VELOCITY:
@@ -97,7 +99,7 @@ def _mode(
     if kind == _ACCELERATION:
         acceleration = choose("max_acceleration", speed / SPEED_UP)
         jerk = 2 * acceleration**2 / 5 / FADE
-        shaken = ledger.choose((*path, *own), noise, jerk)
+        shaken = sources.choose((*path, *own), noise, jerk)
         return ConstantAcceleration(float(shaken), speed, acceleration)
-    walk = ledger.choose((*path, *own), noise, speed**2 * period / 9)
+    walk = sources.choose((*path, *own), noise, speed**2 * period / 9)
     return RandomWalk(float(walk), speed)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
-from trackweave.config.ledger import ANY_SENSOR, Ledger
 from trackweave.config.messages import suggest
+from trackweave.config.sources import ANY_SENSOR, Sources
 from trackweave.config.tables import Table, checked, entries_of
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.errors import InvalidInputError
@@ -71,22 +71,22 @@ class Plugins:
             return None
         return None if plugin is None else ForeignKind(plugin.made(self.file), plugin.word)
 
-    def moving(self, ledger: Ledger) -> ForeignMotion | None:
+    def moving(self, sources: Sources) -> ForeignMotion | None:
         """Return how objects move, and enter each value; None where a model of ours says so."""
         if self.motion is None:
             return None
         made = self.motion.made(self.file)
-        ledger.choose(("motion", "model"))
+        sources.choose(("motion", "model"))
         for name, value in self.motion.values(made).items():
-            ledger.choose(("motion", name), default=value)
+            sources.choose(("motion", name), default=value)
         return ForeignMotion(made)
 
-    def enter(self, name: str, kind: ForeignKind, ledger: Ledger) -> None:
+    def enter(self, name: str, kind: ForeignKind, sources: Sources) -> None:
         """Enter each value of a sensor's kind of measurement."""
         plugin = self.sensors.get(name) or self.sensors.get(ANY_SENSOR)
         if plugin is not None:
             for key, value in plugin.values(kind.model).items():
-                ledger.choose(("sensors", name, key), default=value)
+                sources.choose(("sensors", name, key), default=value)
 
     def take_out(self, name: str, table: dict[str, Any]) -> None:
         """Take the keys of a sensor's kind of measurement out of its table."""

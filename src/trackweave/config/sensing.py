@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.config.ledger import Ledger
 from trackweave.config.load import Configuration
 from trackweave.config.messages import show_value
 from trackweave.config.observed import ObservedSensor
+from trackweave.config.sources import Sources
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
@@ -49,14 +49,14 @@ MOST_NAMED, MOST_SHOWN = 20, 3
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
-def require_places(ledger: Ledger, observed: Mapping[str, ObservedSensor]) -> None:
+def require_places(sources: Sources, observed: Mapping[str, ObservedSensor]) -> None:
     """Refuse sensors of which nobody says where they stand, all at once."""
     missing = {
         name: " and ".join(seen.measurement.columns(seen.dim)[:2])
         for name, seen in observed.items()
         if seen.needs_place
         and not seen.says_where
-        and ledger.said(("sensors", name, "position")) is None
+        and sources.said(("sensors", name, "position")) is None
     }
     if not missing:
         return
@@ -77,7 +77,7 @@ def require_places(ledger: Ledger, observed: Mapping[str, ObservedSensor]) -> No
 
 
 def sensor_of(
-    ledger: Ledger,
+    sources: Sources,
     configuration: Configuration,
     found: SensorEstimate | None,
     name: str,
@@ -87,7 +87,7 @@ def sensor_of(
     section = configuration.sensor(name)
 
     def choose(key: str, estimated: Any = None, default: Any = None) -> Any:
-        return ledger.choose(("sensors", name, key), estimated, default)
+        return sources.choose(("sensors", name, key), estimated, default)
 
     kind = seen.measurement
     said = choose("measurement", default=kind.word)
@@ -97,7 +97,7 @@ def sensor_of(
         )
     sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
     if isinstance(kind, ForeignKind):
-        configuration.plugins.enter(name, kind, ledger)
+        configuration.plugins.enter(name, kind, sources)
     detection = choose(
         "detection_probability",
         found and found.detection_probability,
@@ -105,8 +105,8 @@ def sensor_of(
     )
     position = choose("position")
     view = choose("field_of_view", view_keys(seen.field_of_view))
-    clutter = _clutter(ledger, section, (name, found, seen))
-    rotation, period = _rotation(ledger, (name, found, seen))
+    clutter = _clutter(sources, section, (name, found, seen))
+    rotation, period = _rotation(sources, (name, found, seen))
     likely_scans = True if period is not None or rotation is not None else found and found.scans
     scans = choose("scans", likely_scans)
     likely = None if found is None or found.strength is None else asdict(found.strength)
@@ -201,7 +201,7 @@ def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, 
 
 
 def _clutter(
-    ledger: Ledger,
+    sources: Sources,
     section: Mapping[str, Any],
     sensor: tuple[str, SensorEstimate | None, ObservedSensor],
 ) -> float:
@@ -210,7 +210,7 @@ def _clutter(
     path = ("sensors", name, "clutter_density")
     is_position = seen.measurement is MeasurementKind.POSITION
     if "clutter_per_scan" in section:
-        ledger.choose(("sensors", name, "clutter_per_scan"))
+        sources.choose(("sensors", name, "clutter_per_scan"))
         volume = _volume_of(section.get("field_of_view"), seen)
         if volume is None:
             volume = found.covered if found and is_position else None
@@ -221,39 +221,41 @@ def _clutter(
                 f"sensors.{name}.clutter_per_scan: needs an area; expected a field_of_view too, "
                 "or clutter_density"
             )
-        return float(ledger.enter(path, section["clutter_per_scan"] / volume, "file"))
+        return float(sources.enter(path, section["clutter_per_scan"] / volume, "file"))
     if is_position:
-        return float(ledger.choose(path, found and found.clutter_density))
+        return float(sources.choose(path, found and found.clutter_density))
     density = None
     if found is not None and (seen.measurement.has_range or isinstance(found.sigma, Sequence)):
         in_own_units = isinstance(found.sigma, Sequence)
         scale = 1.0 if in_own_units else found.covered / seen.extent
         density = found.clutter_density * scale
     usual = USUAL_CLUTTER_SHARE * seen.reports_per_scan / seen.extent
-    return float(ledger.choose(path, density, usual))
+    return float(sources.choose(path, density, usual))
 
 
 def _rotation(
-    ledger: Ledger, sensor: tuple[str, SensorEstimate | None, ObservedSensor]
+    sources: Sources, sensor: tuple[str, SensorEstimate | None, ObservedSensor]
 ) -> tuple[Rotation | None, float | None]:
     """Return how the beam turns, and the scan period [s]."""
     name, found, seen = sensor
     turning = seen.rotation
     likely = found.scan_period if found else seen.scan_period
-    if ledger.said(("sensors", name, "scans")) is False:
+    if sources.said(("sensors", name, "scans")) is False:
         turning = likely = None
-    period = ledger.choose(("sensors", name, "scan_period"), turning.period if turning else likely)
+    period = sources.choose(
+        ("sensors", name, "scan_period"), turning.period if turning else likely
+    )
     seen_word = None if turning is None else sense_of(turning)
-    word = ledger.choose(("sensors", name, "rotation"), seen_word, "none")
-    if ledger.said(("sensors", name, "phase_deg")) is not None:
-        ledger.choose(("sensors", name, "phase_deg"))
+    word = sources.choose(("sensors", name, "rotation"), seen_word, "none")
+    if sources.said(("sensors", name, "phase_deg")) is not None:
+        sources.choose(("sensors", name, "phase_deg"))
     if word == "none":
         return None, period
     if seen_word is not None and word != seen_word:
-        ledger.enter(("sensors", name, "rotation"), seen_word, "estimated")
+        sources.enter(("sensors", name, "rotation"), seen_word, "estimated")
     if turning is not None and period and not is_period(period, turning):
         # The reports' own times and directions measure it better than any data sheet.
-        period = ledger.enter(("sensors", name, "scan_period"), turning.period, "estimated")
+        period = sources.enter(("sensors", name, "scan_period"), turning.period, "estimated")
     if turning is None:
         raise InvalidInputError(
             f'sensors.{name}.rotation: "{word}"; expected a scan_period with it, because its '

@@ -14,10 +14,10 @@ from trackweave.io.marking import notes_on_names
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import Course, course_of
 from trackweave.run.doubles import Doubles, doubles_of
-from trackweave.run.laying import laid
 from trackweave.run.lone_stamps import is_lone, note_on_lone
 from trackweave.run.observing import settle
 from trackweave.run.scans import scan_ends
+from trackweave.run.slant_range import laid
 from trackweave.trackers.clock_guard import MAX_AHEAD
 
 __all__ = ["Attempt", "attempt_of", "rotations_in"]

@@ -16,7 +16,7 @@ from trackweave.estimation.covering import covered_by
 from trackweave.models.extent import extent
 from trackweave.models.sensors import Sensor
 from trackweave.run.observing import filled
-from trackweave.run.placing import placed
+from trackweave.run.polar_to_cartesian import placed
 from trackweave.solvers.auto import Auto
 from trackweave.trackers.plot_fusion import PlotFuser
 

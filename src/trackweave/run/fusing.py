@@ -26,7 +26,7 @@ from trackweave.io.encoding import to_native
 from trackweave.io.frames_out import associations_frame, tracks_frame
 from trackweave.io.tracks_in import LocalTracks, read_local_tracks
 from trackweave.randomness import RandomSource, generator_of, seed_of
-from trackweave.run.agreement import on_one_plane, require_agreement
+from trackweave.run.consistency import on_one_plane, require_agreement
 from trackweave.run.fusion_log import FusionLog
 from trackweave.run.fusion_record import fusion_record
 from trackweave.run.local_pictures import local_pictures

@@ -12,7 +12,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import Estimates
 from trackweave.models.coverage import FieldOfView
-from trackweave.run.placing import platforms_of
+from trackweave.run.polar_to_cartesian import platforms_of
 
 __all__ = ["note_on_speed", "notes_on_sensors"]
 

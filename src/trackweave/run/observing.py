@@ -19,11 +19,11 @@ from trackweave.estimation import Estimates, fields_of_view
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
-from trackweave.run.laying import laid
 from trackweave.run.noting import note_on_speed, notes_on_sensors
-from trackweave.run.placing import in_turns, placed, platforms_of
+from trackweave.run.polar_to_cartesian import in_turns, placed, platforms_of
 from trackweave.run.refining import Directions, estimates_for
 from trackweave.run.required import require_told
+from trackweave.run.slant_range import laid
 
 __all__ = ["filled", "needs_place", "observe", "positions_in", "settle"]
 

@@ -36,7 +36,7 @@ from trackweave.run.collect import Assigned
 from trackweave.run.scans import complete_scans, missing_times
 from trackweave.run.turns import turn_ends, with_turns
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
-from trackweave.trackers.opening import USUAL_MISSES
+from trackweave.trackers.scan_preparation import USUAL_MISSES
 from trackweave.trackers.window import Window
 
 __all__ = ["Directions", "estimates_for"]

@@ -27,9 +27,9 @@ from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.attempts import Attempt, attempt_of
 from trackweave.run.collect import Assigned, Rows, ScanLog
+from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
-from trackweave.run.doubting import Doubts
 from trackweave.run.facts import with_facts
 from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
@@ -144,7 +144,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     every, came = report_table(reports, configuration, on_bad_row)
     configuration = with_facts(configuration, every)
     begun = _prior_table(priors, every)
-    doubts, state, done = Doubts(configuration), generator.bit_generator.state, None
+    doubts, state, done = ConsistencyChecks(configuration), generator.bit_generator.state, None
     while done is None:
         # What is found out on the way counts from the first scan on.
         generator.bit_generator.state = state
@@ -199,7 +199,7 @@ def _handed_back(
 
 def _followed(
     attempt: Attempt,
-    doubts: Doubts,
+    doubts: ConsistencyChecks,
     search: tuple[np.random.Generator, float | None],
     progress: Progress | None,
 ) -> tuple[Rows, ScanLog, Assigned] | None:
@@ -218,7 +218,7 @@ def _followed(
 
 def _stepped(
     attempt: Attempt,
-    doubts: Doubts,
+    doubts: ConsistencyChecks,
     search: tuple[np.random.Generator, float | None],
     progress: Progress | None,
 ) -> tuple[Rows, ScanLog, Assigned] | None:

@@ -19,8 +19,8 @@ from trackweave.solvers._kernels import (
     repair,
     selection_cost,
 )
-from trackweave.solvers._narrowing import narrowed, whole, write_taken
 from trackweave.solvers._pricing import bound_at, choices_at, choose, price_nodes
+from trackweave.solvers._variable_fixing import narrowed, whole, write_taken
 
 LARGE, FEW = 20_000, 25
 """In a component of more sequences an answer, which takes long, is made once in so many bounds."""

@@ -15,7 +15,7 @@ from trackweave.solvers._dual import (
     solve_components,
 )
 from trackweave.solvers._enumeration import enumerate_open
-from trackweave.solvers._narrowing import narrowed, whole, write_taken
+from trackweave.solvers._variable_fixing import narrowed, whole, write_taken
 from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.protocol import Hint, Stop, require_stop

@@ -15,7 +15,7 @@ from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
 from trackweave.solvers.dual import Dual
 from trackweave.solvers.murty import Partitioning
-from trackweave.solvers.pieces import Enumeration, Piece, Pieces, combine
+from trackweave.solvers.partial_solutions import Enumeration, PartialSolutions, Piece, combine
 from trackweave.solvers.protocol import (
     Hint,
     Solver,
@@ -214,7 +214,7 @@ class MBest:
         rng: np.random.Generator,
         hint: Hint | None,
         stop: Stop | None,
-    ) -> tuple[Answer, Components, list[Pieces]]:
+    ) -> tuple[Answer, Components, list[PartialSolutions]]:
         """Return the best answer, the problem's components, and the pieces of each."""
         relaxation, evaluations, stopped = Dual().relax(Relaxation.of(problem, hint), stop)
         components = relaxation.whole()
@@ -224,7 +224,9 @@ class MBest:
             if stopped:
                 selection = components.taken[components.families(index)]
                 lower = float(components.lower[index])
-                found.append(Pieces.single(components.component(index), selection, lower))
+                found.append(
+                    PartialSolutions.single(components.component(index), selection, lower)
+                )
                 continue
             pieces, tried = self._pieces(components, index, least, rng, stop)
             evaluations += tried
@@ -253,7 +255,7 @@ class MBest:
         least: int,
         rng: np.random.Generator,
         stop: Stop | None,
-    ) -> tuple[Pieces, int]:
+    ) -> tuple[PartialSolutions, int]:
         """Return the cheapest selections of a component, and how many evaluations they took."""
         component, price = components.component(index), components.price[components.items(index)]
         known, evaluations = float(components.cost[index]), 0
@@ -307,7 +309,7 @@ def _add_probability(weight: FloatArray, nodes: IntArray, chance: FloatArray) ->
     np.minimum(chance, 1.0, out=chance)
 
 
-def _sure_to(found: Sequence[Pieces]) -> float:
+def _sure_to(found: Sequence[PartialSolutions]) -> float:
     """Return up to what cost of the whole nothing is missing from the combinations."""
     least = np.array([min(part.cost, part.ceiling) for part in found])
     ceiling = np.array([part.ceiling for part in found])

@@ -12,7 +12,7 @@ from trackweave.association.problem import AssignmentProblem, Status
 from trackweave.solvers._kernels import Component
 from trackweave.solvers._pricing import beyond, excesses
 from trackweave.solvers.components import Components
-from trackweave.solvers.pieces import Piece, Pieces
+from trackweave.solvers.partial_solutions import PartialSolutions, Piece
 from trackweave.solvers.protocol import Hint, Solver, Stop
 
 __all__ = ["Partitioning"]
@@ -59,7 +59,7 @@ class Partitioning:
     rng: np.random.Generator
     stop: Stop | None
 
-    def run(self, most: int) -> tuple[Pieces, int]:
+    def run(self, most: int) -> tuple[PartialSolutions, int]:
         """Return the cheapest selections, at least the known, and how many evaluations it took."""
         known = self.components.taken[self.components.families(self.index)].copy()
         cost, ceiling = self._cost(known), np.inf
@@ -103,13 +103,13 @@ class Partitioning:
     def _cost(self, selection: IntArray) -> float:
         return float(self._component.total[selection[selection >= 0]].sum())
 
-    def _pieces(self, found: list[IntArray], ceiling: float) -> Pieces:
+    def _pieces(self, found: list[IntArray], ceiling: float) -> PartialSolutions:
         """Return selections, all different, as the pieces of the component."""
         cost = np.array([self._cost(selection) for selection in found])
         ranks = np.argsort(cost, kind="stable")
         families = np.arange(found[0].shape[0])
         piece = Piece(families, np.stack(found)[ranks], cost[ranks])
-        return Pieces((piece,), ceiling, bool(np.isinf(ceiling)))
+        return PartialSolutions((piece,), ceiling, bool(np.isinf(ceiling)))
 
     def _split(self, part: _Part, selection: IntArray) -> Iterator[_Part]:
         """Return the parts into which a selection splits the others of its own part."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.solvers._kernels import Component, set_owner
-from trackweave.solvers._relist import local_search
+from trackweave.solvers._list_reassignment import local_search
 from trackweave.solvers.lists import Lists
 
 __all__ = ["owner_of", "polish"]

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.inactive import InactiveClusters
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -132,7 +132,7 @@ class LiveTracker(Saved, ABC):
     def undo(self, saved: dict[str, Any]) -> None:
         """Be again as when that was saved."""
         for part in saved.values():
-            if isinstance(part, Dormant):
+            if isinstance(part, InactiveClusters):
                 part.undone()
         self.__dict__ = saved
 
@@ -247,7 +247,9 @@ def _whole_or_not_at_all(
 
 def _kept(part: Any) -> Any:
     """Return what a part is now; nodes are not copied, but left alone from now on."""
-    return part.saved() if isinstance(part, AssociationTree | Dormant) else copy.copy(part)
+    return (
+        part.saved() if isinstance(part, AssociationTree | InactiveClusters) else copy.copy(part)
+    )
 
 
 def _reports(arrivals: Sequence[Arrival]) -> frozenset[int]:

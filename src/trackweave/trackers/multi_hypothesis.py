@@ -9,10 +9,10 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.association._nodes import ScanInput
-from trackweave.association.beginning import Beginning
 from trackweave.association.beliefs import Beliefs, believe
-from trackweave.association.dormant import Dormant
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.inactive import InactiveClusters
+from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.problem import Answer, Status
 from trackweave.association.pruned import forget_negligible, judged
 from trackweave.association.tree import AssociationTree
@@ -40,15 +40,15 @@ from trackweave.trackers._arguments import (
     with_dimensions,
 )
 from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
+from trackweave.trackers.fixed_history import FixedHistory
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
-from trackweave.trackers.ledger import Ledger
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
-from trackweave.trackers.opening import USUAL_MISSES, Opener, begun, rule_of
 from trackweave.trackers.pacing import Pace, Pacer
-from trackweave.trackers.past import Past
+from trackweave.trackers.report_index import ReportIndex
 from trackweave.trackers.rows import live_leaves, live_rows
-from trackweave.trackers.slots import Slots
+from trackweave.trackers.scan_preparation import USUAL_MISSES, ScanPreparation, begun, rule_of
+from trackweave.trackers.track_manager import TrackManager
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.used_numbers import UsedNumbers
 from trackweave.trackers.window import OpenScans, Window
@@ -109,7 +109,8 @@ class MultiHypothesisTracker(ScanByScan):
 
     _beliefs: Beliefs | None
     CHANGING: ClassVar = (
-        "_dormant", "_ledger", "_open", "_opener", "_pacer", "_past", "_slots", "_tree",
+        "_fixed_history", "_inactive", "_manager", "_open", "_pacer", "_preparation",
+        "_report_index", "_tree",
         "_undetected", "_used",
     )  # fmt: skip
     SETTINGS: ClassVar = ("_lifecycle", "_limits", "_motion", "_priors", "_search", "_sensors")
@@ -155,7 +156,7 @@ class MultiHypothesisTracker(ScanByScan):
     def _know_nothing(self, *, next_track: int) -> None:
         """Be as before the first scan; new tracks are numbered on from a name."""
         lifecycle, slowest = self._lifecycle, slowest_of(self._sensors.values())
-        self._opener = Opener(self._motion, self._sensors, self._period)
+        self._preparation = ScanPreparation(self._motion, self._sensors, self._period)
         self._open = OpenScans(self._window, *reference_of(slowest))
         new, initial = lifecycle.new_target_density, lifecycle.initial_target_density
         if initial is None or self._priors is not None:
@@ -163,9 +164,9 @@ class MultiHypothesisTracker(ScanByScan):
         speed, by_bearings = self._motion.max_speed, self._by_bearings
         self._undetected = Undetected(initial, new, speed, self._period, by_bearings=by_bearings)
         patience = ((lifecycle.delete_after_misses or USUAL_MISSES) + 1.0) * self._period
-        self._past = Past(copy.copy(self._undetected), patience)
-        self._ledger = Ledger(lifecycle, next_track)
-        self._slots = Slots()
+        self._fixed_history = FixedHistory(copy.copy(self._undetected), patience)
+        self._manager = TrackManager(lifecycle, next_track)
+        self._report_index = ReportIndex()
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
         self._gap, self._beliefs = 0.0, None
@@ -173,19 +174,19 @@ class MultiHypothesisTracker(ScanByScan):
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
         """Forget all but which names and numbers were used; see `LiveTracker`."""
         final, self._priors = self.pending(), self._priors if keeps_priors else None
-        self._know_nothing(next_track=self._ledger.next_track)
+        self._know_nothing(next_track=self._manager.next_track)
         return final
 
     def pending(self) -> Assignments:
         """Return the assignments of the window's reports, which later scans may amend."""
-        return self._slots.assignments(self._open.first_slot, self._open.end_slot)
+        return self._report_index.assignments(self._open.first_slot, self._open.end_slot)
 
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
         if self._tree is None:
             return TrackTable.empty(self._dim or 2)
         return live_rows(
-            self._tree, self._dormant, self._open.last_time, by_belief=self._beliefs is not None
+            self._tree, self._inactive, self._open.last_time, by_belief=self._beliefs is not None
         )
 
     def step(
@@ -242,17 +243,17 @@ class MultiHypothesisTracker(ScanByScan):
             ends = (number == 1, number == len(scans))
             tree = self._take_in(scan, pace, ends)
         slots, last = tree.slots(), self._open.last_time
-        problem = tree.problem(slots, self._slots.instants(slots[0]))
+        problem = tree.problem(slots, self._report_index.instants(slots[0]))
         hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
         answer = self._search(problem, rng=haste.rng, hint=hint, stop=alarm)
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
         self._beliefs = believe(tree, answer.node_probability) if self._averaging else None
         pruned, certificate = judged(tree, self._beliefs, answer.certificate, forgotten)
-        amendments = self._ledger.update(
-            tree, answer.nodes, self._slots, self._concerned, self._beliefs
+        amendments = self._manager.update(
+            tree, answer.nodes, self._report_index, self._concerned, self._beliefs
         )
-        live = live_leaves(tree, self._dormant, last, by_belief=self._averaging)
+        live = live_leaves(tree, self._inactive, last, by_belief=self._averaging)
         self._last = Hypothesis(
             time=last,
             tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),
@@ -260,10 +261,10 @@ class MultiHypothesisTracker(ScanByScan):
             amendments=amendments,
             final=final,
             late=(),
-            certificate=self._dormant.certificate(certificate),
+            certificate=self._inactive.certificate(certificate),
             evaluations=answer.evaluations,
             stop_reason=answer.stop_reason,
-            n_sequences=tree.n_nodes + self._dormant.n_nodes,
+            n_sequences=tree.n_nodes + self._inactive.n_nodes,
             n_pruned=max(0, tree.n_pruned - n_pruned),
             n_pruned_by_deadline=tree.n_given_way,
             pruned_probability=pruned,
@@ -284,14 +285,14 @@ class MultiHypothesisTracker(ScanByScan):
             self._motion, self._lifecycle, self._sensors, dim, unscented=self._unscented
         )
         priors = self._priors if self._priors is not None else TrackTable.empty(dim)
-        self._ledger.begin(priors)
+        self._manager.begin(priors)
         return self._planted(begun(priors, self._rule))
 
-    def _planted(self, beginning: Beginning) -> AssociationTree:
+    def _planted(self, initial: InitialTracks) -> AssociationTree:
         """Return a tree of the tracks from before the window alone, and make it the tracker's."""
         self._tree = AssociationTree(self._rule, self._limits)
-        self._tree.add_tracks(beginning)
-        self._dormant = Dormant(self._rule, self._period)
+        self._tree.add_tracks(initial)
+        self._inactive = InactiveClusters(self._rule, self._period)
         return self._tree
 
     def _take_in(self, scan: Scan, pace: Pace, ends: tuple[bool, bool]) -> AssociationTree:
@@ -305,14 +306,14 @@ class MultiHypothesisTracker(ScanByScan):
         last = self._open.last_time
         if scan.time < last or same is not None:
             return self._taken_late(tree, scan, same, pace)
-        self._open.insert(self._opener.open(scan, dim))
+        self._open.insert(self._preparation.open(scan, dim))
         data, waited = self._timed(len(self._open.scans) - 1, last)
-        self._dormant.exchange(tree, data, self._gap)
+        self._inactive.exchange(tree, data, self._gap)
         if is_first:
             self._fix(tree, last)
             self._concerned = tree.slots()[0]
         density = self._undetected.look(data, waited)
-        self._slots.add(self._open.scans[-1].report, data.time, self._open.first_slot)
+        self._report_index.add(self._open.scans[-1].report, data.time, self._open.first_slot)
         self._concerned = np.concatenate([self._concerned, data.slot])
         with pace.growth(tree, len(scan)):
             tree.grow(data, density, is_last=is_last)
@@ -322,15 +323,15 @@ class MultiHypothesisTracker(ScanByScan):
         self, tree: AssociationTree, scan: Scan, same: int | None, pace: Pace
     ) -> AssociationTree:
         """Return the tree grown anew with a scan in its place in time."""
-        self._dormant.bring_back(tree, self._open.last_time)
+        self._inactive.bring_back(tree, self._open.last_time)
         self._fix(tree, self._open.last_time)
         window = [known.data for known in self._open.scans]
-        beginning, families = self._past.beginning(tree, window)
+        initial, families = self._fixed_history.initial(tree, window)
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
-        self._open.insert(self._opener.open(scan, tree.dim))
-        self._slots.relay(self._open.first_slot, self._open.reports(), self._open.times())
-        tree = self._planted(beginning)
+        self._open.insert(self._preparation.open(scan, tree.dim))
+        self._report_index.relay(self._open.first_slot, self._open.reports(), self._open.times())
+        tree = self._planted(initial)
         tree.families = families
         return self._grown_anew(tree, pace)
 
@@ -338,20 +339,20 @@ class MultiHypothesisTracker(ScanByScan):
         """Return the tree after empty scans that did not tell their number of dimensions."""
         for place, known in enumerate(self._open.scans):
             scan = with_dimensions(known.scan, self._sensors[known.sensor], dim)
-            self._open.scans[place] = self._opener.open(scan, dim)
+            self._open.scans[place] = self._preparation.open(scan, dim)
         return self._grown_anew(self._begin(dim), pace)
 
     def _grown_anew(self, tree: AssociationTree, pace: Pace) -> AssociationTree:
         """Return a planted tree grown by the window's scans as if they had come in order."""
-        self._undetected = copy.copy(self._past.undetected)
+        self._undetected = copy.copy(self._fixed_history.undetected)
         last, n_scans = self._open.fixed_until, len(self._open.scans)
         with pace.growth(tree, self._open.end_slot - self._open.first_slot, n_scans):
             for place in range(n_scans):
                 data, waited = self._timed(place, last)
-                self._dormant.exchange(tree, data, 0.0)
+                self._inactive.exchange(tree, data, 0.0)
                 tree.grow(data, self._undetected.look(data, waited))
                 last = data.time
-            self._dormant.bring_back(tree, last)
+            self._inactive.bring_back(tree, last)
         self._concerned = np.arange(self._open.first_slot, self._open.end_slot)
         return tree
 
@@ -371,20 +372,22 @@ class MultiHypothesisTracker(ScanByScan):
         if scan.time > self._open.last_time and self._tree is not None:
             count = self._open.n_closing(scan.sensor, scan.time)
         before, last = self._open.first_slot, self._open.fixed_until
-        self._past.close(self._open.close(count), last)
-        return self._slots.assignments(before, self._open.first_slot)
+        self._fixed_history.close(self._open.close(count), last)
+        return self._report_index.assignments(before, self._open.first_slot)
 
     def _fix(self, tree: AssociationTree, last: float) -> None:
         """Make final what the window has left; ``last`` is the time of the last scan [s]."""
-        for lost in self._ledger.fix(tree, self._chosen(tree), self._open.first_slot):
-            for undetected in (self._undetected, self._past.undetected):
+        for lost in self._manager.fix(tree, self._chosen(tree), self._open.first_slot):
+            for undetected in (self._undetected, self._fixed_history.undetected):
                 undetected.lose(lost.position, lost.spread, lost.time, last)
 
     def _remember(self, tree: AssociationTree, slots: IntArray, answer: Answer) -> None:
         """Keep what starts the next search: the answer and the reports' prices."""
         tree.nodes.chosen[: tree.n_nodes] = 0
         tree.nodes.chosen[answer.nodes] = 1
-        self._slots.price[slots - self._slots.origin] = answer.prices[: slots.shape[0]]
+        self._report_index.price[slots - self._report_index.origin] = answer.prices[
+            : slots.shape[0]
+        ]
         is_open = answer.status is not Status.OPTIMAL
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 
@@ -395,5 +398,5 @@ class MultiHypothesisTracker(ScanByScan):
     def _hint(self, tree: AssociationTree, slots: IntArray, n_items: int) -> Hint:
         """Return what the last answer says of this problem."""
         prices = np.zeros(n_items)
-        prices[: slots.shape[0]] = self._slots.price[slots - self._slots.origin]
+        prices[: slots.shape[0]] = self._report_index.price[slots - self._report_index.origin]
         return Hint(prices=prices, nodes=self._chosen(tree))

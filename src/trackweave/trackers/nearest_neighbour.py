@@ -36,9 +36,9 @@ from trackweave.trackers.hypothesis import (
 )
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
-from trackweave.trackers.opening import USUAL_MISSES, Opener, begun, rule_of
 from trackweave.trackers.pairing import Offers, Pairing, nearest, one_to_one
-from trackweave.trackers.roster import Roster
+from trackweave.trackers.scan_preparation import USUAL_MISSES, ScanPreparation, begun, rule_of
+from trackweave.trackers.single_hypothesis import SingleHypothesisManager
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.used_numbers import UsedNumbers
 
@@ -164,7 +164,7 @@ class NearestNeighbourTracker(ScanByScan):
 
     def _know_nothing(self) -> None:
         """Be as before the first scan."""
-        self._opener = Opener(self._motion, self._sensors, self._period)
+        self._preparation = ScanPreparation(self._motion, self._sensors, self._period)
         self._undetected = self._unseen()
         self._tree: AssociationTree | None = None
         self._last_time = -np.inf
@@ -177,7 +177,7 @@ class NearestNeighbourTracker(ScanByScan):
         if not keeps_priors:
             self._priors = None
         if self._tree is not None:
-            self._next_track = self._roster.next_track
+            self._next_track = self._manager.next_track
         self._know_nothing()
         return final
 
@@ -238,7 +238,7 @@ class NearestNeighbourTracker(ScanByScan):
         if self.is_late(arrival):
             return self.left_out(arrival, haste)
         tree = self._planted(self._dim or 2)
-        opened = self._opener.open(scan, tree.dim)
+        opened = self._preparation.open(scan, tree.dim)
         data, waited = self._charged(opened.data)
         n_tracks = tree.n_nodes
         tree.grow(data, self._undetected.look(data, waited))
@@ -246,7 +246,7 @@ class NearestNeighbourTracker(ScanByScan):
         children = self._children(tree, data, n_tracks)
         pairing = self._paired(tree, data, children, n_tracks)
         track = self._settle(tree, data, children, pairing)
-        self._rows = rows = self._roster.rows(tree, scan.time)
+        self._rows = rows = self._manager.rows(tree, scan.time)
         self._last_time = scan.time
         self._last = Hypothesis(
             time=scan.time,
@@ -287,7 +287,7 @@ class NearestNeighbourTracker(ScanByScan):
             misses = self._lifecycle.delete_after_misses or USUAL_MISSES
             rule = rule._replace(most_tail=np.inf, max_misses=float(misses))
             priors = self._priors if self._priors is not None else TrackTable.empty(dim)
-            self._roster = Roster(self._lifecycle, priors, self._next_track)
+            self._manager = SingleHypothesisManager(self._lifecycle, priors, self._next_track)
             self._tree = AssociationTree(rule, _ALL)
             self._tree.add_tracks(begun(priors, rule))
         return self._tree
@@ -313,7 +313,7 @@ class NearestNeighbourTracker(ScanByScan):
         served = self._served.get(data.sensor)
         if not served:
             return children
-        return children[~np.isin(self._roster.track[tree.nodes.family[children]], served)]
+        return children[~np.isin(self._manager.track[tree.nodes.family[children]], served)]
 
     def _paired(
         self, tree: AssociationTree, data: ScanInput, children: IntArray, n_tracks: int
@@ -334,7 +334,7 @@ class NearestNeighbourTracker(ScanByScan):
         self, tree: AssociationTree, data: ScanInput, children: IntArray, pairing: Pairing
     ) -> IntArray:
         """Make a pairing final in the tree and the books; return the track of each report."""
-        nodes, roster = tree.nodes, self._roster
+        nodes, manager = tree.nodes, self._manager
         n_tracks, n_reports = pairing.taken.shape[0], data.slot.shape[0]
         has_hit = pairing.taken >= 0
         leaf = np.arange(n_tracks)
@@ -342,39 +342,39 @@ class NearestNeighbourTracker(ScanByScan):
         first = tree.n_nodes - n_reports
         is_born = np.full(n_reports, data.is_located)
         is_born[nodes.report[leaf[has_hit]]] = False
-        roster.enter(is_born)
+        manager.enter(is_born)
         seen = np.concatenate([leaf[has_hit], first + np.flatnonzero(is_born)])
         family = nodes.family[seen]
-        roster.hit(family, nodes.chances[seen], nodes.cost[seen])
-        track = roster.track[roster.track.shape[0] - n_reports :].copy()
+        manager.hit(family, nodes.chances[seen], nodes.cost[seen])
+        track = manager.track[manager.track.shape[0] - n_reports :].copy()
         is_held = pairing.holder >= 0
-        track[is_held] = roster.track[nodes.family[pairing.holder[is_held]]]
+        track[is_held] = manager.track[nodes.family[pairing.holder[is_held]]]
         root = np.full(tree.n_families, -1, dtype=np.int64)
         root[family] = seen
         served = self._served.get(data.sensor, ())
-        self._served = {**self._served, data.sensor: (*served, *roster.track[family].tolist())}
+        self._served = {**self._served, data.sensor: (*served, *manager.track[family].tolist())}
         waiting = self._waiting(tree, np.flatnonzero(~has_hit), data.time)
         root[nodes.family[waiting]] = waiting
-        tree.fix(root, roster.track, n_reports)
-        roster.keep(tree.track)
+        tree.fix(root, manager.track, n_reports)
+        manager.keep(tree.track)
         return track
 
     def _waiting(self, tree: AssociationTree, missed: IntArray, time: float) -> IntArray:
         """Return of the tracks' nodes that got no report those that live on; mourn the others."""
-        nodes, roster = tree.nodes, self._roster
+        nodes, manager = tree.nodes, self._manager
         family = nodes.family[missed]
         chances = nodes.chances[missed] + nodes.misses[missed]
         if len(self._sensors) > 1:
             # Another sensor may yet see at this instant what this one has not seen.
             chances -= nodes.counted[missed]
         is_over = np.isinf(nodes.tail[missed])
-        for lost in missed[is_over & roster.is_confirmed[family]]:
+        for lost in missed[is_over & manager.is_confirmed[family]]:
             mean, covariance = states_at(tree, np.array([lost]))
             place, spread = mean[0, : tree.dim], covariance[0, : tree.dim, : tree.dim]
             self._undetected.lose(
                 place, 3.0 * float(np.sqrt(np.trace(spread))), float(nodes.time[lost]), time
             )
-        return missed[~is_over & ~roster.is_hopeless(family, chances)]
+        return missed[~is_over & ~manager.is_hopeless(family, chances)]
 
 
 @cache

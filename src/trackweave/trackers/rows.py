@@ -1,10 +1,10 @@
-"""The rows of the live tracks, those that are put aside included."""
+"""The rows of the live tracks, those of inactive clusters included."""
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
-from trackweave.association.dormant import Dormant
+from trackweave.association.inactive import InactiveClusters
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
@@ -16,12 +16,12 @@ FOLLOWED = 0.5
 
 
 def live_leaves(
-    tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
+    tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
 ) -> tuple[IntArray, IntArray]:
-    """Return the last nodes of live tracks' chosen sequences: in the tree, and put aside."""
+    """Return the last nodes of live tracks' chosen sequences: in the tree, and inactive."""
     # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
     rooms = (tree.nodes, tree.families, tree.n_nodes), (
-        dormant.nodes, dormant.families, dormant.n_rows
+        inactive.nodes, inactive.families, inactive.n_rows
     )  # fmt: skip
     found = []
     for nodes, families, count in rooms:
@@ -31,13 +31,13 @@ def live_leaves(
 
 
 def live_rows(
-    tree: AssociationTree, dormant: Dormant, time: float, *, by_belief: bool
+    tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
 ) -> TrackTable:
     """Return a row for each live track, in order of identifier."""
     # By belief, states are averages over all sequences; else those of the chosen ones alone.
-    dim, chosen = tree.dim, live_leaves(tree, dormant, time, by_belief=by_belief)
+    dim, chosen = tree.dim, live_leaves(tree, inactive, time, by_belief=by_belief)
     rooms = (tree.nodes, tree.families, tree.n_nodes), (
-        dormant.nodes, dormant.families, dormant.n_rows
+        inactive.nodes, inactive.families, inactive.n_rows
     )  # fmt: skip
     parts = []
     for (nodes, families, count), leaf in zip(rooms, chosen, strict=True):

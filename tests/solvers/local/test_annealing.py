@@ -12,7 +12,7 @@ from trackweave.solvers import Annealing, Greedy, Hint
 from trackweave.solvers.components import Components
 from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of, list_moves
-from trackweave.solvers.local.annealing import LEVELS, Cooling
+from trackweave.solvers.local.annealing import LEVELS, AnnealingState
 
 UNSEEDED = Annealing(
     evaluations=20_000, moves_per_item=100, seeded=False, improvement=False, decompose=False
@@ -117,7 +117,7 @@ class TestAnnealing:
     def test_coolings_begin_in_turn_with_nothing_and_with_the_best(self) -> None:
         solver = replace(UNSEEDED, moves_per_item=50)
         state = solver.start(HARD, rng=rng())
-        seen: list[Cooling] = []
+        seen: list[AnnealingState] = []
         while not state.done:
             state = solver.advance(state, evaluations=100)
             search = state.search

@@ -11,7 +11,7 @@ from trackweave.solvers import Greedy, TabuSearch
 from trackweave.solvers.components import Components
 from trackweave.solvers.local._moves import Moves, begin_holding, cost_of, list_moves
 from trackweave.solvers.local._tabu import is_tabu, seek
-from trackweave.solvers.local.tabu import ELITE, Seeking
+from trackweave.solvers.local.tabu import ELITE, TabuState
 
 UNSEEDED = TabuSearch(
     evaluations=20_000, moves_per_item=50, seeded=False, improvement=False, decompose=False
@@ -119,7 +119,7 @@ class TestTabuSearch:
     def test_starts_in_turn_with_nothing_the_best_and_a_part_of_an_elite(self) -> None:
         solver = replace(UNSEEDED, evaluations=60_000)
         state = solver.start(HARD, rng=rng())
-        starts: dict[int, Seeking] = {}
+        starts: dict[int, TabuState] = {}
         while not state.done:
             state = solver.advance(state, evaluations=1_000)
             if state.search is not None:

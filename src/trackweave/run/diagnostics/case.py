@@ -12,7 +12,7 @@ from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.models.sensors import Sensor
-from trackweave.run.placing import placed, platforms_of
+from trackweave.run.polar_to_cartesian import placed, platforms_of
 
 __all__ = ["Case", "Check", "Finding", "Path"]
 

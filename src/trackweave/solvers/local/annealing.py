@@ -10,13 +10,13 @@ from trackweave.fields import settle
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of
-from trackweave.solvers.local.starts import CHUNK, Ground, lay_ground
+from trackweave.solvers.local.starts import CHUNK, SearchStart, search_start
 from trackweave.solvers.metaheuristic import Metaheuristic
 from trackweave.solvers.polishing import polish
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
-__all__ = ["Annealing", "Cooling"]
+__all__ = ["Annealing", "AnnealingState"]
 
 LEVELS = 50
 """Temperatures of one cooling."""
@@ -25,7 +25,7 @@ SHORTEST = 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cooling:
+class AnnealingState:
     """Where an annealing stands; it is replaced, never changed.
 
     ``holder`` tells which candidate holds each item at present, and ``best_holder`` in the best
@@ -34,7 +34,7 @@ class Cooling:
     row, found nothing better; the best before the present one cost ``before``.
     """
 
-    ground: Ground
+    ground: SearchStart
     holder: IntArray
     current: float
     best_holder: IntArray
@@ -145,10 +145,10 @@ class Annealing(Metaheuristic):
         """Return the temperature of a level, the first of which is 0 [nats]."""
         return float(scale * self.hot * (self.cold / self.hot) ** (level / (LEVELS - 1)))
 
-    def _begin(self, view: View, start: Start) -> Cooling:
-        ground = lay_ground(view, start, seeded=self.seeded)
+    def _begin(self, view: View, start: Start) -> AnnealingState:
+        ground = search_start(view, start, seeded=self.seeded)
         holder = ground.holding(view.component, None)
-        return Cooling(
+        return AnnealingState(
             ground=ground,
             holder=holder,
             current=cost_of(ground.moves, holder),
@@ -164,7 +164,7 @@ class Annealing(Metaheuristic):
             rng=start.rng,
         )
 
-    def _go_on(self, view: View, search: Cooling, evaluations: int) -> Cooling:
+    def _go_on(self, view: View, search: AnnealingState, evaluations: int) -> AnnealingState:
         ground, length = search.ground, self.length(view.component.n_items)
         count = min(evaluations, length - search.position)
         holder, best_holder = search.holder.copy(), search.best_holder.copy()
@@ -188,7 +188,9 @@ class Annealing(Metaheuristic):
         )
         return moved if moved.position < length else self._colder(view.component, moved)
 
-    def admit(self, view: View, search: Cooling, selection: IntArray, cost: float) -> Cooling:
+    def admit(
+        self, view: View, search: AnnealingState, selection: IntArray, cost: float
+    ) -> AnnealingState:
         """Return the annealing with another's better answer as its best and its present one."""
         held = search.ground.held(view.component, selection, cost, search.best)
         if held is None:
@@ -199,7 +201,7 @@ class Annealing(Metaheuristic):
             search, holder=holder, current=cost, best_holder=holder, best=cost, selection=known
         )
 
-    def _colder(self, component: Component, search: Cooling) -> Cooling:
+    def _colder(self, component: Component, search: AnnealingState) -> AnnealingState:
         """Return the annealing at the beginning of the next temperature, or of a cooling."""
         ground, moves = search.ground, search.ground.moves
         if search.level + 1 < LEVELS:
@@ -231,7 +233,7 @@ class Annealing(Metaheuristic):
     def _chunk(self, view: View) -> int:
         return min(CHUNK, self.length(view.component.n_items))
 
-    def _why_over(self, search: Cooling) -> str:
+    def _why_over(self, search: AnnealingState) -> str:
         if search.evaluations >= self.evaluations:
             return "evaluations"
         return "converged" if search.unchanged >= self.patience else ""

@@ -17,7 +17,7 @@ from trackweave.solvers.local._moves import (
 )
 from trackweave.solvers.resumable import Start, View
 
-__all__ = ["CHUNK", "Ground", "lay_ground"]
+__all__ = ["CHUNK", "SearchStart", "search_start"]
 
 CHUNK = 2_000
 """Moves tried between two looks at the clock: a few milliseconds, however large the component."""
@@ -25,7 +25,7 @@ RANK = 10
 """The excess of an item's candidate of this rank is typical of what moves cost."""
 
 
-class Ground(NamedTuple):
+class SearchStart(NamedTuple):
     """What a local search of a component stands on.
 
     ``scale`` is the typical excess of a move [nats], ``holder`` the best answer known
@@ -61,7 +61,7 @@ class Ground(NamedTuple):
         return (holder, cost) if cost < best else None
 
 
-def lay_ground(view: View, start: Start, *, seeded: bool) -> Ground:
+def search_start(view: View, start: Start, *, seeded: bool) -> SearchStart:
     """Return the candidates that a better answer may have, and the best known answer."""
     component = view.component
     # Better prices make for better moves.
@@ -80,4 +80,4 @@ def lay_ground(view: View, start: Start, *, seeded: bool) -> Ground:
     moves = list_moves(component, price, cost)
     holder = begin_holding(moves, component, selection)
     lists = lists_of(component, view.instant)
-    return Ground(moves, lists, typical_excess(moves, RANK), holder, cost_of(moves, holder))
+    return SearchStart(moves, lists, typical_excess(moves, RANK), holder, cost_of(moves, holder))

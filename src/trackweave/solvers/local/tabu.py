@@ -10,13 +10,13 @@ from trackweave.fields import settle
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.local._moves import cost_of
 from trackweave.solvers.local._tabu import seek
-from trackweave.solvers.local.starts import CHUNK, Ground, lay_ground
+from trackweave.solvers.local.starts import CHUNK, SearchStart, search_start
 from trackweave.solvers.metaheuristic import Metaheuristic
 from trackweave.solvers.polishing import polish
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 
-__all__ = ["Seeking", "TabuSearch"]
+__all__ = ["TabuSearch", "TabuState"]
 
 WINDOWS = (0.02, 0.3)
 """Narrowest and widest window of a move, in typical excesses."""
@@ -29,7 +29,7 @@ SENT_OFF = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seeking:
+class TabuState:
     """Where a tabu search stands; it is replaced, never changed.
 
     ``holder`` tells which candidate holds each item at present, ``until`` up to which iteration
@@ -39,7 +39,7 @@ class Seeking:
     found nothing better; -1 when the present one did.
     """
 
-    ground: Ground
+    ground: SearchStart
     holder: IntArray
     current: float
     until: IntArray
@@ -141,11 +141,11 @@ class TabuSearch(Metaheuristic):
         """Iterations of one step."""
         return -(-STEP // self.sample)
 
-    def _begin(self, view: View, start: Start) -> Seeking:
-        ground = lay_ground(view, start, seeded=self.seeded)
+    def _begin(self, view: View, start: Start) -> TabuState:
+        ground = search_start(view, start, seeded=self.seeded)
         holder = ground.holding(view.component, None)
         cost = cost_of(ground.moves, holder)
-        return Seeking(
+        return TabuState(
             ground=ground,
             holder=holder,
             current=cost,
@@ -164,7 +164,7 @@ class TabuSearch(Metaheuristic):
             rng=start.rng,
         )
 
-    def _go_on(self, view: View, search: Seeking, evaluations: int) -> Seeking:
+    def _go_on(self, view: View, search: TabuState, evaluations: int) -> TabuState:
         ground, length = search.ground, self.iterations
         step_end = (search.iteration // length + 1) * length
         last = min(step_end, search.iteration + -(-evaluations // self.sample))
@@ -197,7 +197,7 @@ class TabuSearch(Metaheuristic):
             return moved
         return self._restarted(view.component, moved)
 
-    def admit(self, view: View, search: Seeking, selection: IntArray, cost: float) -> Seeking:
+    def admit(self, view: View, search: TabuState, selection: IntArray, cost: float) -> TabuState:
         """Return the search at another's better answer, as though it had come there by a move."""
         held = search.ground.held(view.component, selection, cost, search.best)
         if held is None:
@@ -209,7 +209,7 @@ class TabuSearch(Metaheuristic):
         )  # fmt: skip
         return _with_best(moved, view.component, holder)
 
-    def _restarted(self, component: Component, search: Seeking) -> Seeking:
+    def _restarted(self, component: Component, search: TabuState) -> TabuState:
         """Return the search at its next start: nothing, the best, a part of an elite in turn."""
         ground, own_holder, own = search.ground, search.own_holder, search.own
         if self.improvement:
@@ -246,13 +246,13 @@ class TabuSearch(Metaheuristic):
     def _chunk(self, view: View) -> int:
         return min(CHUNK, self.sample * self.iterations)
 
-    def _why_over(self, search: Seeking) -> str:
+    def _why_over(self, search: TabuState) -> str:
         if search.evaluations >= self.evaluations:
             return "evaluations"
         return "converged" if search.unchanged >= self.patience else ""
 
 
-def _with_best(search: Seeking, component: Component, holder: IntArray) -> Seeking:
+def _with_best(search: TabuState, component: Component, holder: IntArray) -> TabuState:
     """Return the search with this answer as its best."""
     ground = search.ground
     return replace(

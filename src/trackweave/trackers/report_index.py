@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.hypothesis import Assignments
 
-__all__ = ["Slots"]
+__all__ = ["ReportIndex"]
 
 _EMPTY = {
     "report": -1, "time": 0.0, "track": -1, "probability": np.nan, "price": 0.0, "is_known": False,
 }  # fmt: skip
 
 
-class Slots:
+class ReportIndex:
     """Columns over the reports of the window; a report's row is its slot less ``origin``.
 
     ``report`` is its number and ``time`` when its scan ended [s]; ``track`` is the track that the

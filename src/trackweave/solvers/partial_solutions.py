@@ -20,7 +20,7 @@ from trackweave.solvers._kernels import Component
 from trackweave.solvers._pricing import bound_at
 from trackweave.solvers.protocol import Stop
 
-__all__ = ["Enumeration", "Piece", "Pieces", "combine"]
+__all__ = ["Enumeration", "PartialSolutions", "Piece", "combine"]
 
 NARROW = 1.0 / 64.0
 """The narrowest gap of a component, as a part of the margin, if it has more than these nodes."""
@@ -44,7 +44,7 @@ class Piece(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
+class PartialSolutions:
     """The cheapest selections of a component: one of each piece, which have all families.
 
     No other selection costs less than ``ceiling``, but those that come after as many as were asked
@@ -83,16 +83,18 @@ class Pieces:
         ]
         return float(costs[0]) if costs else np.inf
 
-    def within(self, width: float) -> "Pieces":
+    def within(self, width: float) -> "PartialSolutions":
         """Return the pieces without selections that cost that much more than their best."""
         pieces = []
         for piece in self.pieces:
             count = int(np.searchsorted(piece.cost, piece.cost[0] + width, side="right"))
             pieces.append(Piece(piece.family, piece.node[:count], piece.cost[:count]))
-        return Pieces(tuple(pieces), self.ceiling, self.is_all)
+        return PartialSolutions(tuple(pieces), self.ceiling, self.is_all)
 
     @classmethod
-    def single(cls, component: Component, selection: IntArray, ceiling: float) -> "Pieces":
+    def single(
+        cls, component: Component, selection: IntArray, ceiling: float
+    ) -> "PartialSolutions":
         """Return the pieces that make one known selection."""
         taken = selection[selection >= 0]
         cost = np.array([component.total[taken].sum()])
@@ -118,7 +120,7 @@ class Enumeration(NamedTuple):
     visits: int
     stop: Stop | None
 
-    def run(self, known: float) -> tuple[Pieces | None, int]:
+    def run(self, known: float) -> tuple[PartialSolutions | None, int]:
         """Return the pieces of the widest gap within the budget, and how many options it took."""
         # None where even the narrowest gap takes too long. ``known`` is what some selection costs.
         bound = bound_at(self.component, self.price)
@@ -135,7 +137,7 @@ class Enumeration(NamedTuple):
                 break
             is_open = margin >= self.widest
             is_all = is_open and all(piece.cost.shape[0] < self.most for piece in pieces)
-            found = Pieces(tuple(pieces), np.inf if is_open else limit - slack, is_all)
+            found = PartialSolutions(tuple(pieces), np.inf if is_open else limit - slack, is_all)
             dearest = found.cost_of_best(self.least)
             if is_open or (margin >= self.margin and dearest <= limit):
                 break

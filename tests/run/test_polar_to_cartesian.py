@@ -6,7 +6,7 @@ import pytest
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.rotation import Rotation
-from trackweave.run.placing import in_turns, placed, platforms_of
+from trackweave.run.polar_to_cartesian import in_turns, placed, platforms_of
 
 NAN = np.nan
 

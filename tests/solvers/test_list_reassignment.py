@@ -7,7 +7,7 @@ from scipy.optimize import linear_sum_assignment
 from oracles.assignment import hard_tuples, in_ones, least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._kernels import Component, improve, repair, selection_cost
-from trackweave.solvers._relist import assign_rows, local_search, relist
+from trackweave.solvers._list_reassignment import assign_rows, local_search, relist
 from trackweave.solvers.components import Components
 from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.polishing import owner_of, polish

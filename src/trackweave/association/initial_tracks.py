@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 
-__all__ = ["Beginning"]
+__all__ = ["InitialTracks"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beginning:
+class InitialTracks:
     """States with which tracks enter a tree, one row per track."""
 
     track: IntArray

@@ -1,17 +1,17 @@
-"""What no scan concerns is put aside: nothing that is said of tracks may tell."""
+"""What no scan concerns is inactive: nothing that is said of tracks may tell."""
 
 import numpy as np
 import pytest
 
 from oracles.scenes import all_assignments, groups, run, sensor, tracker
-from trackweave.association import dormant
+from trackweave.association import inactive
 from trackweave.domain.scans import Scan
 from trackweave.models.coverage import FieldOfView
 from trackweave.solvers import Exact, Greedy
 
 QUARTERS = ("north-east", "south-east", "south-west", "north-west")
 AREA = 4000.0
-ALL_ASIDE, NOTHING_ASIDE = 0, 10**9
+ALL_INACTIVE, NONE_INACTIVE = 0, 10**9
 
 
 def quarters(**changed):
@@ -46,8 +46,8 @@ def scans(seed, *, seconds=20, objects=24, clutter=3):
 
 
 def tracked(monkeypatch, little, given, **changed):
-    """Return a tracker and its hypotheses where so few sequences are never put aside."""
-    monkeypatch.setattr(dormant, "LITTLE", little)
+    """Return a tracker and its hypotheses where so few sequences are never made inactive."""
+    monkeypatch.setattr(inactive, "LITTLE", little)
     target = tracker(*quarters(), **({"window": 4} | changed))
     return target, run(target, given)
 
@@ -85,10 +85,10 @@ def assert_same(mine, theirs, *, is_exact):
 @pytest.mark.parametrize("seed", range(3))
 def test_changes_nothing_while_nothing_is_fixed(monkeypatch, seed, estimate):
     given = scans(seed, seconds=16)
-    target, mine = tracked(monkeypatch, ALL_ASIDE, given, estimate=estimate)
-    other, theirs = tracked(monkeypatch, NOTHING_ASIDE, given, estimate=estimate)
-    assert target._dormant.n_nodes > 0.5 * target._tree.n_nodes
-    assert other._dormant.n_nodes == 0
+    target, mine = tracked(monkeypatch, ALL_INACTIVE, given, estimate=estimate)
+    other, theirs = tracked(monkeypatch, NONE_INACTIVE, given, estimate=estimate)
+    assert target._inactive.n_nodes > 0.5 * target._tree.n_nodes
+    assert other._inactive.n_nodes == 0
     # Beliefs in loops come nearer to their end each time that they are gone over.
     assert_same(mine, theirs, is_exact=estimate == "best")
     assert groups(all_assignments(target, mine)) == groups(all_assignments(other, theirs))
@@ -97,8 +97,8 @@ def test_changes_nothing_while_nothing_is_fixed(monkeypatch, seed, estimate):
 @pytest.mark.parametrize("seed", range(3))
 def test_changes_hardly_anything_when_the_past_is_fixed_later(monkeypatch, seed):
     given = scans(seed, seconds=80)
-    one, mine = tracked(monkeypatch, ALL_ASIDE, given)
-    other, theirs = tracked(monkeypatch, NOTHING_ASIDE, given)
+    one, mine = tracked(monkeypatch, ALL_INACTIVE, given)
+    other, theirs = tracked(monkeypatch, NONE_INACTIVE, given)
     first, second = all_assignments(one, mine), all_assignments(other, theirs)
     assert first.keys() == second.keys()
     same = sum((first[report] < 0) == (second[report] < 0) for report in first)
@@ -110,8 +110,8 @@ def test_changes_hardly_anything_when_the_past_is_fixed_later(monkeypatch, seed)
 def test_a_late_scan_finds_everything_where_it_was(monkeypatch, seed):
     given = scans(seed, seconds=30)
     given.insert(-1, given.pop(-4))
-    _, mine = tracked(monkeypatch, ALL_ASIDE, given[:-1])
-    _, theirs = tracked(monkeypatch, NOTHING_ASIDE, given[:-1])
+    _, mine = tracked(monkeypatch, ALL_INACTIVE, given[:-1])
+    _, theirs = tracked(monkeypatch, NONE_INACTIVE, given[:-1])
     assert mine[-1].late == ()
     assert mine[-1].n_sequences == pytest.approx(theirs[-1].n_sequences, rel=0.05)
     one, other = by_place(mine[-1].tracks), by_place(theirs[-1].tracks)
@@ -121,16 +121,16 @@ def test_a_late_scan_finds_everything_where_it_was(monkeypatch, seed):
 
 def test_says_what_gap_was_left_open(monkeypatch):
     given = scans(4, seconds=16, objects=60, clutter=10)
-    _, greedy = tracked(monkeypatch, ALL_ASIDE, given, search=Greedy())
-    _, best = tracked(monkeypatch, NOTHING_ASIDE, given, search=Exact())
+    _, greedy = tracked(monkeypatch, ALL_INACTIVE, given, search=Greedy())
+    _, best = tracked(monkeypatch, NONE_INACTIVE, given, search=Exact())
     assert any(one.certificate.gap > 1e-3 for one in greedy)
     for one, other in zip(greedy, best, strict=True):
         assert one.certificate.lower_bound <= other.certificate.cost + 1e-6
         assert one.certificate.lower_bound <= one.certificate.cost + 1e-9
 
 
-def test_tells_the_tracks_of_what_is_put_aside(monkeypatch):
-    monkeypatch.setattr(dormant, "LITTLE", ALL_ASIDE)
+def test_tells_the_tracks_of_inactive_clusters(monkeypatch):
+    monkeypatch.setattr(inactive, "LITTLE", ALL_INACTIVE)
     given = scans(5)
     shown, silent = tracker(*quarters()), tracker(*quarters())
     mine, theirs = run(shown, given), run(silent, given, tracks=False)
@@ -138,11 +138,11 @@ def test_tells_the_tracks_of_what_is_put_aside(monkeypatch):
     np.testing.assert_array_equal(silent.tracks().mean, mine[-1].tracks.mean)
 
 
-def test_rows_put_aside_are_used_again(monkeypatch):
-    monkeypatch.setattr(dormant, "LITTLE", ALL_ASIDE)
+def test_rows_of_inactive_clusters_are_used_again(monkeypatch):
+    monkeypatch.setattr(inactive, "LITTLE", ALL_INACTIVE)
     target, held = tracker(*quarters(), search=Greedy()), []
     for each in scans(6, seconds=240):
         run(target, [each])
-        held.append(target._dormant.n_rows)
+        held.append(target._inactive.n_rows)
     assert max(held[120:]) < 1.5 * max(held[:120])
-    assert target._dormant.families.track.shape[0] <= 2 * target._dormant.n_rows
+    assert target._inactive.families.track.shape[0] <= 2 * target._inactive.n_rows

@@ -1,4 +1,4 @@
-"""Components that no scan concerns for a while: put aside, so that nobody goes over them."""
+"""Components that no scan concerns for a while: inactive clusters, which nobody goes over."""
 
 import copy
 import math
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._dormant import Whereabouts, concerned, label_families, locate
 from trackweave.association._gating import most_moved
+from trackweave.association._inactive import Whereabouts, concerned, label_families, locate
 from trackweave.association._moving import copy_nodes
 from trackweave.association._nodes import (
     Nodes,
@@ -28,15 +28,15 @@ from trackweave.association._nodes import (
 from trackweave.association.problem import Certificate, Status
 from trackweave.association.tree import AssociationTree
 
-__all__ = ["Dormant"]
+__all__ = ["InactiveClusters"]
 
 LITTLE = 500
-"""So few sequences are sooner gone over than put aside."""
+"""So few sequences are sooner gone over than made inactive."""
 
 
 @dataclass(slots=True)
 class _Components:
-    """The components put aside, a row each.
+    """The inactive clusters, a row each.
 
     ``first`` and ``count`` say where its nodes are, ``first_family`` and ``n_families`` where its
     families; ``living`` is what living on had cost until then and ``settling`` how far, in powers
@@ -80,7 +80,7 @@ class _Components:
         return Whereabouts(self.time, self.begin, self.end, self.radius)
 
 
-class Dormant:
+class InactiveClusters:
     """Holds the components of a tree that the latest scans cannot have seen.
 
     A component is families that share reports, directly or over others. Where a scan does not
@@ -108,7 +108,7 @@ class Dormant:
         """What rows brought back since ``saved`` held: chosen or not, and beliefs."""
 
     def saved(self) -> Self:
-        """Return what is put aside as it is now; ``undone`` makes it so again."""
+        """Return the inactive clusters as they are now; ``undone`` makes it so again."""
         self._taken = []
         return copy.copy(self)
 
@@ -128,12 +128,12 @@ class Dormant:
 
     @property
     def n_nodes(self) -> int:
-        """Number of sequences put aside."""
+        """Number of sequences of inactive clusters."""
         return int(self._components.count.sum())
 
     @property
     def cost(self) -> float:
-        """What the parts of the answer that are put aside cost, as of then [nats]."""
+        """What the parts of the answer that are inactive cost, as of then [nats]."""
         return float(self._components.cost.sum())
 
     @property
@@ -150,7 +150,7 @@ class Dormant:
         return Certificate(awake.cost + self.cost, bound, status)
 
     def exchange(self, tree: AssociationTree, scan: ScanInput, gap: float) -> None:
-        """Put aside what a scan cannot concern, and bring back what it may, before it grows."""
+        """Make inactive what a scan cannot concern, and bring back what it may, before growth."""
         # The tree is changed; the gap is how much better the last answer may be at most [nats].
         if scan.coverage.everywhere or self._rule.way is not None:
             # What moves as no kernel knows is looked at by every scan.
@@ -158,7 +158,7 @@ class Dormant:
         else:
             slack = float(most_moved(bare(scan), self._rule.motion.max_speed))
             if tree.n_nodes >= LITTLE:
-                self._put_aside(tree, scan, slack, gap)
+                self._deactivate(tree, scan, slack, gap)
             told = self._concerned(self._components.whereabouts(), scan, slack)
             self._take(tree, told, scan.time)
         self._living += scan.survival_cost
@@ -175,8 +175,10 @@ class Dormant:
         count = known.time.shape[0]
         return concerned(known, count, scan.coverage, scan.reference, self._horizon, slack)
 
-    def _put_aside(self, tree: AssociationTree, scan: ScanInput, slack: float, gap: float) -> None:
-        """Put aside the components of the tree that a scan cannot concern."""
+    def _deactivate(
+        self, tree: AssociationTree, scan: ScanInput, slack: float, gap: float
+    ) -> None:
+        """Make inactive the components of the tree that a scan cannot concern."""
         nodes, n = tree.nodes, tree.n_nodes
         slots, place = tree.slots()
         label, count = label_families(nodes.family, place, n, slots.shape[0], tree.n_families)
@@ -252,7 +254,7 @@ class Dormant:
         self._tidy()
 
     def _owed(self, gap: float) -> int:
-        """Enter a gap that stays open as long as any of the components now put aside does."""
+        """Enter a gap that stays open as long as any of the clusters now made inactive does."""
         if gap <= 0.0:
             return -1
         self._next_debt += 1

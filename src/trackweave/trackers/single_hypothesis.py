@@ -12,12 +12,12 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.trackers.lifecycle import Lifecycle
 
-__all__ = ["Roster"]
+__all__ = ["SingleHypothesisManager"]
 
 NOBODY = -1
 
 
-class Roster:
+class SingleHypothesisManager:
     """Identifiers, confirmation and scores, one of each for each family of a tree.
 
     The priors, tracks known beforehand and confirmed, are the first families; ``next_track`` is

@@ -7,13 +7,13 @@ from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.run.diagnostics import Finding
-from trackweave.run.doubting_motion import MotionDoubts
-from trackweave.run.doubting_noise import NoiseDoubts
+from trackweave.run.motion_check import MotionDoubts
+from trackweave.run.noise_check import NoiseDoubts
 
-__all__ = ["Doubts"]
+__all__ = ["ConsistencyChecks"]
 
 
-class Doubts:
+class ConsistencyChecks:
     """What was told of noise and of motion, against what the first tracks of a run show.
 
     Noise comes first: where too little is told of it, tracks break off whatever objects do.

@@ -10,7 +10,7 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.run.placing import platforms_of
+from trackweave.run.polar_to_cartesian import platforms_of
 
 __all__ = ["laid"]
 

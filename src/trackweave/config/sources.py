@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from trackweave.config.tables import entries_of
 
-__all__ = ["ANY_SENSOR", "Ledger", "value_at"]
+__all__ = ["ANY_SENSOR", "Sources", "value_at"]
 
 # The table whose keys apply to every sensor that has none of its own.
 ANY_SENSOR = "default"
@@ -15,7 +15,7 @@ Filled = TypeVar("Filled")
 
 
 @dataclass
-class Ledger:
+class Sources:
     """Chooses values in order of precedence and writes down where each came from."""
 
     file: Mapping[str, Any]  # What the file says, nested as there

@@ -9,9 +9,9 @@ import numpy as np
 
 from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
 from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
-from trackweave.association.beginning import Beginning
+from trackweave.association.initial_tracks import InitialTracks
+from trackweave.association.missed_detections import waited
 from trackweave.association.tree import AssociationTree
-from trackweave.association.waiting import waited
 from trackweave.association.window_rule import Context, scan_input, window_rule
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -25,7 +25,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
 from trackweave.trackers.window import OpenScan
 
-__all__ = ["Opener", "begun", "rooted", "rule_of"]
+__all__ = ["ScanPreparation", "begun", "rooted", "rule_of"]
 
 UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
 """For so long an object is followed that no sensor looks at [s], or for so many times the misses
@@ -48,7 +48,7 @@ def _with_silences(sensors: Mapping[str, Sensor]) -> list[Sensor]:
     return [each for each in every if each.hidden_share > 0.0 and each.scan_period is not None]
 
 
-class Opener:
+class ScanPreparation:
     """Opens scans, and remembers what a scan is seen against; misses count per period [s]."""
 
     def __init__(self, motion: AnyMotion, sensors: Mapping[str, Sensor], period: float) -> None:
@@ -148,7 +148,7 @@ def rule_of(
     return rule._replace(unseen=np.array(shares, dtype=np.float64))
 
 
-def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
+def begun(priors: TrackTable, rule: WindowRule) -> InitialTracks:
     """Return tracks known beforehand as they enter a tree."""
     # In their states nothing is known of what the priors do not tell.
     count, known = len(priors), priors.mean.shape[1]
@@ -166,7 +166,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
     mean[:, :, :known] = priors.mean[:, None, :known]
     covariance[:, :, :known, :known] = priors.covariance[:, None, :known, :known]
     zero, nobody = np.zeros(count), np.full(count, -1, dtype=np.int64)
-    return Beginning(
+    return InitialTracks(
         track=priors.track,
         time=priors.time,
         mean=mean,
@@ -189,7 +189,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> Beginning:
 
 def rooted(
     tree: AssociationTree, closed: Sequence[ScanInput], window: Sequence[ScanInput], since: float
-) -> tuple[Beginning, Families]:
+) -> tuple[InitialTracks, Families]:
     """Return the tracks, and their families, as they enter the window behind closed scans."""
     # ``closed`` are the last scans that were closed, ``window`` those that the tree has grown by
     # since it was fixed up to them; the last that is closed and not among them was at ``since``
@@ -204,8 +204,8 @@ def rooted(
     oldest = min((int(data.slot[0]) for data in closed if data.slot.size), default=0)
     first = np.where(slot < oldest, 0, np.searchsorted(end, slot, side="right") + 1)
     nothing = np.zeros(rows.shape[0])
-    held = {name: getattr(nodes, name)[rows] for name in Beginning.names()}
-    begins = Beginning(track=families.track, slot=slot, **held)
+    held = {name: getattr(nodes, name)[rows] for name in InitialTracks.names()}
+    begins = InitialTracks(track=families.track, slot=slot, **held)
     begins = replace(begins, tail=nothing, hidden=nothing.copy(), misses=nothing.copy())
     longer = np.flatnonzero((begins.time <= since) & np.isfinite(held["tail"]))
     begins.hidden[longer] = held["hidden"][longer]

@@ -7,10 +7,10 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
-from trackweave.association.beginning import Beginning
 from trackweave.association.crowding import crowding_of
 from trackweave.association.foreign_growth import proposed
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 
@@ -18,14 +18,14 @@ __all__ = ["waited"]
 
 
 def waited(
-    beginning: Beginning, first: IntArray, scans: Collection[ScanInput], rule: WindowRule
-) -> Beginning:
+    initial: InitialTracks, first: IntArray, scans: Collection[ScanInput], rule: WindowRule
+) -> InitialTracks:
     """Return tracks, with tails, misses and how probably hidden, after scans without reports."""
     # ``first`` is, for each track, the first of the scans, in order of time, that may have missed
     # it: 0, or the one behind that of its last report. Nothing is given up here.
-    count = beginning.track.shape[0]
+    count = initial.track.shape[0]
     tree = AssociationTree(rule, GrowthLimits())
-    tree.add_tracks(beginning)
+    tree.add_tracks(initial)
     nodes = tree.nodes
     nodes.counted[:count] = first > 0
     patient = rule._replace(most_tail=np.inf, max_misses=np.inf, max_unseen=np.inf)
@@ -43,4 +43,4 @@ def waited(
             nodes.unseen[concerned, scan.column] = missed.unseen[concerned]
     kept = ("tail", "hidden", "unseen", "misses")
     waiting = {name: getattr(nodes, name)[:count].copy() for name in kept}
-    return replace(beginning, **waiting)
+    return replace(initial, **waiting)

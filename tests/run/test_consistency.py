@@ -10,7 +10,7 @@ from oracles.local_tracks import sensor_table
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.io.tracks_in import LocalTracks, read_local_tracks
-from trackweave.run.agreement import on_one_plane, require_agreement
+from trackweave.run.consistency import on_one_plane, require_agreement
 
 OBJECTS = {1: (0.0, 0.0), 2: (900.0, 400.0), 3: (-700.0, 1500.0)}
 TIMES = [float(time) for time in range(10)]

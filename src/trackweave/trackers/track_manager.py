@@ -14,9 +14,9 @@ from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import TrackTable
 from trackweave.trackers.hypothesis import Amendment
 from trackweave.trackers.lifecycle import Lifecycle
-from trackweave.trackers.slots import Slots
+from trackweave.trackers.report_index import ReportIndex
 
-__all__ = ["Chosen", "Ledger", "LostTrack"]
+__all__ = ["Chosen", "LostTrack", "TrackManager"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Chosen:
         return numbers
 
 
-class Ledger:
+class TrackManager:
     """Keeps the books of the live tracks and of the window's assignments."""
 
     def __init__(self, lifecycle: Lifecycle, next_track: int = 1) -> None:
@@ -86,7 +86,7 @@ class Ledger:
         self,
         tree: AssociationTree,
         leaf: IntArray,
-        slots: Slots,
+        slots: ReportIndex,
         concerned: IntArray,
         beliefs: Beliefs | None,
     ) -> tuple[Amendment, ...]:
@@ -153,7 +153,7 @@ class Ledger:
         self._dropped.clear()
         return tuple(lost)
 
-    def _name(self, tree: AssociationTree, chosen: Chosen, slots: Slots) -> IntArray:
+    def _name(self, tree: AssociationTree, chosen: Chosen, slots: ReportIndex) -> IntArray:
         """Return an identifier for each sequence; each serves once."""
         # What begins in the window keeps the name under which most of its reports were known.
         names = chosen.track.copy()
@@ -215,7 +215,7 @@ def _lost(position: FloatArray, covariance: FloatArray, time: float) -> LostTrac
     return LostTrack(position, spread, time)
 
 
-def _assign(chosen: Chosen, slots: Slots, rows: IntArray, beliefs: Beliefs | None) -> None:
+def _assign(chosen: Chosen, slots: ReportIndex, rows: IntArray, beliefs: Beliefs | None) -> None:
     """Enter the track and the probability of the reports that sequences take."""
     slots.track[rows] = -1
     slots.probability[rows] = np.nan

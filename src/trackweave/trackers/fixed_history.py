@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 
 from trackweave.association._nodes import Families, ScanInput
-from trackweave.association.beginning import Beginning
+from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
-from trackweave.trackers.opening import rooted
+from trackweave.trackers.scan_preparation import rooted
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.window import OpenScan
 
-__all__ = ["Past"]
+__all__ = ["FixedHistory"]
 
 REMEMBERED_SCANS = 512
 """So many scans before the window tell a late one what tracks have missed."""
 
 
-class Past:
+class FixedHistory:
     """Where undetected objects were before the window, and which scans were closed last.
 
     ``patience`` is for how long a track that is looked at waits for a report [s]; what others
@@ -50,9 +50,9 @@ class Past:
         ):
             self._forgotten = self._closed.popleft().time
 
-    def beginning(
+    def initial(
         self, tree: AssociationTree, window: Sequence[ScanInput]
-    ) -> tuple[Beginning, Families]:
+    ) -> tuple[InitialTracks, Families]:
         """Return the tracks of a tree, and their families, as they enter the window."""
         # The tree is fixed up to the window, and has grown by the window's scans since.
         return rooted(tree, list(self._closed), window, self._forgotten)

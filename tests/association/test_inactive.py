@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
-from trackweave.association import dormant
-from trackweave.association._dormant import Whereabouts, concerned, label_families, locate
-from trackweave.association.dormant import Dormant
+from trackweave.association import inactive
+from trackweave.association._inactive import Whereabouts, concerned, label_families, locate
+from trackweave.association.inactive import InactiveClusters
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
 from trackweave.filters._kernels import predict
@@ -111,11 +111,11 @@ def test_growing_sequences_stay_in_their_circle(seed):
 @pytest.mark.parametrize("seed", range(6))
 def test_comes_back_as_it_was_and_older(monkeypatch, seed):
     """Living on is charged, whoever waits; nothing else happens to what no scan concerns."""
-    monkeypatch.setattr(dormant, "LITTLE", 0)
+    monkeypatch.setattr(inactive, "LITTLE", 0)
     window = Windows(seed, n_known=2)
     tree, same = window.tree(), window.tree()
     last = window.inputs()[0][-1]
-    aside = Dormant(window.rule, 100.0)
+    aside = InactiveClusters(window.rule, 100.0)
     aside.exchange(tree, last, 0.0)
     for after in (1.0, 2.0, 3.0):
         scan = nowhere(last, after)
@@ -154,11 +154,11 @@ def _sequences(tree):
 
 
 def test_a_scan_of_everything_brings_everything_back(monkeypatch):
-    monkeypatch.setattr(dormant, "LITTLE", 0)
+    monkeypatch.setattr(inactive, "LITTLE", 0)
     window = Windows(1, n_known=2)
     tree, last = window.tree(), window.inputs()[0][-1]
     count = tree.n_nodes
-    aside = Dormant(window.rule, 100.0)
+    aside = InactiveClusters(window.rule, 100.0)
     aside.exchange(tree, last, 0.0)
     aside.exchange(tree, nowhere(last, 1.0), 0.0)
     assert tree.n_nodes == 0
@@ -167,10 +167,10 @@ def test_a_scan_of_everything_brings_everything_back(monkeypatch):
 
 
 def test_a_gap_is_owed_until_all_that_had_it_are_back(monkeypatch):
-    monkeypatch.setattr(dormant, "LITTLE", 0)
+    monkeypatch.setattr(inactive, "LITTLE", 0)
     window = Windows(1, n_known=2)
     tree, last = window.tree(), window.inputs()[0][-1]
-    aside = Dormant(window.rule, 100.0)
+    aside = InactiveClusters(window.rule, 100.0)
     aside.exchange(tree, last, 0.0)
     aside.exchange(tree, nowhere(last, 1.0), 3.5)
     assert aside.gap == 3.5
@@ -184,6 +184,6 @@ def test_a_tree_of_little_is_left_alone():
     window = Windows(1, n_known=2)
     tree, last = AssociationTree(window.rule, WIDE), window.inputs()[0][-1]
     tree.add_tracks(window.beginning())
-    aside = Dormant(window.rule, 100.0)
+    aside = InactiveClusters(window.rule, 100.0)
     aside.exchange(tree, nowhere(last, 1.0), 0.0)
     assert (tree.n_nodes, aside.n_nodes) == (2, 0)
