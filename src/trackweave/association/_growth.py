@@ -14,9 +14,9 @@ from trackweave.association._gating import (
     widest,
     within_reach,
 )
-from trackweave.association._missing import begin_miss, end_miss, look_at, report_cost
+from trackweave.association._missing import begin_misses, end_misses, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
-from trackweave.association._rhythm import begin_rhythm, hear
+from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     expect,
@@ -69,10 +69,10 @@ def propose(
         scan.is_located and scan.coverage.everywhere and not scan.is_silence_telling
         and not scan.has_moments and n_reports <= crowding.looks
     )  # fmt: skip
+    begin_misses(nodes, n_nodes, scan, missed)
     count = 0
     for node in range(n_nodes):
         begin = count
-        begin_miss(nodes, node, scan, missed)
         if nodes.tail[node] == math.inf:
             continue
         seen = scan.detection_probability
@@ -102,7 +102,11 @@ def propose(
                 )  # fmt: skip
             if not scan.coverage.everywhere:
                 seen *= share_covered(state, scan.coverage)
-            chance = look_at(node, scan, missed, seen)
+            missed.seen[node] = seen
+            chance = look_at(
+                missed.hidden[node], missed.unseen, node, seen, scan.detection_probability,
+                scan.fading, scan.clearing,
+            )  # fmt: skip
             low, high = 0, n_reports
             if scan.is_located:
                 low, high = within_reach(
@@ -174,9 +178,17 @@ def propose(
                     )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
-                cost = report_cost(nodes, node, scan, index, log_likelihood, chance)
+                cost = report_cost(
+                    nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood,
+                    scan.log_clutter, chance, scan.evidence[index],
+                ) + identity_cost(
+                    scan.identity[index], nodes.identity[node], nodes.former[node],
+                    scan.identity_gain, scan.identity_loss,
+                )  # fmt: skip
+                if scan.is_heard:
+                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
-        end_miss(nodes, node, scan, rule, missed, seen)
+    end_misses(nodes, n_nodes, scan, rule, missed)
     return count
 
 

@@ -1,75 +1,75 @@
-"""What a scan's report costs a sequence, and what its silence. Nothing here checks or raises."""
+"""What a scan's report costs a sequence, and what its silence. Nothing here checks or raises.
+
+What is done for all nodes is done in one call, and what is done for one takes no whole tables: a
+call hands over each array of a table, and between kernels that costs more than the arithmetic.
+"""
 
 import math
 
+from trackweave.arrays import FloatArray
 from trackweave.association._nodes import Misses, Nodes, ScanInput, WindowRule
-from trackweave.association._rhythm import rhythm_cost
-from trackweave.association._scoring import identity_cost
 from trackweave.jit import jit
 
 
 @jit
-def begin_miss(nodes: Nodes, node: int, scan: ScanInput, missed: Misses) -> None:
-    """Write what a node is as the scan begins: time has passed, and nobody has looked."""
-    hidden = nodes.hidden[node]
-    hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
-    missed.tail[node], missed.hidden[node] = nodes.tail[node], hidden
-    missed.unseen[node] = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
-    missed.misses[node] = nodes.misses[node]
-    missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
+def begin_misses(nodes: Nodes, n_nodes: int, scan: ScanInput, missed: Misses) -> None:
+    """Write what nodes are as the scan begins: time has passed, and nobody has looked."""
+    for node in range(n_nodes):
+        hidden = nodes.hidden[node]
+        hidden += (1.0 - hidden) * scan.hiding - hidden * scan.showing
+        missed.tail[node], missed.hidden[node] = nodes.tail[node], hidden
+        missed.unseen[node] = 0.0 if scan.column < 0 else nodes.unseen[node, scan.column]
+        missed.seen[node] = scan.detection_probability
+        missed.misses[node] = nodes.misses[node]
+        missed.counted[node] = 0.0 if scan.new_instant else nodes.counted[node]
 
 
 @jit
-def look_at(node: int, scan: ScanInput, missed: Misses, seen: float) -> float:
-    """Return how probably the scan reports a node, in sight with a probability to be seen."""
-    if scan.column >= 0:
-        unseen, looked = missed.unseen[node], seen / scan.detection_probability
-        unseen += looked * ((1.0 - unseen) * scan.fading - unseen * scan.clearing)
-        missed.unseen[node] = unseen
-    chance: float = seen * (1.0 - missed.hidden[node]) * (1.0 - missed.unseen[node])
+def look_at(
+    hidden: float, unseen: FloatArray, node: int, seen: float, whole: float, fading: float,
+    clearing: float,
+) -> float:  # fmt: skip
+    """Return how probably the scan reports a node, in sight with a probability to be seen.
+
+    ``whole`` is that probability where the scan looks, and ``seen`` the node's own.
+    """
+    if fading + clearing > 0.0:
+        gone = unseen[node]
+        unseen[node] = gone + seen / whole * ((1.0 - gone) * fading - gone * clearing)
+    chance: float = seen * (1.0 - hidden) * (1.0 - unseen[node])
     return chance
 
 
 @jit
 def report_cost(
-    nodes: Nodes, node: int, scan: ScanInput, index: int, log_likelihood: float, chance: float
+    spent: float, log_likelihood: float, log_clutter: float, chance: float, evidence: float
 ) -> float:
-    """Return what the sequence costs with a report that came with such a chance [nats]."""
-    cost: float = (
-        nodes.cost[node]
-        + nodes.tail[node]
-        + scan.survival_cost
-        - log_likelihood
-        + scan.log_clutter
-        - math.log(chance)
-        - scan.evidence[index]
-        + identity_cost(
-            scan.identity[index], nodes.identity[node], nodes.former[node],
-            scan.identity_gain, scan.identity_loss,
-        )
-    )  # fmt: skip
-    if scan.is_heard:
-        cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+    """Return what a sequence that cost ``spent`` costs with a report of such a chance [nats]."""
+    cost: float = spent - log_likelihood + log_clutter - math.log(chance) - evidence
     return cost
 
 
 @jit
-def end_miss(
-    nodes: Nodes, node: int, scan: ScanInput, rule: WindowRule, missed: Misses, seen: float
+def end_misses(
+    nodes: Nodes, n_nodes: int, scan: ScanInput, rule: WindowRule, missed: Misses
 ) -> None:
-    """Write what a node becomes if the scan has no report of it."""
-    missed.tail[node] += scan.survival_cost
-    if scan.is_silence_telling:
-        silence = 1.0 - seen * (1.0 - missed.hidden[node]) * (1.0 - missed.unseen[node])
-        missed.tail[node] -= math.log(silence)
-        missed.hidden[node] /= silence
-        missed.unseen[node] /= silence
-        chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
-        missed.counted[node] += chance
-        missed.misses[node] += chance * scan.pace
-    if (
-        missed.tail[node] > rule.most_tail
-        or missed.misses[node] >= rule.max_misses
-        or scan.time - nodes.time[node] > rule.max_unseen
-    ):
-        missed.tail[node] = math.inf
+    """Write what nodes become if the scan has no report of them."""
+    for node in range(n_nodes):
+        if nodes.tail[node] == math.inf:
+            continue
+        missed.tail[node] += scan.survival_cost
+        if scan.is_silence_telling:
+            seen = missed.seen[node]
+            silence = 1.0 - seen * (1.0 - missed.hidden[node]) * (1.0 - missed.unseen[node])
+            missed.tail[node] -= math.log(silence)
+            missed.hidden[node] /= silence
+            missed.unseen[node] /= silence
+            chance = max(0.0, seen / scan.detection_probability - missed.counted[node])
+            missed.counted[node] += chance
+            missed.misses[node] += chance * scan.pace
+        if (
+            missed.tail[node] > rule.most_tail
+            or missed.misses[node] >= rule.max_misses
+            or scan.time - nodes.time[node] > rule.max_unseen
+        ):
+            missed.tail[node] = math.inf

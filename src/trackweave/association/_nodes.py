@@ -179,11 +179,12 @@ class WindowRule(NamedTuple):
 
 
 class Misses(NamedTuple):
-    """What each sequence becomes if the scan has no report of it."""
+    """What each sequence becomes if the scan has no report of it, and how probably it has one."""
 
     tail: FloatArray
     hidden: FloatArray
     unseen: FloatArray
+    seen: FloatArray
     misses: FloatArray
     counted: FloatArray
 

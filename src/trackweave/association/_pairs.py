@@ -19,11 +19,13 @@ from trackweave.association._gating import (
     within_reach,
 )
 from trackweave.association._growth import _propose_crossings
-from trackweave.association._missing import begin_miss, end_miss, look_at, report_cost
+from trackweave.association._missing import begin_misses, end_misses, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
+from trackweave.association._rhythm import rhythm_cost
 from trackweave.association._scoring import (
     compare,
     expect,
+    identity_cost,
     is_too_soon,
     room_for_expectation,
     share_covered,
@@ -189,22 +191,34 @@ def admit_pairs(
     probably the scan reports each node.
     """
     own, report, distance, log_likelihood = pairs
+    begin_misses(nodes, n_nodes, scan, missed)
+    missed.seen[:n_nodes] = seen[:n_nodes]
     count, at = 0, 0
     for node in range(n_nodes):
         begin = count
-        begin_miss(nodes, node, scan, missed)
         if nodes.tail[node] == math.inf:
             continue
         if nodes.is_line[node] == 1:
             count = _propose_crossings(
                 nodes, node, scan, rule, candidates, count, crowding, general
             )
-        chance = look_at(node, scan, missed, seen[node])
+        chance = look_at(
+            missed.hidden[node], missed.unseen, node, seen[node], scan.detection_probability,
+            scan.fading, scan.clearing,
+        )  # fmt: skip
         while at < own.shape[0] and own[at] == node:
             if distance[at] <= scan.gate:
                 index = report[at]
-                cost = report_cost(nodes, node, scan, index, log_likelihood[at], chance)
+                cost = report_cost(
+                    nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood[at],
+                    scan.log_clutter, chance, scan.evidence[index],
+                ) + identity_cost(
+                    scan.identity[index], nodes.identity[node], nodes.former[node],
+                    scan.identity_gain, scan.identity_loss,
+                )  # fmt: skip
+                if scan.is_heard:
+                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             at += 1
-        end_miss(nodes, node, scan, rule, missed, seen[node])
+    end_misses(nodes, n_nodes, scan, rule, missed)
     return count
