@@ -110,8 +110,7 @@ class MultiHypothesisTracker(ScanByScan):
     _beliefs: Beliefs | None
     CHANGING: ClassVar = (
         "_fixed_history", "_inactive", "_manager", "_open", "_pacer", "_preparation",
-        "_report_index", "_tree",
-        "_undetected", "_used",
+        "_report_index", "_tree", "_undetected", "_used",
     )  # fmt: skip
     SETTINGS: ClassVar = ("_lifecycle", "_limits", "_motion", "_priors", "_search", "_sensors")
 
@@ -385,9 +384,8 @@ class MultiHypothesisTracker(ScanByScan):
         """Keep what starts the next search: the answer and the reports' prices."""
         tree.nodes.chosen[: tree.n_nodes] = 0
         tree.nodes.chosen[answer.nodes] = 1
-        self._report_index.price[slots - self._report_index.origin] = answer.prices[
-            : slots.shape[0]
-        ]
+        index, n_slots = self._report_index, slots.shape[0]
+        index.price[slots - index.origin] = answer.prices[:n_slots]
         is_open = answer.status is not Status.OPTIMAL
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 
