@@ -30,6 +30,7 @@ from trackweave.io.tables import (
     table_in,
     within_calendars,
 )
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["STANDARD_INPUT", "chosen", "is_recording", "load", "read_reports"]
 
@@ -254,7 +255,8 @@ def _load_one(path: Path, told: str | None) -> RawTable:
             return table_in(head + file.read(), name, found.endings[0])
         if found.decoder is None:
             raise DataFormatError(f"{name}: a file; expected a directory of {found.title}")
-        decoder = found.decoder(**settings)
+        with told_as_theirs(found.decoder, "readers", "decoder", found.name):
+            decoder = found.decoder(**settings)
         pieces = chain([head], iter(lambda: file.read(_CHUNK), b""))
         try:
             frames = [decoder.feed(piece) for piece in pieces]
@@ -278,7 +280,8 @@ def _load_folder(path: Path, told: str | None) -> RawTable:
         raise DataFormatError(
             f"{path}: a directory; expected a file, or a directory of {', '.join(known)}"
         )
-    frame, facts = found.folder(path)
+    with told_as_theirs(found.folder, "readers", "folder", found.name):
+        frame, facts = found.folder(path)
     return _table_of([frame], str(path), (facts, Skips()))
 
 
