@@ -33,6 +33,8 @@ def told_as_theirs(part: object, group: str, method: str, word: str = "") -> Ite
     ------
     InvalidInputError
         In place of whatever the plug-in raised, which is its cause.
+    MemoryError
+        As it came: it is nobody's fault.
     """
     try:
         yield

@@ -120,7 +120,7 @@ def test_a_plugin_that_raises_is_named_with_its_package_and_method(
 
 def test_a_reader_that_raises_while_it_looks_is_named(site, monkeypatch):
     monkeypatch.setenv("BROKEN", "recognise")
-    with pytest.raises(InvalidInputError, match='"broken" of package some-plugins .*recognise'):
+    with pytest.raises(InvalidInputError, match=r'"broken" of package some-plugins .*recognise'):
         tw.read_reports(site / "reports.csv")
 
 

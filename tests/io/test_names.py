@@ -41,3 +41,30 @@ def test_heights_that_are_all_0_are_none():
     flat = tw.read_reports(pl.DataFrame({**table, "z": [0.0, 0.0]}))
     assert (flat.dim, flat.notes) == (2, ("z is 0 in every row: tracking is in two dimensions",))
     assert tw.read_reports(pl.DataFrame({**table, "z": [0.0, 1.0]})).dim == 3
+
+
+def test_our_names_in_large_letters_are_understood_and_said():
+    table = {"Time": [0.0, 1.0], "SENSOR": ["a", "b"], "X": [1, 2], "y": [3, 4], "Sigma_X": [5, 5]}
+    reports = tw.read_reports(pl.DataFrame({**table, "sigma_y": [5, 5], "Target": ["q", "q"]}))
+    assert reports.sensors == ("a", "b")
+    assert reports.sigma.tolist() == [[5.0, 5.0]] * 2
+    assert reports.carried["target"].tolist() == ["q", "q"]
+    assert "column SENSOR: taken for sensor, for there is no column sensor" in reports.notes
+    assert len(reports.notes) == 5
+    places = pl.DataFrame({"Time": [0.0], "Lat": [47.0], "LON": [8.0], "Timestamp": [7.0]})
+    assert tw.read_reports(places).time.tolist() == [0.0]
+
+
+def test_a_name_in_large_letters_beside_ours_passes_through():
+    table = pl.DataFrame({"time": [0.0], "Time": [9.0], "x": [1], "y": [3]})
+    reports = tw.read_reports(table)
+    assert reports.time.tolist() == [0.0]
+    assert "Time" in reports.carried
+
+
+def test_two_names_that_differ_in_letters_alone_are_refused():
+    table = pl.DataFrame({"Time": [0.0], "TIME": [9.0], "x": [1], "y": [3]})
+    with pytest.raises(
+        DataFormatError, match="columns Time and TIME: both are time; expected one"
+    ):
+        tw.read_reports(table)
