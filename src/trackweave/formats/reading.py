@@ -23,7 +23,7 @@ from trackweave.domain.reports import BadRow, ReportTable
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import HEAD_BYTES, Format, Option
 from trackweave.formats.registry import format_named, formats, recognised
-from trackweave.io.reports import reports_in
+from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import (
     OnBadRow,
     RawTable,
@@ -152,12 +152,14 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     >>> reports.time, reports.row  # sorted by time, and where each row came from
     (array([1., 2.]), array([2, 1]))
     """
-    return reports_in(
-        load(source, told),
-        frame_origin=frame_origin,
-        frame_projection=frame_projection,
-        on_bad_row=on_bad_row,
-        kinds=kinds,
+    return with_heeded_scans(
+        reports_in(
+            load(source, told),
+            frame_origin=frame_origin,
+            frame_projection=frame_projection,
+            on_bad_row=on_bad_row,
+            kinds=kinds,
+        )
     )
 
 
