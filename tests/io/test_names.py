@@ -101,7 +101,9 @@ def test_scans_that_are_one_throughout_are_left_out_and_said():
 def test_a_name_that_stands_twice_in_a_data_frame_is_named():
     pd = pytest.importorskip("pandas")
     table = pd.DataFrame([[0, 1, 2, 3]], columns=["time", "x", "y", "x"])
-    with pytest.raises(DataFormatError, match="^table, column x: twice; expected each name once$"):
+    with pytest.raises(
+        DataFormatError, match=r"^table, column x: twice; expected each name once$"
+    ):
         tw.read_reports(table)
 
 

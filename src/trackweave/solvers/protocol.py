@@ -100,12 +100,13 @@ def require_solver(value: object, name: str) -> None:
 def answered(solver: Solver, problem: AssignmentProblem, **given: Any) -> Answer:
     """Return a solver's answer; what one from outside does wrong is told as its own."""
     with told_as_theirs(solver, "solvers", "__call__"):
-        answer = solver(problem, **given)
-    if not isinstance(answer, Answer) and not is_ours(solver):
+        answer: Any = solver(problem, **given)
+    if not is_ours(solver) and not isinstance(answer, Answer):
         raise InvalidInputError(
             f"solver {type(solver).__name__}: __call__ returned {answer!r:.60}; expected an Answer"
         )
-    return answer
+    found: Answer = answer
+    return found
 
 
 def child_of(rng: RandomSource) -> np.random.Generator:
