@@ -130,3 +130,26 @@ def test_noise_that_is_correlated_between_axes_is_refused() -> None:
     found = Detection([[1.0], [2.0]], timestamp=datetime(2024, 1, 1), measurement_model=model)
     with pytest.raises(InvalidInputError, match="correlated between axes"):
         reports_of([found])
+
+
+@pytest.mark.parametrize("given", [[1], 5, [None]])
+def test_what_are_no_detections_are_refused(given: object) -> None:
+    with pytest.raises(InvalidInputError, match=r"detections.*; expected .*Detection"):
+        reports_of(given)  # type: ignore[arg-type]
+
+
+def test_fewer_detections_than_reports_are_refused() -> None:
+    every = [each for _, detections in scene() for each in detections]
+    result = tw.track(reports_of(every), CONFIG)
+    with pytest.raises(
+        InvalidInputError, match=r"detections: 5 of them, of \d+ reports; expected"
+    ):
+        tracks_of(result, every[:5])
+
+
+def test_times_that_go_backwards_are_refused() -> None:
+    steps = scene(3)
+    tracker = StoneSoupTracker(detector=[steps[1], steps[0]], config=CONFIG)
+    next(tracker)
+    with pytest.raises(InvalidInputError, match="1 s before the one yielded last; expected times"):
+        next(tracker)

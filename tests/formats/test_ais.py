@@ -33,11 +33,13 @@ def test_each_way_of_telling_the_time_of_receipt_is_understood():
         "2021-01-05 10:11:59.5 " + with_sum(SHIP),
         with_sum(SHIP).strip() + ",r003669945,1609841520\n",
         with_sum(SHIP),
+        "1609841521500 " + with_sum(SHIP),
+        with_sum(SHIP).strip() + ",1609841522500\n",
     ]
     found, _ = decoded("".join(lines).encode())
     seconds = (found["time"].dt.epoch("ms") / 1e3 - 1609841500).to_list()
-    assert seconds == [15.0, 16.0, 17.25, 18.0, 19.5, 20.0, None]
-    assert found["station"].to_list() == ["r1", "r2", *[None] * 5]
+    assert seconds == [15.0, 16.0, 17.25, 18.0, 19.5, 20.0, None, 21.5, 22.5]
+    assert found["station"].to_list() == ["r1", "r2", *[None] * 7]
 
 
 def test_a_message_of_two_sentences_has_the_time_of_its_first():

@@ -1,6 +1,7 @@
 """Formats of those who follow cells and particles: what goes out comes back the same."""
 
 import json
+import struct
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from trackweave.errors import InvalidInputError
+from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Output
 from trackweave.formats.reading import load
 from trackweave.formats.registry import format_named
@@ -64,6 +65,23 @@ def test_ctc_is_read_by_an_independent_reader_of_images(tmp_path):
     table = load(in_folder(files_of("ctc"), tmp_path)).columns
     found = table.with_columns(pl.col("target").replace({2: 1, 3: 2}))
     assert states(found, "target") == states(TRACKS)
+
+
+@pytest.mark.parametrize(("octet", "value"), [(36, 1), (62, 0), (45, 255)])
+def test_ctc_refuses_an_image_of_which_an_octet_is_wrong(tmp_path, octet, value):
+    # Of an image of 4 by 3 pixels each of these made the reader of images raise another error.
+    pytest.importorskip("tifffile")
+    pixels, tags = bytes([1, 0] * 12), ((256, 4, 4), (257, 4, 3), (258, 3, 16), (259, 3, 1))
+    tags += ((262, 3, 1), (273, 4, 8), (277, 3, 1), (278, 4, 3), (279, 4, 24))
+    image = struct.pack("<2sHI", b"II", 42, 32) + pixels + struct.pack("<H", 9)
+    image += b"".join(struct.pack("<HHII", tag, kind, 1, told) for tag, kind, told in tags)
+    image = bytearray(image + bytes(4))
+    (tmp_path / "mask000.tif").write_bytes(image)
+    assert load(tmp_path).columns["pixels"].to_list() == [12]
+    image[octet] = value
+    (tmp_path / "mask000.tif").write_bytes(image)
+    with pytest.raises(DataFormatError, match=r"mask000\.tif: no label image \("):
+        load(tmp_path)
 
 
 def test_geff_has_a_node_for_each_state_and_an_edge_for_each_step(tmp_path):

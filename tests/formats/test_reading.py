@@ -130,6 +130,27 @@ def test_a_bad_row_of_one_of_several_files_is_named_with_its_file(tmp_path):
         tw.read_reports([good, bad])
 
 
+def test_every_bad_row_of_several_files_has_the_number_that_it_has_there(tmp_path):
+    good = written(tmp_path / "good.csv", b"Time,x,y\n0,1,2\n0,1\n")
+    bad = written(tmp_path / "bad.csv", b"time,x,y\n0,1,2\n1,zwei,2\n2,1,1,1\n3,4,5\n4,4,drei\n")
+    with pytest.raises(DataFormatError) as caught:
+        tw.read_reports([good, bad])
+    named = f"{good} 2, {bad} 2, {bad} 3, {bad} 5"
+    assert (
+        f"{good}, row 2: 2 cells; expected 3 as in the header; 4 rows are bad in all ({named})"
+        in (str(caught.value))
+    )
+    reports = tw.read_reports([good, bad], on_bad_row="skip")
+    assert len(reports) == 3
+    assert sorted(reports.report.tolist()) == ["bad:1", "bad:4", "good:1"]
+    assert [(each.file, each.row) for each in reports.skipped] == [
+        (str(good), 2), (str(bad), 2), (str(bad), 3), (str(bad), 5),
+    ]  # fmt: skip
+    assert "good: column Time: taken for time, for there is no column time" in reports.notes
+    run = tw.track([good, bad], on_bad_row="skip").run
+    assert [(each["file"], each["row"]) for each in run["skipped_rows"]][-1] == (str(bad), 5)
+
+
 def test_standard_input_is_read_like_a_file(monkeypatch):
     monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=io.BytesIO(SBS)))
     assert len(load("-")) == 2

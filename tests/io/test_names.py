@@ -1,5 +1,7 @@
 """Columns that others call otherwise are understood, and said."""
 
+import json
+
 import polars as pl
 import pytest
 
@@ -41,3 +43,91 @@ def test_heights_that_are_all_0_are_none():
     flat = tw.read_reports(pl.DataFrame({**table, "z": [0.0, 0.0]}))
     assert (flat.dim, flat.notes) == (2, ("z is 0 in every row: tracking is in two dimensions",))
     assert tw.read_reports(pl.DataFrame({**table, "z": [0.0, 1.0]})).dim == 3
+
+
+def test_our_names_in_large_letters_are_understood_and_said():
+    table = {"Time": [0.0, 1.0], "SENSOR": ["a", "b"], "X": [1, 2], "y": [3, 4], "Sigma_X": [5, 5]}
+    reports = tw.read_reports(pl.DataFrame({**table, "sigma_y": [5, 5], "Target": ["q", "q"]}))
+    assert reports.sensors == ("a", "b")
+    assert reports.sigma.tolist() == [[5.0, 5.0]] * 2
+    assert reports.carried["target"].tolist() == ["q", "q"]
+    assert "column SENSOR: taken for sensor, for there is no column sensor" in reports.notes
+    assert len(reports.notes) == 5
+    places = pl.DataFrame({"Time": [0.0], "Lat": [47.0], "LON": [8.0], "Timestamp": [7.0]})
+    assert tw.read_reports(places).time.tolist() == [0.0]
+
+
+def test_a_name_in_large_letters_beside_ours_passes_through():
+    table = pl.DataFrame({"time": [0.0], "Time": [9.0], "x": [1], "y": [3]})
+    reports = tw.read_reports(table)
+    assert reports.time.tolist() == [0.0]
+    assert "Time" in reports.carried
+
+
+def test_two_names_that_differ_in_letters_alone_are_refused():
+    table = pl.DataFrame({"Time": [0.0], "TIME": [9.0], "x": [1], "y": [3]})
+    with pytest.raises(
+        DataFormatError, match="columns Time and TIME: both are time; expected one"
+    ):
+        tw.read_reports(table)
+
+
+def test_which_of_two_positions_counts_is_said():
+    both = {"time": [0.0, 1.0], "x": [1, 2], "y": [3, 4], "lat": [47.0] * 2, "lon": [8.0] * 2}
+    told = (
+        "x, y: used as positions, and lat, lon beside them are not; [frame] origin takes lat, lon"
+    )
+    plane = tw.read_reports(pl.DataFrame(both))
+    assert (plane.notes, plane.frame) == ((told,), None)
+    earth = tw.read_reports(pl.DataFrame(both), frame_origin=(47.0, 8.0))
+    assert earth.frame is not None
+    assert earth.notes[0].startswith("lat, lon: used as positions, and x, y beside them are not; ")
+    empty = tw.read_reports(pl.DataFrame({**both, "lat": [None, None]}, strict=False))
+    assert empty.notes == ()
+
+
+def test_scans_that_are_one_throughout_are_left_out_and_said():
+    table = {"time": [0.0, 1.0, 2.0], "x": [1, 2, 3], "y": [3, 4, 5], "scan": [7, 7, 7]}
+    reports = tw.read_reports(pl.DataFrame(table))
+    assert reports.scan is None
+    assert [scan.time for scan in reports.scans()] == [0.0, 1.0, 2.0]
+    assert any(note.startswith("column scan: 7 in every row") for note in reports.notes)
+    two = tw.read_reports(pl.DataFrame({**table, "scan": [7, 7, 8]}))
+    assert (two.scan is None, two.notes) == (False, ())
+    one = tw.read_reports(pl.DataFrame({**table, "time": [0.0, 0.0, 0.1]}))
+    assert (one.scan is None, one.notes) == (False, ())
+
+
+def test_a_name_that_stands_twice_in_a_data_frame_is_named():
+    pd = pytest.importorskip("pandas")
+    table = pd.DataFrame([[0, 1, 2, 3]], columns=["time", "x", "y", "x"])
+    with pytest.raises(
+        DataFormatError, match=r"^table, column x: twice; expected each name once$"
+    ):
+        tw.read_reports(table)
+
+
+def test_tabs_may_part_columns(tmp_path):
+    path = tmp_path / "a.tsv"
+    path.write_text("time\tsensor\tx\ty\n0\ta b\t1\t2\n1\ta b\t\t2\n")
+    with pytest.raises(DataFormatError, match=r"a.tsv, row 2, column x: \(empty\)"):
+        tw.read_reports(path)
+    assert tw.read_reports(path, on_bad_row="skip").sensors == ("a b",)
+    path.write_text("time\tx\ty\n0\t1,5\t2\n")
+    with pytest.raises(DataFormatError, match=r"a.tsv, header: one column .*separated by commas"):
+        tw.read_reports(path)
+
+
+def test_answers_of_opensky_may_be_gathered_in_a_list(tmp_path):
+    state = ["3c4591", "BOX", "UK", 10, 10, -0.44, 51.4, 9.0, False, 254.6, 99.6, 0.0, None, 9.0]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps([{"time": t, "states": [state]} for t in (11, 12)]))
+    assert tw.read_reports(path).time.tolist() == [11.0, 12.0]
+
+
+def test_the_corners_of_boxes_alone_are_no_positions():
+    table = {"frame": [0], "left": [1.0], "top": [2.0], "right": [5.0], "bottom": [9.0]}
+    with pytest.raises(
+        DataFormatError, match=r"x and y: missing; .* of boxes, give their middle as"
+    ):
+        tw.read_reports(pl.DataFrame(table))

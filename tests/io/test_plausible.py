@@ -55,3 +55,37 @@ def test_a_column_of_another_unit_is_named():
     assert "column time: only time_ms, which may be of another unit" in refusal(
         {"time_ms": [0.0], "x": [1.0], "y": [2.0]}
     )
+
+
+def polar(azimuth, far=8000.0, **further):
+    table = {"time": np.arange(80) * 1.0, "range_m": np.full(80, far), "azimuth_deg": azimuth}
+    return tw.read_reports(pl.DataFrame({**table, **further})).notes
+
+
+def test_directions_within_a_turn_of_radians_are_asked_about_and_kept():
+    (asked,) = [note for note in polar(np.linspace(0.4, 1.9, 80)) if "radians" in note]
+    assert (
+        asked == "azimuth_deg: all from 0.4 to 1.9; are they radians? They are taken for degrees"
+    )
+    table = {"time": np.arange(80) * 1.0, "bearing_deg": np.linspace(-3.0, 3.0, 80)}
+    notes = tw.read_reports(pl.DataFrame(table)).notes
+    assert any(note.startswith("bearing_deg: all from -3 to 3; are they") for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("first", "last"), [(0.4, 1.2), (0.0, 40.0), (-30.0, 30.0), (355.0, 359.0)]
+)
+def test_directions_of_a_beam_or_a_sector_are_not_asked_about(first, last):
+    assert not [note for note in polar(np.linspace(first, last, 80)) if "radians" in note]
+
+
+@pytest.mark.parametrize(
+    ("other", "value", "is_asked"),
+    [
+        ("sigma_range_m", 120.0, True), ("sigma_range_m", 5.0, False),
+        ("range_rate_mps", -220.0, True), ("range_rate_mps", 15.0, False),
+    ],
+)  # fmt: skip
+def test_ranges_too_short_beside_what_else_is_told_are_asked_about(other, value, is_asked):
+    notes = polar(np.linspace(0.0, 90.0, 80), 80.0, **{other: np.full(80, value)})
+    assert any("are they kilometres?" in note for note in notes) == is_asked

@@ -51,7 +51,7 @@ def reports_of(detections: Iterable[Any]) -> pl.DataFrame:
     InvalidInputError
         If a detection has no time, or its model is another.
     """
-    rows = [_row(each) for each in detections]
+    rows = [_row(each) for each in _listed(detections)]
     return pl.DataFrame(rows, infer_schema_length=None) if rows else pl.DataFrame()
 
 
@@ -79,12 +79,23 @@ def tracks_of(result: TrackingResult[Any], detections: Iterable[Any] = ()) -> se
     Returns
     -------
     Tracks with states of Gaussian uncertainty.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are fewer detections than reports, or they are none of Stone Soup's.
     """
-    every, values = list(detections), result.values
-    times = values.reports.time
+    every, values = _listed(detections), result.values
+    times, numbers = values.reports.time, values.reports.row
+    count = len(times) if numbers is None else int(numbers.max(initial=0))
+    if every and len(every) < count:
+        raise InvalidInputError(
+            f"detections: {len(every):,} of them, of {count:,} reports; expected all detections "
+            "that the reports were made of, in their order, or none"
+        )
     owned: dict[tuple[int, float], Any] = {}
     for row, track in values.assignment.items():
-        record = row if values.reports.row is None else int(values.reports.row[row]) - 1
+        record = row if numbers is None else int(numbers[row]) - 1
         if record < len(every):
             owned[track, float(times[row])] = every[record]
     found: dict[int, Track] = {}
@@ -115,6 +126,7 @@ class StoneSoupTracker(Tracker):  # type: ignore[misc]
         self._steps: Iterator[tuple[datetime, set[Any]]] = iter(self.detector)
         self._known: dict[int, Track] = {}
         self._live: set[Track] = set()
+        self._last = -np.inf
 
     @property
     def tracks(self) -> set[Track]:
@@ -128,7 +140,13 @@ class StoneSoupTracker(Tracker):  # type: ignore[misc]
         """Return the next time and the tracks then."""
         time, detections = next(self._steps)
         moment = _moment(time).timestamp()
-        ordered = list(detections)
+        if moment < self._last:
+            raise InvalidInputError(
+                f"detector: time {time}, {self._last - moment:.6g} s before the one yielded last; "
+                "expected times that do not go backwards"
+            )
+        self._last = moment
+        ordered = _listed(detections)
         hypothesis = self._tracker.step(_scan(moment, ordered), rng=self._rng)
         table: TrackTable = hypothesis.tracks
         self._live = set()
@@ -175,6 +193,21 @@ def _state(table: TrackTable, place: int, detection: Any) -> Any:
     if detection is None:
         return GaussianStatePrediction(**told)
     return GaussianStateUpdate(**told, hypothesis=SingleHypothesis(None, detection))
+
+
+def _listed(detections: Any) -> list[Any]:
+    """Return detections as a list, and refuse what are none."""
+    if not isinstance(detections, Iterable):
+        raise InvalidInputError(f"detections: {detections!r:.60}; expected several Detections")
+    every = list(detections)
+    for number, each in enumerate(every):
+        for name in ("state_vector", "timestamp", "measurement_model", "metadata"):
+            if not hasattr(each, name):
+                raise InvalidInputError(
+                    f"detections[{number}]: {each!r:.60}, without {name}; expected a Detection of "
+                    "Stone Soup"
+                )
+    return every
 
 
 def _row(detection: Any) -> dict[str, Any]:

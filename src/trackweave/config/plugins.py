@@ -12,11 +12,14 @@ from trackweave.config.tables import Table, checked, entries_of
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.errors import InvalidInputError
 from trackweave.models.foreign_motion import ForeignMotion
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["NO_PLUGINS", "Plugin", "Plugins", "plugin_class", "taken_apart"]
 
 # Keys of [motion] that are not the model's own.
 BESIDE = ("filter",)
+# Of a table of the file, where classes for it come from.
+GROUPS = {"motion": "motions", "sensors": "measurements"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +36,20 @@ class Plugin:
         table = self.key.rsplit(".", 1)[0]
         keys = Table(self.word, "", lambda: entries_of(self.kind, marked=False))
         values = checked(self.options, keys, file, table)
+        needed = [each.name for each in _fields(self.kind) if _is_needed(each)]
+        missing = ", ".join(f"{table}.{name}" for name in needed if name not in values)
+        if missing:
+            raise InvalidInputError(
+                f"{file}, {missing}: left out; expected a value, as {self.word} has no usual one"
+            )
         try:
             return self.kind(**values)
-        except TypeError:
-            needed = [each.name for each in _fields(self.kind) if _is_needed(each)]
-            missing = ", ".join(f"{table}.{name}" for name in needed if name not in values)
-            raise InvalidInputError(
-                f"{file}, {missing or table}: left out; expected a value, as {self.word} has no "
-                "usual one"
-            ) from None
         except InvalidInputError as err:
             raise InvalidInputError(f"{file}, {table}.{err}") from err
+        except Exception:
+            group = GROUPS[table.partition(".")[0]]
+            with told_as_theirs(self.kind, group, "__init__", self.word):
+                raise
 
     def values(self, made: Any) -> dict[str, Any]:
         """Return all keys of an object of the class, as a file has them."""
@@ -142,7 +148,7 @@ def _named(table: Any, key: str, ours: tuple[str, ...]) -> Plugin | None:
     word = table.get(name) if isinstance(table, Mapping) else None
     if not isinstance(word, str) or word in ours:
         return None
-    kind = plugin_class({"motion": "motions", "sensors": "measurements"}[group], word, key)
+    kind = plugin_class(GROUPS[group], word, key)
     if kind is None:
         return None
     names = {each.name for each in _fields(kind)}

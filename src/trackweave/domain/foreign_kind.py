@@ -9,6 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, float_array
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = [
     "FOREIGN",
@@ -243,7 +244,9 @@ class ForeignKind:
         """Return what a method makes of what it is given, of the shapes that it has to have."""
         if not shapes[0][0]:
             return [np.zeros(shape) for shape in shapes]
-        return shaped(getattr(self.model, name)(*given), shapes, f"measurement {self.word}", name)
+        with told_as_theirs(self.model, "measurements", name):
+            found = getattr(self.model, name)(*given)
+        return shaped(found, shapes, f"measurement {self.word}", name)
 
 
 def kind_of(measurement: Any) -> Any:

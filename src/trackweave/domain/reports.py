@@ -38,17 +38,20 @@ class BadRow:
         What was there, as text.
     expected
         What should have been there.
+    file
+        Of several files together, the one in which the row has its number.
     """
 
     row: int
     column: str | None
     found: str
     expected: str
+    file: str = ""
 
     def message(self, source: str) -> str:
         """Return the sentence that tells of the row, ``source`` being the file's name."""
         place = f"row {self.row}" + ("" if self.column is None else f", column {self.column}")
-        return f"{source}, {place}: {self.found}; expected {self.expected}"
+        return f"{self.file or source}, {place}: {self.found}; expected {self.expected}"
 
 
 _PER_REPORT = (

@@ -30,8 +30,8 @@ _PGHP = re.compile(r"^\$PGHP,\d*,(\d+),(\d+),(\d+),(\d+),(\d+),(\d+),(\d+)")
 _TAG_TIME = r"\\(?:[^\\]*,)?c:(\d{1,16})"
 _STATION = r"\\(?:[^\\]*,)?s:([^,*\\]{1,64})"
 _LEADING = r"^\s*\[?\(?(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)"
-_LEADING_S = r"^\s*(\d{9,10}(?:\.\d{1,6})?)\s*[:;, ]"
-_TRAILING_S = r",(\d{9,10}(?:\.\d{1,6})?)\s*$"
+_LEADING_S = r"^\s*(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*[:;, ]"
+_TRAILING_S = r",(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*$"
 
 
 class AisDecoder(Lines):
@@ -147,17 +147,21 @@ def _sums_agree(found: pl.DataFrame) -> np.ndarray:
 def _with_times(table: pl.DataFrame) -> pl.DataFrame:
     """Return sentences with the time of their receipt [s], null where nothing tells it."""
     head, tail = pl.col("head"), pl.col("tail")
-    tag = head.str.extract(_TAG_TIME).cast(pl.Float64)
     leading = head.str.extract(_LEADING).str.replace("T", " ")
     table = table.with_columns(
-        # Some receivers write milliseconds.
-        tag=pl.when(tag > 1e11).then(tag / 1e3).otherwise(tag),
-        seconds=head.str.extract(_LEADING_S).cast(pl.Float64),
-        behind=tail.str.extract(_TRAILING_S).cast(pl.Float64),
+        tag=_in_seconds(head.str.extract(_TAG_TIME)),
+        seconds=_in_seconds(head.str.extract(_LEADING_S)),
+        behind=_in_seconds(tail.str.extract(_TRAILING_S)),
         dated=leading.str.to_datetime("%Y-%m-%d %H:%M:%S%.f", strict=False).dt.epoch("us") / 1e6,
         station=head.str.extract(_STATION),
     )
     return table.with_columns(time=pl.coalesce("tag", "announced", "seconds", "dated", "behind"))
+
+
+def _in_seconds(text: pl.Expr) -> pl.Expr:
+    """Return Unix times [s]; some receivers write milliseconds."""
+    time = text.cast(pl.Float64)
+    return pl.when(time > 1e11).then(time / 1e3).otherwise(time)
 
 
 def _time_of_wrapper(line: str) -> float | None:

@@ -9,10 +9,10 @@ _TIMES = {b"time", b"t", b"frame", b"timestamp", b"datetime"}
 
 
 def _recognise(head: bytes, name: str) -> bool:
-    if name.lower().endswith((".csv", ".csv.gz")):
+    if name.lower().endswith((".csv", ".csv.gz", ".tsv", ".tsv.gz")):
         return True
     first = head.removeprefix(b"\xef\xbb\xbf").partition(b"\n")[0]
-    names = {cell.strip().strip(b'"').lower() for cell in first.split(b",")}
+    names = {cell.strip().strip(b'"').lower() for cell in first.replace(b"\t", b",").split(b",")}
     return len(names) > 1 and bool(names & _TIMES)
 
 

@@ -96,7 +96,7 @@ def _tiff(image: np.ndarray) -> bytes:
 
 def _read(folder: Path) -> tuple[pl.DataFrame, Facts]:
     try:
-        from tifffile import TiffFileError, imread
+        from tifffile import imread
     except ImportError as err:
         raise InvalidInputError(
             "format ctc: reading images needs tifffile; pip install 'trackweave[ctc]'"
@@ -108,8 +108,9 @@ def _read(folder: Path) -> tuple[pl.DataFrame, Facts]:
     for number, path in enumerate(images):
         try:
             image = np.squeeze(np.asarray(imread(path)))
-        except (TiffFileError, ValueError, OSError) as err:
-            raise DataFormatError(f"{path}: no label image ({err})") from err
+        except Exception as err:  # of damaged images it raises whatever its parts do
+            told = f"{type(err).__name__}: {err}"
+            raise DataFormatError(f"{path}: no label image ({told:.120})") from err
         if image.ndim not in (2, 3) or not np.issubdtype(image.dtype, np.integer):
             raise DataFormatError(f"{path}: {image.dtype} {image.shape}; expected whole numbers")
         frames.append(_middles(image, number))

@@ -52,13 +52,14 @@ class JsonlDecoder(JsonStream):
         if not names & _TIMES or not names & _PLACES:
             return None
         row: dict[str, Any] = {}
+        kinds = dict(self._kinds)  # what is no report makes no column
         for key, cell in value.items():
             name = text_of(key)
             if name is None or cell is None:
                 continue
-            known = self._kinds.get(name)
-            if known is None and len(self._kinds) < _MOST_COLUMNS:
-                known = self._kinds[name] = _kind_of(name, cell)
+            known = kinds.get(name)
+            if known is None and len(kinds) < _MOST_COLUMNS:
+                known = kinds[name] = _kind_of(name, cell)
             if known == pl.String:
                 row[name] = text_of(cell if isinstance(cell, str) else str(cell), 256)
             elif known is not None:
@@ -66,8 +67,9 @@ class JsonlDecoder(JsonStream):
                 if number is None and (name in _TIMES or name in _PLACES):
                     return None
                 if isinstance(number, float):
-                    self._kinds[name] = pl.Float64
+                    kinds[name] = pl.Float64
                 row[name] = number
+        self._kinds = kinds
         return row
 
 

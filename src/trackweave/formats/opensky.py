@@ -139,6 +139,10 @@ class _Json(JsonStream):
         return None
 
     def _rows(self, offset: int, value: Any) -> Iterator[tuple[Any, ...]]:
+        if isinstance(value, list) and all(isinstance(each, dict) for each in value):
+            for each in value:  # answers that somebody gathered
+                yield from self._rows(offset, each)
+            return
         states = value.get("states") if isinstance(value, dict) else None
         if not isinstance(states, list):
             if states is not None or not isinstance(value, dict) or "time" not in value:
@@ -159,7 +163,7 @@ class _Json(JsonStream):
 
 
 def _recognise(head: bytes, name: str) -> bool:
-    if head.lstrip()[:1] == b"{":
+    if head.lstrip()[:1] in (b"{", b"["):
         return b'"states"' in head[:4096] and b'"time"' in head
     first = head.partition(b"\n")[0].lower().replace(b'"', b"").strip()
     return set(_NEEDED) <= set(first.removeprefix(b"\xef\xbb\xbf").split(b","))

@@ -6,6 +6,7 @@ import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from io import BufferedReader
 from itertools import chain
 from pathlib import Path
@@ -15,21 +16,24 @@ from urllib.parse import parse_qsl
 import numpy as np
 import polars as pl
 
+from trackweave.arrays import IntArray
 from trackweave.domain.facts import Facts, Skips
 from trackweave.domain.frames import Projection
-from trackweave.domain.reports import ReportTable
+from trackweave.domain.reports import BadRow, ReportTable
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import HEAD_BYTES, Format, Option
 from trackweave.formats.registry import format_named, formats, recognised
-from trackweave.io.reports import reports_in
+from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import (
     OnBadRow,
     RawTable,
     load_table,
     opened,
     table_in,
+    with_our_names,
     within_calendars,
 )
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["STANDARD_INPUT", "chosen", "is_recording", "load", "read_reports"]
 
@@ -148,12 +152,14 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     >>> reports.time, reports.row  # sorted by time, and where each row came from
     (array([1., 2.]), array([2, 1]))
     """
-    return reports_in(
-        load(source, told),
-        frame_origin=frame_origin,
-        frame_projection=frame_projection,
-        on_bad_row=on_bad_row,
-        kinds=kinds,
+    return with_heeded_scans(
+        reports_in(
+            load(source, told),
+            frame_origin=frame_origin,
+            frame_projection=frame_projection,
+            on_bad_row=on_bad_row,
+            kinds=kinds,
+        )
     )
 
 
@@ -195,18 +201,21 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
     tables = [load(path, told) for path in paths]
     are_text = all(table.is_text for table in tables)
     facts, skips, frames, files = Facts(), Skips(), list[pl.DataFrame](), []
+    row, skipped, before = list[IntArray](), list[BadRow](), 0
     for name, table in zip(names, tables, strict=True):
-        if table.skipped:
-            raise DataFormatError(table.skipped[0].message(table.name))
-        files.append((table.name, sum(map(len, frames))))
+        table = with_our_names(table)
+        files.append((table.name, before))
+        row.append(before + table.row)
+        skipped += [replace(bad, row=before + bad.row) for bad in table.skipped]
+        before += max([0, *table.row[-1:].tolist(), *(bad.row for bad in table.skipped)])
         frames.append(_of_network(table, name, as_text=are_text))
         facts.places |= table.facts.places
         facts.scan_periods |= table.facts.scan_periods
-        facts.notes += [f"{name}: {note}" for note in table.facts.notes]
+        facts.notes += [f"{name}: {note}" for note in (*table.facts.notes, *table.notes_on_names)]
         skips.take(table.undecoded, name)
     columns = pl.concat(frames, how="diagonal_relaxed")
     return RawTable(
-        f"{len(tables)} files", columns, np.arange(1, columns.height + 1), is_text=are_text,
+        f"{len(tables)} files", columns, np.concatenate(row), tuple(skipped), is_text=are_text,
         facts=facts, undecoded=skips, files=tuple(files),
     )  # fmt: skip
 
@@ -214,9 +223,8 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
 def _of_network(table: RawTable, name: str, *, as_text: bool) -> pl.DataFrame:
     """Return a table with its sensor's name, and identifiers that no other file has."""
     from trackweave.io.columns import read_text, typed_column
-    from trackweave.io.tables import with_our_names
 
-    columns = with_our_names(table).columns
+    columns = table.columns
     if table.is_text and not as_text:
         columns = pl.DataFrame([typed_column(each) for each in columns.get_columns()])
     if "sensor" not in columns.columns:
@@ -254,7 +262,8 @@ def _load_one(path: Path, told: str | None) -> RawTable:
             return table_in(head + file.read(), name, found.endings[0])
         if found.decoder is None:
             raise DataFormatError(f"{name}: a file; expected a directory of {found.title}")
-        decoder = found.decoder(**settings)
+        with told_as_theirs(found.decoder, "readers", "decoder", found.name):
+            decoder = found.decoder(**settings)
         pieces = chain([head], iter(lambda: file.read(_CHUNK), b""))
         try:
             frames = [decoder.feed(piece) for piece in pieces]
@@ -278,7 +287,8 @@ def _load_folder(path: Path, told: str | None) -> RawTable:
         raise DataFormatError(
             f"{path}: a directory; expected a file, or a directory of {', '.join(known)}"
         )
-    frame, facts = found.folder(path)
+    with told_as_theirs(found.folder, "readers", "folder", found.name):
+        frame, facts = found.folder(path)
     return _table_of([frame], str(path), (facts, Skips()))
 
 

@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Format
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["format_named", "formats", "recognised"]
 
@@ -83,8 +84,11 @@ def format_named(name: str, *, writes: bool = False) -> Format:
 def recognised(head: bytes, name: str) -> Format | None:
     """Return the first format that takes a file for its own, by its beginning and its name."""
     for each in formats().values():
-        if each.recognise is not None and each.recognise(head, name):
-            return each
+        if each.recognise is None:
+            continue
+        with told_as_theirs(each.recognise, "readers", "recognise", each.name):
+            if each.recognise(head, name):
+                return each
     return None
 
 

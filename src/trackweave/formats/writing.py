@@ -1,6 +1,7 @@
 """Tracks in further formats."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import polars as pl
 
@@ -9,6 +10,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.registry import format_named
 from trackweave.io.frames_out import assignments_frame
+from trackweave.plugin_faults import is_ours, told_as_theirs
 
 __all__ = ["try_on", "writers_named", "written"]
 
@@ -45,5 +47,24 @@ def written(further: Iterable[Format], output: Output) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for each in further:
         assert each.writer is not None
-        files |= each.writer(output)
+        try:
+            made = each.writer(output)
+        except InvalidInputError:  # the format cannot say what is there
+            raise
+        except Exception:
+            with told_as_theirs(each.writer, "writers", "writer", each.name):
+                raise
+        if not is_ours(each.writer):
+            _require_files(made, each.name)
+        files |= made
     return files
+
+
+def _require_files(made: Any, name: str) -> None:
+    if not isinstance(made, Mapping) or not all(
+        isinstance(file, str) and isinstance(content, bytes) for file, content in made.items()
+    ):
+        raise InvalidInputError(
+            f"format {name}, a plug-in: its writer returned {made!r:.60}; expected the bytes of "
+            "files by their names"
+        )

@@ -234,18 +234,19 @@ class RowChecks:
             raise DataFormatError(
                 f'{self.name}: all rows hold codes for "not available"; expected a position'
             )
-        return in_order
+        return tuple(map(self._table.in_its_file, in_order))
 
     def _refusal(self, bad: IntArray, may_skip: bool, none_left: bool) -> str:
         """Return what is said of the first bad row, and of how many there are."""
-        firsts = [*self._table.skipped[:1], *(self._bad_row(int(place)) for place in bad[:1])]
-        first = min(firsts, key=lambda bad_row: bad_row.row)
-        numbers = sorted([*(b.row for b in self._table.skipped), *self._table.row[bad].tolist()])
-        parts = [self._table.message_of(first)]
-        if len(numbers) > 1:
-            named = ", ".join(map(str, numbers[:_MOST_NAMED]))
-            more = ", …" if len(numbers) > _MOST_NAMED else ""
-            parts.append(f"{len(numbers):,} rows are bad in all ({named}{more})")
+        some = (*self._table.skipped, *(self._bad_row(int(place)) for place in bad[:_MOST_NAMED]))
+        firsts = sorted(some, key=lambda bad_row: bad_row.row)[:_MOST_NAMED]
+        count = len(self._table.skipped) + bad.size
+        parts = [self._table.message_of(firsts[0])]
+        if count > 1:
+            places = map(self._table.in_its_file, firsts)
+            named = ", ".join(f"{each.file} {each.row}".strip() for each in places)
+            more = ", …" if count > _MOST_NAMED else ""
+            parts.append(f"{count:,} rows are bad in all ({named}{more})")
         if may_skip:
             does = "would leave no row" if none_left else "leaves out what is bad"
             parts.append(f"{_SKIPPING} {does}")

@@ -23,7 +23,7 @@ _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def parse_csv(data: bytes, name: str) -> RawTable:
-    """Return the columns of a CSV file as text, null where a cell is empty.
+    """Return the columns of a CSV file as text, null where a cell is empty; tabs may part them.
 
     Blank lines are no records: they are passed over and not counted. Rows with too few or too
     many cells are in ``skipped``.
@@ -47,6 +47,9 @@ def parse_csv(data: bytes, name: str) -> RawTable:
     """
     data = data.removeprefix(_BYTE_ORDER_MARK).strip(b"\r\n")
     _require_text(data, name)
+    # Tabs stand for commas where there is neither a comma nor a quotation mark.
+    if b"\t" in data.partition(b"\n")[0] and b"," not in data and b'"' not in data:
+        data = data.replace(b"\t", b",")
     plain = _parse_plain(data, name)
     return plain if plain is not None else parse_csv_carefully(data, name)
 

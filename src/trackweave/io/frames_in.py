@@ -26,12 +26,11 @@ def from_native(source: Any) -> RawTable:
             ".parquet file, or a pandas, polars or Arrow table"
         ) from err
     except Exception as err:  # each library tells of repeated names in its own way
+        _require_different(_column_names(nw.to_native(source, pass_through=True)))
         raise DataFormatError(f"{_NAME}: {err}") from err
     native = frame.to_native()
     names = [str(name) for name in _column_names(native)]
-    for name in names:
-        if names.count(name) > 1:
-            raise DataFormatError(f"{_NAME}, column {name}: twice; expected each name once")
+    _require_different(names)
     try:
         columns = _columns(native, names)
     except Exception as err:  # a foreign library's trouble with its own values
@@ -44,6 +43,13 @@ def from_native(source: Any) -> RawTable:
 def native_of(source: Any) -> Any:
     """Return a table in memory as its own library has it; narwhals' wrapping is taken off."""
     return nw.to_native(source, pass_through=True)
+
+
+def _require_different(names: list[Any]) -> None:
+    named = [str(name) for name in names]
+    for name in named:
+        if named.count(name) > 1:
+            raise DataFormatError(f"{_NAME}, column {name}: twice; expected each name once")
 
 
 def _column_names(native: Any) -> list[Any]:

@@ -14,6 +14,8 @@ _FINER = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"))
 _LATITUDE, _RIGHT_ANGLE = 90.0, np.pi / 2
 FEWEST_ROWS = 20
 """So many numbers that are all small are no chance."""
+FEWEST_ANGLES, LEAST_SPAN = 60, 1.0
+"""So many directions that lie within a full turn in radians, and are that far apart."""
 
 
 def ask_back(checks: RowChecks) -> None:
@@ -58,7 +60,40 @@ def questions(checks: RowChecks) -> list[str]:
                 "range_m: shorter than height_m in most rows; are they kilometres? They are taken "
                 "for metres"
             )
+    return [*asked, *_of_directions(checks), *_of_ranges(checks)]
+
+
+def _of_directions(checks: RowChecks) -> list[str]:
+    """Return a question for each column of directions that begins and ends as radians do."""
+    asked = []
+    for name in ("azimuth_deg", "bearing_deg"):
+        angle = _filled(checks, name)
+        if angle.size < FEWEST_ANGLES or np.max(np.abs(angle)) > 2 * np.pi:
+            continue
+        # A beam so narrow that is pointed due north is rarer than a column in radians.
+        if np.ptp(angle) > LEAST_SPAN:
+            asked.append(
+                f"{checks.own_name(name)}: all from {angle.min():.4g} to {angle.max():.4g}; are "
+                "they radians? They are taken for degrees"
+            )
     return asked
+
+
+def _of_ranges(checks: RowChecks) -> list[str]:
+    """Return a question where ranges are too short beside what else is told of them."""
+    for other, words in (
+        ("sigma_range_m", "shorter than their own sigma_range_m"),
+        ("range_rate_mps", "so short that range_rate_mps crosses them within a second"),
+    ):
+        if not {"range_m", other} <= set(checks.names):
+            continue
+        far, beside = (read_numbers(checks.column(name)).values for name in ("range_m", other))
+        both = np.isfinite(far) & np.isfinite(beside)
+        if both.sum() >= FEWEST_ROWS and np.mean(far[both] < np.abs(beside[both])) > 0.5:
+            return [
+                f"range_m: {words} in most rows; are they kilometres? They are taken for metres"
+            ]
+    return []
 
 
 def _filled(checks: RowChecks, name: str) -> FloatArray:

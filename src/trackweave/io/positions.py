@@ -119,8 +119,9 @@ def read_positions(
     for first, second in (("x", "y"), ("y", "x"), ("lat", "lon"), ("lon", "lat")):
         if first in names:
             checks.require(second, f"position columns {_EXPECTED}")
+    hint = "; of boxes, give their middle as x, y" if {"left", "top"} <= names else ""
     raise DataFormatError(
-        f"{checks.name}, columns x and y: missing; expected position columns {_EXPECTED} "
+        f"{checks.name}, columns x and y: missing; expected position columns {_EXPECTED}{hint} "
         f"({checks.listed_columns})"
     )
 

@@ -24,10 +24,12 @@ from trackweave.io.positions import choose_frame, frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, with_our_names
 from trackweave.io.times import with_common_times
 
-__all__ = ["ONLY_SENSOR", "reports_in"]
+__all__ = ["ONLY_SENSOR", "reports_in", "with_heeded_scans"]
 
 # The name of the sensor of a table without a column for it, as in [sensors.default].
 ONLY_SENSOR = "default"
+# Of so many moments of one sensor a column of scans has to tell several.
+MOMENTS_OF_SCANS = 3
 
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
 FLIGHT_LEVEL, LEVEL_M = "flight_level", 30.48
@@ -86,6 +88,7 @@ def reports_in(
         notes=(
             *table.notes,
             *measured.notes,
+            *_note_on_two_places(checks, measured),
             *moved,
             *_note_on_unavailable(checks),
             *_note_on_levels(checks),
@@ -95,6 +98,31 @@ def reports_in(
         facts=table.facts,
         undecoded=table.undecoded,
     )
+
+
+def with_heeded_scans(reports: ReportTable) -> ReportTable:
+    """Return a whole recording's reports, without a column of scans that is the same throughout.
+
+    Parameters
+    ----------
+    reports
+        All reports there are: of a stream, a part may well be one scan.
+
+    Returns
+    -------
+    The same reports, with a note where scans are left out.
+    """
+    scan = reports.scan
+    if scan is None or scan.size == 0 or np.any(scan != scan[0]):
+        return reports
+    for sensor in range(len(reports.sensors)):
+        if np.unique(reports.time[reports.sensor == sensor]).size >= MOMENTS_OF_SCANS:
+            note = (
+                f"column scan: {scan[0]} in every row, though reports of a sensor come at "
+                f"{MOMENTS_OF_SCANS} times or more; not used"
+            )
+            return replace(reports, scan=None, notes=(*reports.notes, note))
+    return reports
 
 
 def _frame_of_places(table: RawTable, projection: Projection) -> LocalFrame | None:
@@ -163,6 +191,19 @@ def _note_on_unavailable(checks: RowChecks) -> list[str]:
         f'lat, lon: {count:,} of {len(checks):,} rows hold the codes for "not available" '
         "(latitude 91, longitude 181); they are of no track"
     ] * (count > 0)
+
+
+def _note_on_two_places(checks: RowChecks, measured: Measured) -> list[str]:
+    """Return a sentence on which columns are the position, where there are two such pairs."""
+    pairs = ("x", "y"), ("lat", "lon")
+    if not all(checks.filled(name) for pair in pairs for name in pair):
+        return []
+    of_plane = {"x", "y"} <= set(measured.columns)
+    used, other = pairs if of_plane else pairs[::-1]
+    how = "[frame] origin takes lat, lon" if of_plane else "without [frame] origin x, y are used"
+    return [
+        f"{', '.join(used)}: used as positions, and {', '.join(other)} beside them are not; {how}"
+    ]
 
 
 def _takes_levels(checks: RowChecks) -> bool:

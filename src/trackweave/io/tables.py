@@ -54,6 +54,17 @@ KNOWN_AS = {
     "z": ("position_z",),
 }
 """What others call our columns, in small letters; the first that is there counts."""
+OURS = frozenset(
+    {
+        "time", "sensor", "x", "y", "z", "lat", "lon", "alt_m", "range_m", "azimuth_deg",
+        "elevation_deg", "range_rate_mps", "bearing_deg", "height_m", "sensor_x", "sensor_y",
+        "sensor_z", "sensor_vx", "sensor_vy", "sensor_vz", "sensor_lat", "sensor_lon",
+        "sensor_heading_deg", "sigma_x", "sigma_y", "sigma_z", "sigma_range_m",
+        "sigma_azimuth_deg", "sigma_elevation_deg", "sigma_range_rate_mps", "sigma_bearing_deg",
+        "identity", "strength", "scan", "target", "report", "track", "status", "vx", "vy", "vz",
+    }
+)  # fmt: skip
+"""What we call columns, which are understood in large letters too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +98,23 @@ class RawTable:
 
     def message_of(self, bad: BadRow) -> str:
         """Return the sentence that tells of a bad row, with its own file and number."""
-        name, before = self.name, 0
+        return self.in_its_file(bad).message(self.name)
+
+    def in_its_file(self, bad: BadRow) -> BadRow:
+        """Return a bad row with its number in its own file, and that where there are several."""
+        name, before = "", 0
         for each, count in self.files:
             if count < bad.row:
                 name, before = each, count
-        return replace(bad, row=bad.row - before).message(name)
+        return replace(bad, row=bad.row - before, file=name)
+
+    @property
+    def notes_on_names(self) -> list[str]:
+        """Sentences on columns that the table calls otherwise than we do."""
+        return [
+            f"column {own}: taken for {name}, for there is no column {name}"
+            for name, own in self.own_names.items()
+        ]
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -100,10 +123,7 @@ class RawTable:
         for name, place in self.facts.places.items():
             where = f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
             notes.append(f"sensor {name}: the recording tells where it stands, {where}")
-        notes += [
-            f"column {own}: taken for {name}, for there is no column {name}"
-            for name, own in self.own_names.items()
-        ]
+        notes += self.notes_on_names
         if self.undecoded.count:
             first = self.undecoded.listed[0]
             notes.append(
@@ -139,13 +159,31 @@ def within_calendars(table: RawTable, *, may_be_empty: bool = False) -> RawTable
 def with_our_names(table: RawTable) -> RawTable:
     """Return a table whose columns that others call otherwise are called as ours."""
     names = table.columns.columns
-    own: dict[str, str] = {}
+    own = _in_other_letters(table)
     for ours, others in KNOWN_AS.items():
+        if ours in own:
+            continue
         found = [name for other in others for name in names if name.lower() == other]
         if ours not in names and found:
             own[ours] = found[0]
     renamed = table.columns.rename({theirs: ours for ours, theirs in own.items()})
     return replace(table, columns=renamed, own_names={**table.own_names, **own})
+
+
+def _in_other_letters(table: RawTable) -> dict[str, str]:
+    """Return our names that a table has in large letters alone, and how it writes them."""
+    names, found = table.columns.columns, dict[str, str]()
+    for name in names:
+        ours = name.strip().lower()
+        if name in OURS or ours not in OURS or ours in names:
+            continue
+        if ours in found:
+            raise DataFormatError(
+                f"{table.name}, columns {found[ours]} and {name}: both are {ours}; expected one "
+                f"of that name, or one that is written {ours}"
+            )
+        found[ours] = name
+    return found
 
 
 def file_ending(path: Path) -> str:

@@ -10,6 +10,7 @@ from trackweave.domain.foreign_kind import shaped, slope_of
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_number
 from trackweave.models.motion import Imm, Mode, MotionRule
+from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["AnyMotion", "ForeignMotion", "MotionModel", "checked_motion"]
 
@@ -158,7 +159,7 @@ class ForeignMotion:
 
     def _kinematics(self, mean: FloatArray, dim: int) -> FloatArray:
         shapes: list[tuple[int, ...]] = [(mean.shape[0], 2 * dim)]
-        return shaped(self.model.kinematics(mean), shapes, self.name, "kinematics")[0]
+        return self._called("kinematics", shapes, mean)[0]
 
     @property
     def process_noise(self) -> float:
@@ -197,7 +198,8 @@ class ForeignMotion:
                 f"{self.name}: for {self.model.dim} dimensions; expected {dim}, as reports have"
             )
         place, spread = np.zeros((1, dim)), np.zeros((1, dim, dim))
-        mean, covariance = self.model.begin(place, spread)
+        with told_as_theirs(self.model, "motions", "begin"):
+            mean, covariance = self.model.begin(place, spread)
         size = int(np.shape(mean)[-1]) if np.ndim(mean) == 2 else 0
         least = dim if self.has_kinematics else 2 * dim
         if size < least:
@@ -226,12 +228,8 @@ class ForeignMotion:
     ) -> tuple[FloatArray, FloatArray]:
         """Return states of so many numbers of new objects; see `MotionModel`."""
         rows = position.shape[0]
-        mean, spread = shaped(
-            self.model.begin(position, covariance),
-            [(rows, size), (rows, size, size)],
-            self.name,
-            "begin",
-        )
+        shapes: list[tuple[int, ...]] = [(rows, size), (rows, size, size)]
+        mean, spread = self._called("begin", shapes, position, covariance)
         return mean, spread
 
     def predict(
@@ -239,13 +237,15 @@ class ForeignMotion:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return states after an interval each, and the slopes; see `MotionModel`."""
         matrices = covariance.shape
-        ahead, spread, slope = shaped(
-            self.model.predict(mean, covariance, interval),
-            [mean.shape, matrices, matrices],
-            self.name,
-            "predict",
-        )
+        shapes = [mean.shape, matrices, matrices]
+        ahead, spread, slope = self._called("predict", shapes, mean, covariance, interval)
         return ahead, spread, slope
+
+    def _called(self, name: str, shapes: list[tuple[int, ...]], *given: Any) -> list[FloatArray]:
+        """Return what a method makes of what it is given, of the shapes that it has to have."""
+        with told_as_theirs(self.model, "motions", name):
+            found = getattr(self.model, name)(*given)
+        return shaped(found, shapes, self.name, name)
 
 
 AnyMotion = Mode | Imm | ForeignMotion

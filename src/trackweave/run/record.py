@@ -52,6 +52,7 @@ def record_of(
         "late_reports": [str(reports.report[row]) for row in log.late],
         "skipped_rows": [
             {"row": bad.row, "column": bad.column, "found": bad.found, "expected": bad.expected}
+            | ({"file": bad.file} if bad.file else {})
             for bad in reports.skipped
         ],
         "undecoded_records": [

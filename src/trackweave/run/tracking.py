@@ -21,7 +21,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
 from trackweave.io.marking import marked, table_of, with_index
-from trackweave.io.reports import reports_in
+from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
 from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
@@ -317,6 +317,7 @@ def report_table(
             on_bad_row=on_bad_row,
             kinds=configuration.plugins.kinds(),
         )
+        table = with_heeded_scans(table)
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
     return table, came

@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.errors import InvalidInputError
+from trackweave.plugin_faults import is_ours, told_as_theirs
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.summaries import summary
 
@@ -17,6 +18,7 @@ __all__ = [
     "Hint",
     "Solver",
     "Stop",
+    "answered",
     "child_of",
     "refuse_parameters",
     "require_solver",
@@ -93,6 +95,18 @@ def require_solver(value: object, name: str) -> None:
     """Refuse what cannot be called as a solver, and a class: its call would make a solver."""
     if isinstance(value, type) or not callable(value):
         raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")
+
+
+def answered(solver: Solver, problem: AssignmentProblem, **given: Any) -> Answer:
+    """Return a solver's answer; what one from outside does wrong is told as its own."""
+    with told_as_theirs(solver, "solvers", "__call__"):
+        answer: Any = solver(problem, **given)
+    if not is_ours(solver) and not isinstance(answer, Answer):
+        raise InvalidInputError(
+            f"solver {type(solver).__name__}: __call__ returned {answer!r:.60}; expected an Answer"
+        )
+    found: Answer = answer
+    return found
 
 
 def child_of(rng: RandomSource) -> np.random.Generator:

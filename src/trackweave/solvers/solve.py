@@ -9,7 +9,15 @@ from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_number
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Hint, Solver, Stop, require_solver, require_stop, until
+from trackweave.solvers.protocol import (
+    Hint,
+    Solver,
+    Stop,
+    answered,
+    require_solver,
+    require_stop,
+    until,
+)
 
 __all__ = ["patient", "solve"]
 
@@ -75,7 +83,7 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
             raise InvalidInputError(f"time_limit: {seconds}; expected {expected}")
         stop = until(seconds, stop)
         chosen = patient(chosen) if solver is None else chosen
-    return chosen(problem, rng=generator_of(rng), hint=hint, stop=stop)
+    return answered(chosen, problem, rng=generator_of(rng), hint=hint, stop=stop)
 
 
 def patient(solver: Any) -> Any:

@@ -23,7 +23,7 @@ from trackweave.models.foreign_motion import AnyMotion, MotionModel
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Hint, Solver, Stop
+from trackweave.solvers.protocol import Hint, Solver, Stop, answered
 from trackweave.trackers._arguments import (
     checked_dim,
     checked_priors,
@@ -244,7 +244,7 @@ class MultiHypothesisTracker(ScanByScan):
         slots, last = tree.slots(), self._open.last_time
         problem = tree.problem(slots, self._report_index.instants(slots[0]))
         hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
-        answer = self._search(problem, rng=haste.rng, hint=hint, stop=alarm)
+        answer = answered(self._search, problem, rng=haste.rng, hint=hint, stop=alarm)
         pace.searched(tree.n_nodes)
         self._remember(tree, slots[0], answer)
         self._beliefs = believe(tree, answer.node_probability) if self._averaging else None

@@ -22,7 +22,7 @@ from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
-from trackweave.solvers.protocol import Solver, Stop, require_solver
+from trackweave.solvers.protocol import Solver, Stop, answered, require_solver
 from trackweave.summaries import summary
 from trackweave.trackers._arguments import (
     checked_dim,
@@ -218,7 +218,7 @@ class PlotFuser:
         plots = [self._plots(scan, dim, time, tracks) for scan in looked]
         tuples = worth_choosing(self.rule(plots), plots, self.rule)
         problem = tuples.problem()
-        answer = self.search(problem, rng=rng, stop=stop)
+        answer = answered(self.search, problem, rng=rng, stop=stop)
         chosen = objects_in(tuples, problem, answer, self.rule)
         made = Standing(tuples.tuples[chosen], tuples.positions[chosen],
                         tuples.covariances[chosen], np.full(chosen.shape[0], time))  # fmt: skip

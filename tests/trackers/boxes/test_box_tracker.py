@@ -3,6 +3,7 @@
 import copy
 import subprocess
 import sys
+import warnings
 from typing import Any
 
 import numpy as np
@@ -305,6 +306,24 @@ def test_places_times_and_scores_of_any_size_are_borne() -> None:
         assert np.array_equal(frame.tracks[0].box, boxes[0])
 
 
+def test_times_in_milliseconds_are_asked_about_once() -> None:
+    tracker = tw.BoxTracker()
+    tracker.update([box(0.0)], time=1000.0)
+    with pytest.warns(
+        UserWarning, match=r"time: 40 s after .* 1,000 periods of 0.04 s; .*millisec"
+    ):
+        tracker.update([box(1.0)], time=1040.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tracker.update([box(2.0)], time=1080.0)
+        slow = tw.BoxTracker(period=40.0)
+        for k in range(3):
+            slow.update([box(0.0)], time=40.0 * k)
+        paused = tw.BoxTracker()
+        for time in (0.0, 0.04, 100.0):
+            paused.update([box(0.0)], time=time)
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -314,6 +333,8 @@ def test_places_times_and_scores_of_any_size_are_borne() -> None:
         ({"boxes": [[0.0, 0.0, np.nan, 1.0]]}, r"boxes\[0, 2\]: nan; expected a finite number"),
         ({"boxes": [box(0.0), [5.0, 0.0, 1.0, 1.0]]},
          r"boxes\[1\]: \[5.0, 0.0, 1.0, 1.0\]; expected x1 ≤ x2 and y1 ≤ y2"),
+        ({"boxes": [[0.0, 0.0, 1e200, 1e200]]},
+         r"boxes\[0\]: \[0.0, 0.0, 1e\+200, 1e\+200\]; expected numbers from -1e\+100 to 1e\+100"),
         ({"scores": [0.5, 0.5]}, r"scores: an array of shape \(2,\); expected shape \(1\)"),
         ({"scores": [np.nan]}, r"scores\[0\]: nan; expected a finite number"),
         ({"scores": [2.5]}, r"scores\[0\]: 2.5; expected a probability .*log-odds"),

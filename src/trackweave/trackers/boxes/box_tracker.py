@@ -1,5 +1,6 @@
 """Boxes of a detector, frame by frame: the same object keeps its name."""
 
+import warnings
 from collections.abc import Hashable, Sequence
 from typing import Any, Literal
 
@@ -28,6 +29,8 @@ from trackweave.trackers.checkpoint import Saved
 __all__ = [
     "BoxTracker",
 ]
+
+FAR = 100.0  # periods; frames as far apart at once are of another unit, or of another period
 
 
 class BoxTracker(Saved):
@@ -193,6 +196,8 @@ class BoxTracker(Saved):
         time = checked_number(time, "time")
         if self._time is not None and not time > self._time:
             raise InvalidInputError(f"time: {time}; expected after {self._time}, the last frame's")
+        if self._number == 0:
+            _ask_about_step(time - float(self._time or 0.0), self._period)
         moved = checked_camera(camera, array.shape[1])
         odds = checked_odds(given, self._scores)
         kept = checked_items(data, "data", count)
@@ -234,6 +239,18 @@ class BoxTracker(Saved):
             for k in np.flatnonzero(name >= 0)
         )  # fmt: skip
         return BoxFrame(self._number - ago, seen.time, identifiers, tracks)
+
+
+def _ask_about_step(step: float, period: float) -> None:
+    """Warn of a first step of so many periods that seconds are hardly meant."""
+    if step >= FAR * period:
+        warnings.warn(
+            f"time: {step:.6g} s after the frame before, {step / period:,.0f} periods of "
+            f"{period:g} s; expected seconds: are they milliseconds? Give period where frames "
+            "are so far apart",
+            UserWarning,
+            stacklevel=4,
+        )
 
 
 def _positive(value: object, name: str, below: float = np.inf) -> float:

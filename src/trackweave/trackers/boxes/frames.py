@@ -23,6 +23,7 @@ __all__ = [
     "placed",
 ]
 
+FARTHEST = 1e100  # so that squares and their products are finite
 SUREST = 1e-4  # probabilities nearer to 0 or 1 count as this near
 
 
@@ -129,11 +130,12 @@ def checked_boxes(boxes: ArrayLike, n_columns: int | None) -> FloatArray:
     require_finite(array, "boxes")
     is_flat = array.shape[1] == IMAGE
     extents = array[:, 2:] - array[:, :2] if is_flat else array[:, 3:6]
-    # Differences of finite numbers need not be finite.
-    bad = np.argwhere(~((extents >= 0.0) & (np.abs(extents) < 1e100)).all(axis=1))
-    if bad.size or np.abs(array).max(initial=0.0) > 1e100:
-        row = int(bad[0, 0]) if bad.size else int(np.abs(array).max(axis=1).argmax())
+    far = np.argwhere((np.abs(array) > FARTHEST).any(axis=1))
+    bad = far if far.size else np.argwhere(~(extents >= 0.0).all(axis=1))
+    if bad.size:
+        row = int(bad[0, 0])
         wanted_text = "x1 ≤ x2 and y1 ≤ y2" if is_flat else "extents of at least 0"
+        wanted_text = f"numbers from {-FARTHEST:g} to {FARTHEST:g}" if far.size else wanted_text
         raise InvalidInputError(f"boxes[{row}]: {array[row].tolist()}; expected {wanted_text}")
     return array
 
