@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,9 @@ def test_ends_on_sigterm_and_reads_its_configuration_anew_on_sighup(tmp_path: Pa
     whole = {"time": 30.0, "sensor": "pier", "x": 1.0, "y": 2.0}
     mixed = service.post([whole, {**whole, "y": None}])
     assert (mixed["accepted"], mixed["rejected"][0]["row"]) == (1, 2)
+    begun = time.monotonic()
     assert service.terminate() == 0
+    assert time.monotonic() - begun < 2.0
     journal = Journal.open(tmp_path / "data" / "journal")
     said = [json.loads(r.payload) for r in journal.records() if r.kind == Kind.CONFIGURE]
     journal.close()
