@@ -177,8 +177,9 @@ class Desk(Protocol):
         """Return how the service is.
 
         ``status`` ("ok", "starting" until kernels are loaded, "waiting" until enough is heard to
-        be configured, "failing" where nothing can be taken any more), ``message`` where there is something to say, ``sequence``
-        (the last on the disk), ``lag_s``, ``configured``, ``set_aside``.
+        be configured, "failing" where nothing can be taken any more), ``message`` where there is
+        something to say, ``sequence`` (the last on the disk), ``lag_s``, ``configured``,
+        ``set_aside``.
         """
 
     def counters(self) -> Mapping[str, float]:
