@@ -9,6 +9,7 @@ from trackweave.config import Configuration, load_configuration
 from trackweave.domain.facts import Facts
 from trackweave.errors import TrackweaveError
 from trackweave.randomness import generator_of
+from trackweave.run.small_recordings import Recording, recording_of
 from trackweave.service.board import Board
 from trackweave.service.engine import Engine
 from trackweave.service.learning import learned
@@ -17,7 +18,6 @@ from trackweave.service.records import Arrived, Kind, as_json, packed_reports
 from trackweave.service.spec import without_nothing
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.warming import warm_up
-from trackweave.warming.recordings import Recording, recording_of
 
 __all__ = ["Rehearsal", "warm_solvers"]
 
