@@ -91,9 +91,10 @@ class Service:
         while time.monotonic() < end:
             assert self.process.poll() is None, self.log.read_text()
             try:
-                self.get("/healthz")
+                is_ready = self.get("/healthz")["status"] != "starting"
             except (urllib.error.URLError, ConnectionError, TimeoutError):
-                time.sleep(0.2)
-            else:
+                is_ready = False
+            if is_ready:
                 return
+            time.sleep(0.2)
         raise AssertionError("it does not begin to serve")

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,8 @@ def test_nothing_acknowledged_is_lost_and_replay_is_equal_to_the_byte(tmp_path: 
     assert set(acknowledged) <= set(stored)
     # Whatever the killed ones had written of tracks, one that begins again brings it to an end.
     service = Service(folder, "--config", str(config))
-    assert service.get("/healthz")["configured"]
+    # Killed so soon, they may have left it unconfigured.
+    assert service.wait_for("configured_by", 1)["configured"]
     assert service.terminate() == 0
     own = {path.name: path.read_bytes() for path in sorted((folder / "tracks").iterdir())}
     again = replayed(folder, tmp_path / "again")
@@ -102,7 +104,9 @@ def test_ends_on_sigterm_and_reads_its_configuration_anew_on_sighup(tmp_path: Pa
     whole = {"time": 30.0, "sensor": "pier", "x": 1.0, "y": 2.0}
     mixed = service.post([whole, {**whole, "y": None}])
     assert (mixed["accepted"], mixed["rejected"][0]["row"]) == (1, 2)
+    begun = time.monotonic()
     assert service.terminate() == 0
+    assert time.monotonic() - begun < 2.0
     journal = Journal.open(tmp_path / "data" / "journal")
     said = [json.loads(r.payload) for r in journal.records() if r.kind == Kind.CONFIGURE]
     journal.close()

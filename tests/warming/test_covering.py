@@ -5,8 +5,8 @@ import pytest
 from trackweave.config.search import METHODS
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.run import track
+from trackweave.run.small_recordings import recording_of
 from trackweave.warming.covering import KINDS, PARTS, tasks_of
-from trackweave.warming.recordings import recording_of
 
 
 def test_the_first_look_comes_first_and_all_has_every_kind_and_solver() -> None:

@@ -7,6 +7,7 @@ import typer
 
 from trackweave.cli.edge import carry_out, with_status
 from trackweave.cli.options import JsonOption, OutOption, QuietOption, required
+from trackweave.cli.signals import end_at_once
 
 __all__ = ["replay", "serve"]
 
@@ -82,6 +83,7 @@ def serve(
         run_serve, data, page, json=False, quiet=quiet, demo=demo, config=config, listen=listen,
         publish=publish, access=access, keep=(keep_gb, keep_hours), seed=1,
     )  # fmt: skip
+    end_at_once()
 
 
 @with_status

@@ -42,6 +42,9 @@ class Decoder(Protocol):
     earlier had not. A code for "not available" is null, or for a position of AIS 91 and 181. A
     ``time`` is null where nothing tells it: the reader of a file leaves such rows out and says how
     many, a live service puts the time of receipt.
+
+    One that has a method ``cut()`` is told where a datagram ends: what it kept back of it will
+    never be completed. It returns what ``finish`` would, and goes on.
     """
 
     @property

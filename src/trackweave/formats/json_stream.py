@@ -41,6 +41,10 @@ class JsonStream:
             self.skips.add(self._begin, f"a value of more than {LARGEST_VALUE:,} bytes")
             self._drop(len(self._kept))
 
+    def cut(self) -> None:
+        """Let the next bytes begin a value, as those of a datagram do."""
+        self.rest()
+
     def rest(self) -> None:
         """Note what is left at the end: a value that does not end."""
         if self._kept:

@@ -48,6 +48,10 @@ class Lines(ABC):
 
     def finish(self) -> pl.DataFrame | None:
         """Return what the last line holds, whether or not it ends."""
+        return self.cut()
+
+    def cut(self) -> pl.DataFrame | None:
+        """Return what a datagram's last line holds: the next datagram begins a line."""
         return self.feed(b"\n") if self._rest or self._is_too_long else None
 
     def _parts(self, block: bytes, begin: int) -> Iterator[tuple[bytes, int]]:

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from trackweave.config import Configuration
+from trackweave.config import Configuration, load_configuration
 from trackweave.errors import OutputError, TrackweaveError
 from trackweave.service.board import Board
 from trackweave.service.desk import (
@@ -29,6 +29,7 @@ from trackweave.service.inputs.source import Source
 from trackweave.service.log import say
 from trackweave.service.office import Office, Order, Outcome
 from trackweave.service.records import Kind, as_json, packed_reports
+from trackweave.service.rehearsing import Rehearsal, warm_solvers
 from trackweave.service.saying import Saying
 from trackweave.service.sorting_in import checked_rows
 
@@ -88,7 +89,8 @@ class Clerk:
         self.saying = Saying(office)
         self.publishers: list[Callable[[Any], None]] = []
         self._wait = _Waiting()
-        self._inputs = [Input(source, self._handed) for source in sources]
+        self._rehearsal, self._is_ready = Rehearsal(), asyncio.Event()
+        self._inputs = [Input(source, self._handed, self._is_ready) for source in sources]
         self._tracking = ThreadPoolExecutor(1, thread_name_prefix="tracker")
         self._writing = ThreadPoolExecutor(1, thread_name_prefix="journal")
         self._appended, self._work = asyncio.Event(), asyncio.Event()
@@ -132,7 +134,10 @@ class Clerk:
 
     def health(self) -> Json:
         """Return how the service is."""
-        return self.saying.health(self._refused, self._lag(), self._inputs)
+        found = self.saying.health(self._refused, self._lag(), self._inputs)
+        if not self._is_ready.is_set() and found["status"] != "failing":
+            found |= {"status": "starting", "message": "kernels are loaded, or compiled once"}
+        return found
 
     def counters(self) -> Mapping[str, float]:
         """Return numbers for ``/metrics``."""
@@ -251,6 +256,13 @@ class Clerk:
         """Let the tracker take in what is on the disk."""
         loop = asyncio.get_running_loop()
         office = self._office
+        spec = office.engine.spec
+        await self._rehearse(
+            self._configuration if spec is None else load_configuration(spec.configuration),
+            2 if spec is None else spec.dim,
+        )
+        # The first scans do not need these yet: they are loaded beside them.
+        loop.run_in_executor(None, warm_solvers)
         while True:
             await self._work.wait()
             self._work.clear()
@@ -277,11 +289,20 @@ class Clerk:
         found = await loop.run_in_executor(self._tracking, self._office.learn, configuration, anew)
         if found is None:
             return
+        await self._rehearse(load_configuration(found.spec.configuration), found.spec.dim)
         with suppress(OutputError):
             self._configured_by = self._append(Kind.CONFIGURE, found.spec.payload())
             say(_log, logging.INFO, "configured", sensors=len(found.spec.configuration["sensors"]))
             for note in found.notes:
                 say(_log, logging.INFO, "note", note=note)
+
+    async def _rehearse(self, configuration: Configuration, dim: int) -> None:
+        """Make ready what compiles, so that no scan waits for it; reports are written down."""
+        if self._rehearsal.needs(configuration, dim):
+            self._is_ready.clear()
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(self._tracking, self._rehearsal.run, configuration, dim)
+        self._is_ready.set()
 
     def _tell(self, outcome: Outcome) -> None:
         self.saying.took(outcome)
@@ -309,7 +330,9 @@ class Clerk:
                 until = self._office.closing(time.monotonic())
                 if until:
                     self._append(Kind.CLOSE, as_json({"until": until}))
-                bound = self._office.pace.bound(self._lag(), time.monotonic())
+                # Whoever is not ready has to catch up, which is no lag yet.
+                lag = self._lag() if self._is_ready.is_set() else 0.0
+                bound = self._office.pace.bound(lag, time.monotonic())
                 if bound is not None:
                     self._append(Kind.BOUND, as_json(bound))
                     say(_log, logging.WARNING, "work bound", **bound)

@@ -176,9 +176,10 @@ class Desk(Protocol):
     def health(self) -> Json:
         """Return how the service is.
 
-        ``status`` ("ok", "waiting" until enough is heard to be configured, "failing" where
-        nothing can be taken any more), ``message`` where there is something to say, ``sequence``
-        (the last on the disk), ``lag_s``, ``configured``, ``set_aside``.
+        ``status`` ("ok", "starting" until kernels are loaded, "waiting" until enough is heard to
+        be configured, "failing" where nothing can be taken any more), ``message`` where there is
+        something to say, ``sequence`` (the last on the disk), ``lag_s``, ``configured``,
+        ``set_aside``.
         """
 
     def counters(self) -> Mapping[str, float]:

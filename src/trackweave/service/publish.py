@@ -10,6 +10,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 import polars as pl
 
+from trackweave.domain.frames import LocalFrame
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.registry import format_named
@@ -104,15 +105,29 @@ class Publisher:
         rows = rows.unique("track", keep="last", maintain_order=True)
         if rows.is_empty():
             return
-        writer = self.target.format.writer
-        assert writer is not None
         try:
-            files = writer(Output(rows.drop("identity", strict=False), frame=drawn.picture.frame))
+            yield from self._written(rows.drop("identity", strict=False), drawn.picture.frame)
         except InvalidInputError as err:
             self.message = str(err)
-            return
-        for data in files.values():
-            yield from _cut(data, self.target.format)
+
+    def _written(self, rows: pl.DataFrame, frame: LocalFrame | None) -> Iterator[bytes]:
+        """Yield tracks in pieces that can be sent."""
+        writer = self.target.format.writer
+        assert writer is not None
+        files = writer(Output(rows, frame=frame)).values()
+        pieces = [piece for data in files for piece in _cut(data, self.target.format)]
+        if self.target.scheme == "tcp":
+            # One document after another: each ends its line.
+            is_text = not self.target.format.name.startswith("asterix")
+            for piece in pieces:
+                yield piece if not is_text or piece.endswith(b"\n") else piece + b"\n"
+        elif rows.height > 1 and max(map(len, pieces), default=0) > LARGEST:
+            # No datagram holds the document: several of fewer tracks each.
+            half = rows.height // 2
+            yield from self._written(rows[:half], frame)
+            yield from self._written(rows[half:], frame)
+        else:
+            yield from pieces
 
     async def _datagrams(self) -> None:
         family = socket.AF_INET6 if ":" in self.target.host else socket.AF_INET
@@ -136,9 +151,11 @@ class Publisher:
                 pause = min(2.0 * pause, LONGEST_PAUSE)
                 continue
             pause, self.message = 1.0, ""
-            with suppress(OSError):
-                await self._sent_to(writer)
-            writer.close()
+            try:
+                with suppress(OSError):
+                    await self._sent_to(writer)
+            finally:
+                writer.close()
 
     async def _sent_to(self, writer: asyncio.StreamWriter) -> None:
         while not writer.is_closing():

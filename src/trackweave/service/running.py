@@ -25,7 +25,7 @@ from trackweave.service.web.settings import Tls, WebSettings
 
 __all__ = ["Plan", "run_service"]
 
-MOST_S = 1.5
+MOST_S = 1.0
 """After so long the service ends whatever still hangs: what was acknowledged is on the disk."""
 GRACE_S = 0.5
 

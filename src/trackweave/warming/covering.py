@@ -18,9 +18,9 @@ from trackweave.config.search import METHODS
 from trackweave.randomness import generator_of
 from trackweave.run import track
 from trackweave.run.fusing import fuse
+from trackweave.run.small_recordings import Recording, recording_of
 from trackweave.simulation import demo_configuration, demo_scenario, simulate
 from trackweave.solvers.warming import warm_up
-from trackweave.warming.recordings import Recording, recording_of
 
 __all__ = ["PARTS", "Task", "tasks_of"]
 

@@ -103,6 +103,10 @@ class AsterixDecoder:
         self.facts.notes += [f"{what}: {count:,}" for what, count in sorted(self._counts.items())]
         return table
 
+    def cut(self) -> pl.DataFrame | None:
+        """Return what a datagram's last block holds: the next datagram begins a block."""
+        return self._advance(b"", at_end=True) if self._pending else None
+
     def _advance(self, data: bytes, *, at_end: bool) -> pl.DataFrame | None:
         buffer = self._pending + data
         if self._framing is None:

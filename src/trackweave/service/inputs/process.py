@@ -16,6 +16,8 @@ Handed = Callable[[bytes, int, dict[str, list[float]]], Awaitable[None]]
 """Takes a record's payload, how many reports it has, and the first and last time that each
 sensor told in it, with how often.
 What is not awaited for is not read: so the process sees that it has to drop."""
+_STDIN = {"stdin": None, "replay": asyncio.subprocess.PIPE}
+"""What an input reads; a recording waits there until it may begin."""
 
 
 class Input:
@@ -27,24 +29,29 @@ class Input:
         What it listens to.
     handed
         Takes what it hands on.
+    begin
+        Set once recordings may begin; who sends live is heard from the start.
     """
 
-    def __init__(self, source: Source, handed: Handed) -> None:
+    def __init__(self, source: Source, handed: Handed, begin: asyncio.Event) -> None:
         self.source = source
         self.state: dict[str, Any] = {"dropped": 0, "skipped": 0, "clients": 0, "message": ""}
         self.reports = 0
         self.has_ended = False
-        self._handed = handed
+        self._handed, self._begin = handed, begin
         self._process: asyncio.subprocess.Process | None = None
 
     async def run(self) -> None:
         """Read what comes until the input ends; a process that dies is begun anew."""
         while not self.has_ended:
-            stdin = None if self.source.scheme == "stdin" else asyncio.subprocess.DEVNULL
+            stdin = _STDIN.get(self.source.scheme, asyncio.subprocess.DEVNULL)
             self._process = await asyncio.create_subprocess_exec(
                 sys.executable, "-m", "trackweave.service.inputs", json.dumps(self.source.url),
                 stdin=stdin, stdout=asyncio.subprocess.PIPE,
             )  # fmt: skip
+            if self._process.stdin is not None:
+                await self._begin.wait()
+                self._process.stdin.close()
             with suppress(asyncio.IncompleteReadError):
                 await self._read(self._process)
             await self._process.wait()

@@ -1,5 +1,6 @@
 """A recording's reports, handed on as if they came now."""
 
+import os
 import time
 from datetime import timedelta
 
@@ -21,7 +22,10 @@ TOGETHER = 2_000
 
 
 def replay(source: Source, outbox: Outbox) -> None:
-    """Hand a recording's reports on in order of time, so many times as fast as they came."""
+    """Hand a recording's reports on in order of time, so many times as fast as they came.
+
+    It begins once standard input ends: then the service is ready.
+    """
     raw = with_our_names(load(source.path, source.told))
     table, facts = raw.columns, raw.facts
     if raw.is_text:
@@ -31,6 +35,7 @@ def replay(source: Source, outbox: Outbox) -> None:
     table = table.sort("time", maintain_order=True)
     seconds = _seconds(table["time"])
     gap = float(np.median(np.diff(np.unique(seconds)))) if len(seconds) > 1 else 1.0
+    os.read(0, 1)
     begun, lap = time.monotonic(), float(np.ptp(seconds)) + gap
     _hand_on(table, seconds, (source.speed, begun), outbox, facts)
     while source.loop:

@@ -45,6 +45,15 @@ class Feed:
         self._count()
         self._outbox.add(table, self._decoder.facts)
 
+    def take_whole(self, data: bytes) -> None:
+        """Decode a datagram: nothing of it is waited for, and nothing of it spoils the next."""
+        self.take(data)
+        cut = getattr(self._decoder, "cut", None)
+        if cut is not None:
+            table = cut()
+            self._count()
+            self._outbox.add(table, self._decoder.facts)
+
     def end(self) -> None:
         """Decode what is left."""
         with suppress(DataFormatError):
@@ -77,7 +86,7 @@ def listen_udp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> N
                 del feeds[min(feeds, key=lambda each: feeds[each].heard)]
             feeds[sender] = Feed(make, outbox)
             outbox.clients = len(feeds)
-        feeds[sender].take(data)
+        feeds[sender].take_whole(data)
 
 
 def listen_tcp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> None:
