@@ -103,3 +103,14 @@ def test_without_a_range_nothing_changes(kind):
     )  # fmt: skip
     np.testing.assert_array_equal(again, wanted[0])
     np.testing.assert_array_equal(narrowed, wanted[1])
+
+
+@pytest.mark.parametrize(("kind", "dim"), RANGING)
+def test_a_correction_past_the_sensor_stays_to_the_last_bit(kind, dim):
+    mean, covariance = before(dim)
+    mean, noise, near = np.array(mean), noise_of(kind, dim), np.array(mean)
+    near[:2] = PLATFORM[:2] + np.r_[-600.0, 300.0]
+    near[2:dim] = PLATFORM[2:dim] + 20.0
+    plain, again = corrected(kind, dim, mean, covariance, measured(kind, dim, near), noise)
+    np.testing.assert_array_equal(again[0], plain[0])
+    np.testing.assert_array_equal(again[1], plain[1])

@@ -41,7 +41,8 @@ def relinearise(
     """Replace a corrected state, in place, where the correction left the tangent's neighbourhood.
 
     ``mean`` and ``covariance`` are of before the report. Nothing changes, to the last bit, where
-    the correction is short, for reports without a range, or where it would not settle.
+    the correction is short or longer than the range, for reports without a range, or where it
+    would not settle.
     """
     if kind < _FIRST or kind > _LAST:
         return
@@ -49,7 +50,10 @@ def relinearise(
     # is off by as much over r: half a standard deviation of either is let pass.
     reach = max(measurement[0], 0.0)
     passed = reach * min(np.sqrt(noise[0, 0]), reach * np.sqrt(noise[_AZIMUTH, _AZIMUTH]))
-    if not _apart(mean, mean_out, dim) > passed:
+    # A step beyond the range itself leads past the sensor, from where no azimuth was foreseen and
+    # the report's likelihood is not worth the correction: what begins at an airfield is another's.
+    step = _apart(mean, mean_out, dim)
+    if not passed < step < reach * reach:
         return
     size, width = mean.shape[0], measurement.shape[0]
     influence = width_of_influence(kind, dim)
