@@ -4,7 +4,7 @@ import argparse
 
 from recordings_boxes import kitti, tud
 from recordings_data import add_arguments
-from recordings_points import autoferry, cells, joyride
+from recordings_points import autoferry, cells, evening, joyride
 from text_tables import command, heading
 
 TABLES = {
@@ -13,6 +13,7 @@ TABLES = {
     "kitti": ("KITTI: what a car's laser scanner finds", kitti),
     "cells": ("Cells under a microscope", cells),
     "joyride": ("Joyride: a ship's radar follows a boat", joyride),
+    "evening": ("Evening: aircraft at Barcelona's radar, four hours", evening),
 }
 
 

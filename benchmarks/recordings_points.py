@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+from names_kept import HEAD, judged
 from recordings_data import Followed, Run, by_hand, example, follow, root_mean_square, run
 from recordings_formats import cells as read_cells
 from scipy.optimize import linear_sum_assignment
@@ -126,6 +127,12 @@ def cells(data: Path) -> str:
         )  # fmt: skip
     head = ["configuration", "IDF1 of reports", "purity", "tracks", "reports on no track", "CPU s"]
     return table(head, rows)
+
+
+def evening(data: Path) -> str:
+    """Return the table of an evening at Barcelona's radar: whether aircraft keep their names."""
+    reports = pl.read_csv(data / "radar_bcn" / "radar_bcn_20_24h.csv")
+    return table(["configuration", *HEAD], [["none", *judged(reports, {})]])
 
 
 def joyride(data: Path) -> str:

@@ -9,6 +9,7 @@ from trackweave.association._nodes import Expectation, Nodes, ScanInput, State
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.filters._kernels import correct, update
 from trackweave.filters._measuring import innovation, invert, measure
+from trackweave.filters._relinearising import relinearise
 from trackweave.jit import jit
 from trackweave.models._kernels import covered_share
 from trackweave.models.coverage import Coverage
@@ -159,6 +160,11 @@ def take_in(
                 state.mean[mode], state.covariance[mode], expected.innovation,
                 expected.spread[mode], expected.cross[mode], mean_out[mode], covariance_out[mode],
             )  # fmt: skip
+            if not unscented:
+                relinearise(
+                    kind, measurement, noise, platform, dim, state.mean[mode],
+                    state.covariance[mode], mean_out[mode], covariance_out[mode],
+                )  # fmt: skip
         distance = 0.0
         for row in range(n_components):
             for column in range(n_components):

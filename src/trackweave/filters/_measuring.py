@@ -63,7 +63,7 @@ def measure(
 
 
 @jit
-def _width_of_influence(kind: int, dim: int) -> int:
+def width_of_influence(kind: int, dim: int) -> int:
     """Return how many of a state's first components a measurement depends on."""
     if kind == _BEARING:
         return 2
@@ -146,6 +146,20 @@ def _slopes(
 
 
 @jit
+def slopes_at(
+    kind: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    platform: FloatArray,
+    dim: int,
+    out: FloatArray,
+) -> None:
+    """Write the derivatives of a measurement where a state is, from no nearer than it is exact."""
+    variance = max(covariance[0, 0] + covariance[1, 1], 0.0)
+    _slopes(kind, mean, platform, dim, max(_NEAR, _NEAR_SHARE * math.sqrt(variance)), out)
+
+
+@jit
 def _measure_by_slopes(
     kind: int,
     mean: FloatArray,
@@ -158,12 +172,10 @@ def _measure_by_slopes(
 ) -> None:
     """Write the moments of a measurement of the extended Kalman filter."""
     size, width = cross_out.shape
-    reach = _width_of_influence(kind, dim)
+    reach = width_of_influence(kind, dim)
     _expected(kind, mean, platform, dim, predicted_out)
     slope = np.empty((width, reach))
-    variance = max(covariance[0, 0] + covariance[1, 1], 0.0)
-    near = max(_NEAR, _NEAR_SHARE * math.sqrt(variance))
-    _slopes(kind, mean, platform, dim, near, slope)
+    slopes_at(kind, mean, covariance, platform, dim, slope)
     for row in range(size):
         for column in range(width):
             total = 0.0
@@ -197,7 +209,7 @@ def _measure_by_points(
     κ = max(3 − d, 0), so that no weight is negative.
     """
     size, width = cross_out.shape
-    reach = _width_of_influence(kind, dim)
+    reach = width_of_influence(kind, dim)
     kappa = max(3.0 - reach, 0.0)
     step, share = math.sqrt(reach + kappa), 0.5 / (reach + kappa)
     root = np.zeros((size, reach))

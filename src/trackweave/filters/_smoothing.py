@@ -16,6 +16,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.filters._kernels import correct, update
 from trackweave.filters._measuring import innovation, invert, invert_many, measure
+from trackweave.filters._relinearising import relinearise
 from trackweave.filters._states import advance, changes, combine, linearise, mix
 from trackweave.filters._straight import let_back
 from trackweave.filters._tails import mix_with, share_of_wide
@@ -123,9 +124,17 @@ def _take(
                 spread, mean[mode], covariance[mode],
             )  # fmt: skip
         else:
-            correct(
-                mean[mode], covariance[mode], apart, spread, cross, mean[mode], covariance[mode]
-            )  # fmt: skip
+            before, wide = mean[mode].copy(), covariance[mode].copy()
+            correct(before, wide, apart, spread, cross, mean[mode], covariance[mode])
+            if not motion.unscented:
+                for row in range(width):
+                    for column in range(width):
+                        spread[row, column] = 0.0
+                    spread[row, row] = (scale * readings.sigma[moment, row]) ** 2
+                relinearise(
+                    kind, readings.measurement[moment, :width], spread, readings.platform[moment],
+                    motion.dim, before, wide, mean[mode], covariance[mode],
+                )  # fmt: skip
     if best == -math.inf:
         return best
     total = 0.0
