@@ -199,10 +199,14 @@ def _decoded(known: str, pieces: list[bytes]) -> tuple[int, int, list[Any], bool
 
 
 def _positions(found: pl.DataFrame) -> list[Any]:
-    for names in (("lat", "lon"), ("x", "y"), ("range_m", "azimuth_deg")):
-        if set(names) <= set(found.columns):
-            return found.select(names).cast(pl.Float64, strict=False).rows()
-    return [""] * len(found)
+    """Return the places of all reports, null where a column is not there: of a piece some are."""
+    names = ("lat", "lon", "x", "y", "range_m", "azimuth_deg")
+    none = pl.repeat(None, len(found), dtype=pl.Float64, eager=True)
+    columns = [
+        found[name].cast(pl.Float64, strict=False) if name in found.columns else none
+        for name in names
+    ]
+    return list(zip(*columns, strict=True))
 
 
 def _try_table(
