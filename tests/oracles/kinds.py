@@ -18,6 +18,8 @@ from trackweave.models.sensors import Sensor
 GATE = 0.9997
 MOST_EVIDENCE = 8.0
 
+RANGING = range(Kind.RANGE_AZIMUTH.value, Kind.RANGE_AZIMUTH_ELEVATION_RATE.value + 1)
+
 
 @dataclass
 class View:
@@ -163,8 +165,30 @@ def _joined(view, index, state, rule, scale):
         gain = cross @ np.linalg.inv(spread)
         distances.append(off @ np.linalg.solve(spread, off))
         logs.append(-0.5 * (distances[-1] + np.linalg.slogdet(2 * np.pi * spread)[1]))
-        after.append((mean + gain @ off, covariance - gain @ spread @ gain.T))
+        corrected = mean + gain @ off, covariance - gain @ spread @ gain.T
+        if kind.value in RANGING and not rule.unscented:
+            where = view.platform(index), rule.dim
+            corrected = _iterated(kind, measurement, noise, where, (mean, covariance), corrected)
+        after.append(corrected)
     return distances, state.weight * np.exp(logs), after
+
+
+def _iterated(kind, measurement, noise, where, before, corrected):
+    """Return the state that a report leads to, slopes taken where it leads if that is far."""
+    (platform, dim), (mean, covariance), (here, _) = where, before, corrected
+    reach = measurement[0]
+    bend = reach * min(noise[0, 0] ** 0.5, reach * noise[1, 1] ** 0.5)
+    if not bend < np.sum((here - mean)[:dim] ** 2) < reach**2:
+        return corrected
+    for _ in range(5):
+        expected, _, slope = sensing.by_slopes(kind, here, np.eye(mean.size), platform, dim)
+        cross = covariance @ slope
+        gain = cross @ np.linalg.inv(slope.T @ cross + noise)
+        off = sensing.difference(kind, measurement, expected) - (mean - here) @ slope
+        last, here = here, mean + gain @ off
+        if np.sum((here - last)[:dim] ** 2) <= bend:
+            return here, covariance - gain @ cross.T
+    return corrected
 
 
 def place(view, index, dim):
