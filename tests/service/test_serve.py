@@ -79,6 +79,8 @@ def test_nothing_acknowledged_is_lost_and_replay_is_equal_to_the_byte(tmp_path: 
     service = Service(folder, "--config", str(config))
     # Killed so soon, they may have left it unconfigured.
     assert service.wait_for("configured_by", 1)["configured"]
+    for begin in range(place, len(lines), 60):
+        assert service.post(lines[begin : begin + 60])
     assert service.terminate() == 0
     own = {path.name: path.read_bytes() for path in sorted((folder / "tracks").iterdir())}
     again = replayed(folder, tmp_path / "again")

@@ -14,7 +14,7 @@ from trackweave.solvers import (
     Solver,
     TabuSearch,
     _ascent,
-    _relist,
+    _list_reassignment,
 )
 from trackweave.solvers.warming import warm_up
 
@@ -22,7 +22,7 @@ from trackweave.solvers.warming import warm_up
 @pytest.mark.parametrize("solver", [Auto(), Annealing(), TabuSearch(), Islands(threads=2)])
 def test_leaves_nothing_to_compile_for_a_harder_problem(solver: Solver) -> None:
     warm_up(solver, np.random.default_rng(0))
-    kernels = [_ascent.smooth, _ascent.deflect, _relist.local_search]
+    kernels = [_ascent.smooth, _ascent.deflect, _list_reassignment.local_search]
     if not isinstance(kernels[0], CPUDispatcher):
         pytest.skip("kernels are not compiled here")
     before = [len(kernel.signatures) for kernel in kernels]

@@ -78,16 +78,16 @@ def tracked(scans, motion, sensors, **options):
     return [tracker.step(scan) for scan in scans]
 
 
-def assert_equal(ours, foreign, fewest=4):
+def assert_equal(ours, foreign, fewest=4, rtol=1e-6):
     assert max(step.n_tracks for step in ours) >= fewest
     for own, other in zip(ours, foreign, strict=True):
-        assert other.certificate.cost == pytest.approx(own.certificate.cost, abs=1e-5)
+        assert other.certificate.cost == pytest.approx(own.certificate.cost, abs=10 * rtol)
         assert other.n_sequences == own.n_sequences
         np.testing.assert_array_equal(other.tracks.track, own.tracks.track)
         np.testing.assert_array_equal(other.tracks.status, own.tracks.status)
-        np.testing.assert_allclose(other.tracks.mean, own.tracks.mean, rtol=1e-6, atol=1e-5)
+        np.testing.assert_allclose(other.tracks.mean, own.tracks.mean, rtol=rtol, atol=1e-5)
         np.testing.assert_allclose(
-            other.tracks.covariance, own.tracks.covariance, rtol=1e-5, atol=1e-5
+            other.tracks.covariance, own.tracks.covariance, rtol=10 * rtol, atol=1e-5
         )
         np.testing.assert_array_equal(other.final.track, own.final.track)
 
@@ -124,7 +124,9 @@ def test_a_foreign_kind_serves_several_modes_of_motion():
     scans = list(scans_of_turns())
     ours = tracked(scans, MANOEUVRING, [radar_of(name, POLAR) for name in RADARS])
     kind = RangeAzimuth()
-    assert_equal(ours, tracked(scans, MANOEUVRING, [radar_of(name, kind) for name in RADARS]))
+    theirs = tracked(scans, MANOEUVRING, [radar_of(name, kind) for name in RADARS])
+    # Slopes of our own kinds are taken anew where a report is far from what was foreseen.
+    assert_equal(ours, theirs, rtol=1e-3)
 
 
 def scans_of_bearings():

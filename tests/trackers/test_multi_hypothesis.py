@@ -129,7 +129,7 @@ def test_a_name_never_comes_back():
         run(target, [each])
         pending = target.pending()
         held = set(target._tree.track.tolist()) | set(pending.track.tolist())
-        named = (held | set(target._ledger._records)) - {-1}
+        named = (held | set(target._manager._records)) - {-1}
         assert not named & gone
         gone |= live - named
         live = named
@@ -330,8 +330,8 @@ def test_memory_stays_flat_over_a_long_run():
     finally:
         tracemalloc.stop()
     assert max(held[5:]) < 1.3 * max(held[:5]) + 50_000
-    assert len(target._ledger._records) < 40
-    assert target._slots.end - target._slots.origin < 600
+    assert len(target._manager._records) < 40
+    assert target._report_index.end - target._report_index.origin < 600
 
 
 def test_no_assignment_is_more_probable_than_certain():

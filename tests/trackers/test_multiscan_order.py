@@ -13,7 +13,7 @@ SOUTH = [(-1e4, 0.0), (1e4, 0.0), (1e4, -1e4), (-1e4, -1e4)]
 
 def totals(target):
     """Return what each set of reports of the tracker's window costs."""
-    tree, slots = target._tree, target._slots
+    tree, slots = target._tree, target._report_index
     costs = {}
     for node, total in enumerate(tree.totals()):
         track = int(tree.track[tree.nodes.family[node]])

@@ -69,5 +69,12 @@ def test_slots_are_numbered_in_order_of_time_whatever_came_late():
     run(target, [scan(1.0, [(5, 5), (4, 4), (3, 3)], "b")])
     slots = np.concatenate([known.data.slot for known in target._open.scans])
     assert slots.tolist() == [0, 1, 2, 3, 4, 5]
-    assert target._slots.instants(slots).tolist() == [0, 0, 1, 1, 1, 2]
-    assert target._slots.report[slots - target._slots.origin].tolist() == [0, 1, 5, 4, 3, 2]
+    assert target._report_index.instants(slots).tolist() == [0, 0, 1, 1, 1, 2]
+    assert target._report_index.report[slots - target._report_index.origin].tolist() == [
+        0,
+        1,
+        5,
+        4,
+        3,
+        2,
+    ]

@@ -12,8 +12,8 @@ from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.config.plots import (
     PlotSettings,
     TrackerSettings,
-    plots_of_ledger,
-    tracker_of_ledger,
+    plots_of_sources,
+    tracker_of_sources,
 )
 from trackweave.config.presets import preset_notes, preset_values
 from trackweave.config.search import DEFAULT_METHOD, make_solver
@@ -143,8 +143,8 @@ def fill(
     search, deadline = _search(sources, configuration)
     max_ahead = sources.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
     period = sources.choose(("output", "period"), estimates and estimates.period)
-    tracker, doubts = tracker_of_ledger(sources)
-    plots = plots_of_ledger(sources, sensors, lifecycle)
+    tracker, doubts = tracker_of_sources(sources)
+    plots = plots_of_sources(sources, sensors, lifecycle)
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
     notes = [
         f"sensors.{name}: no report is from this sensor; {suggest(name, names[:MOST_NAMED])}"

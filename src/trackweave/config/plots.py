@@ -12,7 +12,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 if TYPE_CHECKING:
     from trackweave.association.plots_rule import PlotsRule
 
-__all__ = ["PlotSettings", "TrackerSettings", "plots_of_ledger", "tracker_of_ledger"]
+__all__ = ["PlotSettings", "TrackerSettings", "plots_of_sources", "tracker_of_sources"]
 
 # Scans so near to each other, as a share of the shortest scan period, are of one instant.
 USUAL_SHARE = 0.1
@@ -37,7 +37,7 @@ class PlotSettings:
     keep_lone: bool  # Whether positions where only one sensor looks become reports
 
 
-def tracker_of_ledger(sources: Sources) -> tuple[TrackerSettings, list[str]]:
+def tracker_of_sources(sources: Sources) -> tuple[TrackerSettings, list[str]]:
     """Return which tracker is asked for, and sentences on keys that another would use."""
     # It is entered only where file or preset say something, so that runs that ask for nothing stay
     # what they are.
@@ -57,7 +57,7 @@ def tracker_of_ledger(sources: Sources) -> tuple[TrackerSettings, list[str]]:
     return TrackerSettings(kind, pairing), notes
 
 
-def plots_of_ledger(
+def plots_of_sources(
     sources: Sources, sensors: Sequence[Sensor], lifecycle: Lifecycle
 ) -> PlotSettings | None:
     """Return how plots are to be fused, None where they are not."""

@@ -50,7 +50,7 @@ class FixedHistory:
         ):
             self._forgotten = self._closed.popleft().time
 
-    def initial(
+    def initial_tracks(
         self, tree: AssociationTree, window: Sequence[ScanInput]
     ) -> tuple[InitialTracks, Families]:
         """Return the tracks of a tree, and their families, as they enter the window."""

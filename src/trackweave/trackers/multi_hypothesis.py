@@ -325,7 +325,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._inactive.bring_back(tree, self._open.last_time)
         self._fix(tree, self._open.last_time)
         window = [known.data for known in self._open.scans]
-        initial, families = self._fixed_history.initial(tree, window)
+        initial, families = self._fixed_history.initial_tracks(tree, window)
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
         self._open.insert(self._preparation.open(scan, tree.dim))

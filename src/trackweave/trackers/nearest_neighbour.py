@@ -123,7 +123,7 @@ class NearestNeighbourTracker(ScanByScan):
     1
     """
 
-    CHANGING: ClassVar = ("_opener", "_roster", "_tree", "_undetected", "_used")
+    CHANGING: ClassVar = ("_manager", "_preparation", "_tree", "_undetected", "_used")
     SETTINGS: ClassVar = ("_lifecycle", "_motion", "_priors", "_sensors")
 
     def __init__(  # noqa: PLR0913 all by name, and each a part of what a tracker is
