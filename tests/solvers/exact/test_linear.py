@@ -145,3 +145,9 @@ def test_columns_with_an_item_are_found() -> None:
         covers = matrix(program)
         for item in range(program.component.n_items):
             assert program.with_item(item).tolist() == np.flatnonzero(covers[item]).tolist()
+
+
+def test_writes_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    for program in (program for program, _ in programs()):
+        program.solve(everything(program))
+    assert capfd.readouterr() == ("", "")

@@ -1,5 +1,6 @@
 """The linear relaxation of one component, solved by HiGHS and bounded by our own arithmetic."""
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,9 +118,8 @@ class LinearProgram:
         return shared
 
     def _load(self, stop: Stop | None) -> Any:
-        solver: Any = self._highs.Highs()  # type: ignore[no-untyped-call]
-        for name, value in {"output_flag": False, "threads": 1}.items():
-            solver.setOptionValue(name, value)
+        solver: Any = _silent_highs()()
+        solver.setOptionValue("threads", 1)
         solver.passModel(self._model())
         if stop is not None:
 
@@ -147,3 +147,23 @@ class LinearProgram:
         model.a_matrix_.index_ = self.items.astype(np.int32)
         model.a_matrix_.value_ = np.ones(self.items.shape[0])
         return model
+
+
+@functools.cache
+def _silent_highs() -> Any:
+    """Return HiGHS's class, silenced before its constructor can greet on standard output.
+
+    From 1.16 on it greets when the constructor enables callbacks, before any option can be set.
+    """
+    import highspy
+
+    class SilentHighs(highspy.Highs):
+        def __init__(self) -> None:
+            super().__init__()  # type: ignore[no-untyped-call]
+            self.setOptionValue("output_flag", False)
+
+        def enableCallbacks(self) -> None:  # noqa: N802 - HiGHS's own name
+            self.setOptionValue("output_flag", False)
+            super().enableCallbacks()
+
+    return SilentHighs
