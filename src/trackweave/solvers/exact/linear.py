@@ -164,6 +164,6 @@ def _silent_highs() -> Any:
 
         def enableCallbacks(self) -> None:  # noqa: N802 - HiGHS's own name
             self.setOptionValue("output_flag", False)
-            super().enableCallbacks()
+            super().enableCallbacks()  # type: ignore[no-untyped-call]
 
     return SilentHighs
