@@ -151,10 +151,8 @@ class LinearProgram:
 
 @functools.cache
 def _silent_highs() -> Any:
-    """Return HiGHS's class, silenced before its constructor can greet on standard output.
-
-    From 1.16 on it greets when the constructor enables callbacks, before any option can be set.
-    """
+    """Return HiGHS's class, silenced before its constructor can greet on standard output."""
+    # From 1.16 on it greets when the constructor enables callbacks, before options can be set.
     import highspy
 
     class SilentHighs(highspy.Highs):
