@@ -7,7 +7,7 @@ nothing that is made lands among what is written.
 import os
 import re
 import warnings
-from importlib.metadata import version as version_of
+from importlib.metadata import metadata
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -19,7 +19,7 @@ QUICK = os.environ.get("TRACKWEAVE_DOCS") == "quick"
 project = "trackweave"
 author = "trackweave developers"
 copyright = "trackweave developers"
-version = release = version_of("trackweave")
+version = release = metadata("trackweave")["Version"]
 
 TOPICS = ("tracking", "sensors", "images", "association", "beyond")
 
@@ -97,7 +97,12 @@ html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
 html_show_sourcelink = False
 html_copy_source = False
+# Public addresses, where there are any, stand in pyproject.toml alone.
+urls = dict(entry.split(", ", 1) for entry in metadata("trackweave").get_all("Project-URL") or ())
 html_theme_options = {
+    "icon_links": [
+        {"name": name, "url": url, "icon": "fa-solid fa-link"} for name, url in urls.items()
+    ],
     "show_prev_next": False,
     "navigation_with_keys": False,
     "secondary_sidebar_items": ["page-toc"],

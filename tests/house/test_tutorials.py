@@ -1,4 +1,4 @@
-"""What tutorials show runs as it stands there, block after block, and prints what they say."""
+"""Tutorials and the page of messages run as they stand, and print what they say."""
 
 import contextlib
 import io
@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
 # Its commands are the README's, whose picture other tests make.
 PAGES = sorted({*FOLDER.glob("*.md")} - {FOLDER / "index.md", FOLDER / "first-tracks.md"})
+MESSAGES = ROOT / "docs" / "reference" / "messages.md"
 BLOCK = re.compile(r"^```(python|sh|toml|text)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
 SHELL = f"trackweave() {{ '{sys.executable}' -m trackweave \"$@\"; }}\nset -e\n"
 
@@ -52,6 +53,11 @@ def test_a_tutorial_runs_as_it_stands(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert follow(page) >= 4
+
+
+def test_messages_are_as_their_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert follow(MESSAGES) >= 8
 
 
 def test_every_tutorial_is_listed() -> None:
