@@ -29,8 +29,10 @@ def test_the_reference_lists_every_public_name_once() -> None:
 
 @pytest.mark.parametrize("module", [trackweave.simulation, trackweave.metrics])
 def test_the_reference_lists_every_name_of_a_public_package(module: object) -> None:
-    found = listed(module.__name__)  # type: ignore[attr-defined]
-    assert sorted(found) == sorted(module.__all__)  # type: ignore[attr-defined]
+    names = module.__all__  # type: ignore[attr-defined]
+    # What the library offers by the same name has its page there.
+    own = [n for n in names if getattr(module, n) is not getattr(trackweave, n, None)]
+    assert sorted(listed(module.__name__)) == sorted(own)  # type: ignore[attr-defined]
 
 
 def test_the_gallery_has_twenty_examples_and_more() -> None:
