@@ -21,6 +21,8 @@ author = "trackweave developers"
 copyright = "trackweave developers"
 version = release = metadata("trackweave")["Version"]
 
+# How NumPy writes the type of an array; shapes and units stand in the text.
+ARRAY = re.compile(r"numpy\.ndarray\[tuple\[.*?\], numpy\.dtype\[.*?\]\]")
 TOPICS = ("tracking", "sensors", "images", "association", "beyond")
 
 
@@ -48,12 +50,12 @@ def look(gallery_conf, name):
     })  # fmt: skip
 
 
-def without_footnotes(*told):
-    """Let numbered sources of a docstring be plain items: a summary has no place for footnotes."""
+def plainer(*told):
+    """Let sources be plain items, as a summary has no place for footnotes, and arrays arrays."""
     lines = told[-1]
     for row, line in enumerate(lines):
         sourced = re.sub(r" ?\[(\d)\]_", r" [\1]", line)
-        lines[row] = re.sub(r"^\.\. \[(\d)\] ", r"-  [\1] ", sourced)
+        lines[row] = ARRAY.sub("array", re.sub(r"^\.\. \[(\d)\] ", r"-  [\1] ", sourced))
 
 
 extensions = [
@@ -157,4 +159,4 @@ def lead_into_the_site(app, name, source):
 def setup(app):
     """Register what is ours."""
     app.connect("source-read", lead_into_the_site)
-    app.connect("autodoc-process-docstring", without_footnotes)
+    app.connect("autodoc-process-docstring", plainer)
