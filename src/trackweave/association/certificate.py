@@ -34,7 +34,7 @@ class Status(StrEnum):
 
 
 def relative_gap(cost: float, lower_bound: float) -> float:
-    """Return (cost − bound) / |cost|, the relative gap as HiGHS and Gurobi define it."""
+    """Return (cost − bound) / abs(cost), the relative gap as HiGHS and Gurobi define it."""
     # It is 0 where both are zero; infinite where the cost alone is zero, and where there is no
     # answer.
     if cost == np.inf:
@@ -62,7 +62,7 @@ class Certificate:
     --------
     >>> import trackweave as tw
     >>> certificate = tw.Certificate(-200.0, -220.0, tw.Status.FEASIBLE)  # nats
-    >>> certificate.gap  # (cost − bound) / |cost|
+    >>> certificate.gap  # (cost − bound) / abs(cost)
     0.1
     >>> tw.Certificate(0.0, -1.0, tw.Status.FEASIBLE).gap
     inf
@@ -74,7 +74,7 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """Distance from the bound relative to the cost, (cost − bound) / |cost|.
+        """Distance from the bound relative to the cost, (cost − bound) / abs(cost).
 
         Infinite where no answer was found, and where the cost is zero but the bound is not.
         """

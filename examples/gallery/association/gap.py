@@ -1,0 +1,33 @@
+"""
+What a gap is
+=============
+
+A search that gets no better has found the best, or is stuck: from its answers alone nobody can
+tell. Prices on the reports give a *lower bound* that no answer can beat. The distance between the
+two is the *gap*, and where it closes, the answer is proven. Two searches from scratch, each with
+ever more work, against the bound; the default begins with the prices, and proves its answer.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import trackweave as tw
+from trackweave.association.plots_rule import scene_plots
+from trackweave.simulation.scenes import PositionKind, draw_scene
+
+scene = draw_scene(PositionKind(n_sensors=4, n_objects=40, spacing=3.0), rng=3)
+rule = tw.PlotsRule(object_density=scene.object_density, area=scene.area, negative_only=True)
+problem = rule(scene_plots(scene)).problem()
+
+figure, axes = plt.subplots(figsize=(8, 4.6))
+best, budgets = tw.solve(problem), np.geomspace(500, 64_000, 8).astype(int)
+for name, kind in {"annealing": tw.Annealing, "genes": tw.Genetic}.items():
+    searches = [kind(seeded=False, decompose=False, evaluations=int(budget)) for budget in budgets]
+    costs = [tw.solve(problem, search, rng=1).cost for search in searches]
+    axes.semilogx(budgets, costs, "o-", label=f"{name} from scratch")
+axes.axhline(best.lower_bound, color="k", ls="--", lw=1, label="lower bound")
+axes.axhline(best.cost, color="tab:green", lw=1, label=f"auto: {best.evaluations:,} answers tried")
+axes.set(xlabel="answers tried", ylabel="cost [nats]")
+axes.set_title(f"auto: cost {best.cost:.2f}, bound {best.lower_bound:.2f}, {best.status.value}")
+axes.legend()
+figure.savefig("gap.png")
