@@ -1,9 +1,11 @@
-"""Whether tracks break off under the process noise that was told, and what is used instead."""
+"""Whether tracks break off under a run's process noise, told or learned, and what is used."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import gammainc
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
@@ -17,9 +19,10 @@ __all__ = ["MotionDoubts"]
 KEY = "motion.process_noise"
 # Tracks are looked at when so many reports are in them, then at each doubling, and at the end.
 LINKS = 800
-# So many breaks, and one in so many tracks, beyond chance, are put to the trial. It must bring a
-# process noise so many times larger, which leaves half of the breaks at most.
-FEWEST_BREAKS, BREAKING, TIMES, LEFT = 2, 0.15, 4.0, 0.5
+# So many breaks, where chance hardly makes as many, are put to the trial. It must bring a process
+# noise so many times larger, which mends so many, leaves half of them at most, and no more tracks.
+FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 3, 0.01, 0.1
+TIMES, LEFT = 4.0, 0.5
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
 # it, another track begins, as near as it can have come. What ends or begins within so many pauses
 # of the ends of the recording may go on beyond it.
@@ -32,32 +35,41 @@ WEIGHT = 60.0
 
 
 class MotionDoubts:
-    """What was told of the process noise, against where the tracks of a run end and begin.
+    """The process noise of a run, against where its tracks end and begin.
 
     Too little loses objects in turns: their tracks break off, and others begin close by. Such a
-    run begins again with the process noise that the reports speak of, and goes on with it if
-    fewer tracks break; otherwise it begins once more as told.
+    run begins again with the process noise that the reports speak of where another was told, and
+    with several times as much where it was learned: tracks that broke off in turns could not tell
+    of these. It goes on with it if fewer tracks break; otherwise it begins once more as before.
     """
 
     def __init__(self) -> None:
         self._due: float = LINKS
-        self._told = self._learned = 0.0
+        self._doubted = self._tried = 0.0
         self._broken = self._tracks = self._left = 0
-        self._is_on_trial = self._is_used = False
+        self._is_told = self._is_on_trial = self._is_used = False
 
     def applied(self, configuration: Configuration) -> Configuration:
-        """Return what the next attempt takes: without a process noise that is doubted."""
+        """Return what the next attempt takes: with another process noise than is doubted."""
         if not (self._is_on_trial or self._is_used):
             return configuration
         motion = {k: v for k, v in configuration.table("motion").items() if k != "process_noise"}
+        if not self._is_told:
+            motion["process_noise"] = TIMES * self._doubted
         return configuration.changed(motion=motion)
+
+    def entered(self, settings: Settings) -> Settings:
+        """Return the configuration as used, in which what was learned counts as estimated."""
+        if not self._is_used:
+            return settings
+        return replace(settings, sources={**settings.sources, KEY: "estimated"})
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
         process = _process(settings)
-        if self._is_on_trial and process < max(TIMES * self._told, LEAST):
+        if self._is_on_trial and process < max(TIMES * self._doubted, LEAST):
             return self._settle(is_used=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
@@ -68,12 +80,16 @@ class MotionDoubts:
             return False
         broken, chance = _breaks(case)
         if self._is_on_trial:
-            self._learned, self._left = process, broken
-            return self._settle(is_used=broken <= LEFT * self._broken)
+            self._tried, self._left = process, broken
+            mended = min(self._broken - FEWEST_BREAKS, LEFT * self._broken)
+            return self._settle(is_used=broken <= mended and len(case.groups) <= self._tracks)
         self._due = 2 * n_assigned
-        if broken - chance < max(FEWEST_BREAKS, BREAKING * len(case.groups)):
+        # As many or more of a Poisson number.
+        by_chance = gammainc(broken, max(chance, LEAST_CHANCE)) if broken else 1.0
+        if broken < FEWEST_BREAKS or by_chance > BY_CHANCE:
             return False
-        self._told, self._is_on_trial = process, True
+        self._is_told = settings.sources.get(KEY) == "file"
+        self._doubted, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = broken, len(case.groups), n_assigned
         return True
 
@@ -84,28 +100,28 @@ class MotionDoubts:
 
     def findings(self) -> list[Finding]:
         """Return a sentence where another process noise is used than was told."""
-        if not self._is_used:
+        if not (self._is_used and self._is_told):
             return []
         return [
             Finding(
                 "process_noise",
                 None,
-                f"{KEY} is told as {self._told:g} m²/s³, but with it {self._broken} of "
+                f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken} of "
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
-                f"the {self._learned:g} of which reports speak: that is used; correct it, or "
+                f"the {self._tried:g} of which reports speak: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
-                weight=WEIGHT + abs(float(np.log(self._learned / max(self._told, LEAST)))),
-                told=self._told,
-                seen=self._learned,
+                weight=WEIGHT + abs(float(np.log(self._tried / max(self._doubted, LEAST)))),
+                told=self._doubted,
+                seen=self._tried,
             )
         ]
 
     def as_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of a process noise that stood trial."""
-        if not self._learned:
+        if not (self._tried and self._is_told):
             return []
-        used = self._learned if self._is_used else self._told
-        return [{"key": KEY, "told": self._told, "learned": self._learned, "used": used}]
+        used = self._tried if self._is_used else self._doubted
+        return [{"key": KEY, "told": self._doubted, "learned": self._tried, "used": used}]
 
 
 def _process(settings: Settings) -> float:
@@ -115,14 +131,13 @@ def _process(settings: Settings) -> float:
 
 
 def _is_open(case: Case) -> bool:
-    """Tell whether the file tells a process noise that may give way."""
+    """Tell whether the process noise was learned, or told by a file and may give way."""
+    if not isinstance(case.settings.motion, ConstantVelocity):
+        return False
+    source = case.settings.sources.get(KEY)
     trust = case.settings.values["motion"].get("trust", False)
-    return (
-        isinstance(case.settings.motion, ConstantVelocity)
-        and case.settings.sources.get(KEY) == "file"
-        and trust is not True
-        and not (isinstance(trust, Sequence) and "process_noise" in trust)
-    )
+    is_trusted = trust is True or (isinstance(trust, Sequence) and "process_noise" in trust)
+    return source == "estimated" or (source == "file" and not is_trusted)
 
 
 def _breaks(case: Case) -> tuple[int, float]:
