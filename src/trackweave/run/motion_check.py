@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gammainc
@@ -11,18 +11,22 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.models.motion import ConstantVelocity
+from trackweave.estimation.estimates import digits
+from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.run.diagnostics import Case, Finding
 
 __all__ = ["MotionDoubts"]
 
-KEY = "motion.process_noise"
+KEY, MODEL = "motion.process_noise", "motion.model"
 # Tracks are looked at when so many reports are in them, then at each doubling, and at the end.
 LINKS = 800
 # So many breaks, where chance hardly makes as many, are put to the trial. It must bring a process
 # noise so many times larger, which mends so many, leaves half of them at most, and no more tracks.
-FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 3, 0.01, 0.1
-TIMES, LEFT = 4.0, 0.5
+# What leads from an end to a beginning is that many standard deviations of a manoeuvre's noise.
+FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
+TIMES, LEFT, DEVIATIONS = 4.0, 0.5, 2.0
+# How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
+SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
 # it, another track begins, as near as it can have come. What ends or begins within so many pauses
 # of the ends of the recording may go on beyond it.
@@ -34,35 +38,55 @@ MOVED = 3.0
 WEIGHT = 60.0
 
 
+class _Breaks(NamedTuple):
+    """Tracks that end where another begins."""
+
+    number: int
+    chance: float  # How many would by chance
+    process: float  # Process noise of which they speak [m²/s³]
+    pause: float  # Usual time from report to report of a track [s]
+
+
 class MotionDoubts:
     """The process noise of a run, against where its tracks end and begin.
 
     Too little loses objects in turns: their tracks break off, and others begin close by. Such a
-    run begins again with the process noise that the reports speak of where another was told, and
-    with several times as much where it was learned: tracks that broke off in turns could not tell
-    of these. It goes on with it if fewer tracks break; otherwise it begins once more as before.
+    run begins again. Where a process noise was told, it takes that of which the reports speak.
+    Where it was learned, tracks that broke off in turns could not tell of these: objects change
+    then between that of the others and that of which the breaks speak. It goes on so if fewer
+    tracks break; otherwise it begins once more as before.
     """
 
     def __init__(self) -> None:
         self._due: float = LINKS
         self._doubted = self._tried = 0.0
-        self._broken = self._tracks = self._left = 0
+        self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
         self._is_told = self._is_on_trial = self._is_used = False
 
     def applied(self, configuration: Configuration) -> Configuration:
         """Return what the next attempt takes: with another process noise than is doubted."""
         if not (self._is_on_trial or self._is_used):
             return configuration
-        motion = {k: v for k, v in configuration.table("motion").items() if k != "process_noise"}
-        if not self._is_told:
-            motion["process_noise"] = TIMES * self._doubted
+        motion = dict(configuration.table("motion"))
+        if self._is_told:
+            del motion["process_noise"]
+        else:
+            noises = (self._doubted, digits(self._broken.process, 3))
+            ways = {
+                way: {"model": "constant-velocity", "process_noise": noise}
+                for way, noise in zip(WAYS, noises, strict=True)
+            }
+            times = [digits(each * self._broken.pause, 3) for each in SOJOURNS]
+            motion["model"] = "imm"
+            motion["imm"] = {"models": list(WAYS), "sojourn_time": times, **ways}
         return configuration.changed(motion=motion)
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        if not self._is_used:
+        if not self._is_used or self._is_told:
             return settings
-        return replace(settings, sources={**settings.sources, KEY: "estimated"})
+        own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
+        return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
@@ -78,19 +102,24 @@ class MotionDoubts:
         if not self._is_on_trial and not _is_open(case):
             self._due = np.inf
             return False
-        broken, chance = _breaks(case)
+        found = _breaks(case)
         if self._is_on_trial:
-            self._tried, self._left = process, broken
-            mended = min(self._broken - FEWEST_BREAKS, LEFT * self._broken)
-            return self._settle(is_used=broken <= mended and len(case.groups) <= self._tracks)
+            self._tried, self._left = process, found.number
+            most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
+            return self._settle(is_used=found.number <= most and len(case.groups) <= self._tracks)
         self._due = 2 * n_assigned
         # As many or more of a Poisson number.
-        by_chance = gammainc(broken, max(chance, LEAST_CHANCE)) if broken else 1.0
-        if broken < FEWEST_BREAKS or by_chance > BY_CHANCE:
+        if (
+            found.number == 0
+            or gammainc(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
+        ):
             return False
-        self._is_told = settings.sources.get(KEY) == "file"
-        self._doubted, self._is_on_trial = process, True
-        self._broken, self._tracks, self._due = broken, len(case.groups), n_assigned
+        is_told = settings.sources.get(KEY) == "file"
+        is_too_little = is_told or found.process >= max(TIMES * process, LEAST)
+        if found.number < FEWEST_BREAKS or not is_too_little:
+            return False
+        self._doubted, self._is_told, self._is_on_trial = process, is_told, True
+        self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
         return True
 
     def _settle(self, *, is_used: bool) -> bool:
@@ -106,7 +135,7 @@ class MotionDoubts:
             Finding(
                 "process_noise",
                 None,
-                f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken} of "
+                f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken.number} of "
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
                 f"the {self._tried:g} of which reports speak: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
@@ -125,26 +154,31 @@ class MotionDoubts:
 
 
 def _process(settings: Settings) -> float:
-    """Return the process noise of objects that move in one way, 0 of others."""
+    """Return the greatest process noise of objects that move straight, 0 of others."""
     motion = settings.motion
-    return motion.process_noise if isinstance(motion, ConstantVelocity) else 0.0
+    ways = motion.models if isinstance(motion, Imm) else (motion,)
+    return max(
+        (way.process_noise for way in ways if isinstance(way, ConstantVelocity)), default=0.0
+    )
 
 
 def _is_open(case: Case) -> bool:
     """Tell whether the process noise was learned, or told by a file and may give way."""
-    if not isinstance(case.settings.motion, ConstantVelocity):
+    settings = case.settings
+    if not isinstance(settings.motion, ConstantVelocity):
         return False
-    source = case.settings.sources.get(KEY)
-    trust = case.settings.values["motion"].get("trust", False)
+    if settings.sources.get(KEY) == "estimated":
+        return settings.sources.get(MODEL) == "default"
+    trust = settings.values["motion"].get("trust", False)
     is_trusted = trust is True or (isinstance(trust, Sequence) and "process_noise" in trust)
-    return source == "estimated" or (source == "file" and not is_trusted)
+    return settings.sources.get(KEY) == "file" and not is_trusted
 
 
-def _breaks(case: Case) -> tuple[int, float]:
-    """Return how many tracks end where another begins, and how many would by chance."""
+def _breaks(case: Case) -> _Breaks:
+    """Return how many tracks end where another begins, and of what process noise they speak."""
     groups = [own for own in case.groups if np.isfinite(case.position[own]).all()]
     if len(groups) < FEWEST_BREAKS:
-        return 0, 0.0
+        return _Breaks(0, 0.0, 0.0, 1.0)
     time, place = case.reports.time, case.position
     ends, begins = (np.array([own[k] for own in groups]) for k in (-1, 0))
     pause = np.array([np.median(np.diff(time[own])) for own in groups])
@@ -159,11 +193,19 @@ def _breaks(case: Case) -> tuple[int, float]:
     fastest = np.maximum(speed[:, None], speed[None, :])
     reach = SIGMAS * own + fastest * (np.abs(late) + pause[:, None])
     way: FloatArray = place[begins][None, :] - place[ends][:, None]
-    found = int((fits & (np.linalg.norm(way, axis=2) <= reach)).any(axis=1).sum())
+    is_near = fits & (np.linalg.norm(way, axis=2) <= reach)
     moves = [np.array(step) for step in ((MOVED, 0.0), (-MOVED, 0.0), (0.0, MOVED), (0.0, -MOVED))]
     moved = [np.linalg.norm(way + step * reach[..., None], axis=2) <= reach for step in moves]
     chance = float(np.mean([(fits & near).any(axis=1).sum() for near in moved]))
-    return found, chance
+    # A deviation d along two axes after a time T is that of a process noise of 3 d²/(2 T³).
+    late = np.maximum(late, pause[:, None])
+    last = np.array([own[-2] for own in groups])
+    velocity = (place[ends] - place[last]) / np.maximum(time[ends] - time[last], LEAST)[:, None]
+    beside = np.linalg.norm(way - velocity[:, None] * late[..., None], axis=2) / DEVIATIONS
+    process = np.where(is_near, 1.5 * beside**2 / late**3, np.inf).min(axis=1)
+    broken = is_near.any(axis=1)
+    spoken = float(np.median(process[broken])) if broken.any() else 0.0
+    return _Breaks(int(broken.sum()), chance, spoken, float(np.median(pause)))
 
 
 def _speed(time: FloatArray, place: FloatArray) -> float:
