@@ -62,13 +62,14 @@ class MotionDoubts:
         self._doubted = self._tried = 0.0
         self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
         self._is_told = self._is_on_trial = self._is_used = False
+        self._has_ways = self._has_ways_left = False  # To move, of which breaks speak
 
     def applied(self, configuration: Configuration) -> Configuration:
         """Return what the next attempt takes: with another process noise than is doubted."""
         if not (self._is_on_trial or self._is_used):
             return configuration
         motion = dict(configuration.table("motion"))
-        if self._is_told:
+        if not self._has_ways:
             del motion["process_noise"]
         else:
             noises = (self._doubted, digits(self._broken.process, 3))
@@ -83,7 +84,7 @@ class MotionDoubts:
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        if not self._is_used or self._is_told:
+        if not (self._is_used and self._has_ways):
             return settings
         own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
         return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
@@ -93,8 +94,12 @@ class MotionDoubts:
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
         process = _process(settings)
-        if self._is_on_trial and process < max(TIMES * self._doubted, LEAST):
-            return self._settle(is_used=False)
+        enough = max(TIMES * self._doubted, LEAST)
+        if self._is_on_trial and process < enough:
+            # What is learned is as little as what was told; the breaks may speak of more.
+            self._has_ways = self._has_ways_left and self._broken.process >= enough
+            self._has_ways_left = False
+            return self._has_ways or self._settle(is_used=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
             return False
@@ -114,11 +119,12 @@ class MotionDoubts:
             or gammainc(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
         ):
             return False
-        is_told = settings.sources.get(KEY) == "file"
-        is_too_little = is_told or found.process >= max(TIMES * process, LEAST)
-        if found.number < FEWEST_BREAKS or not is_too_little:
+        self._is_told = settings.sources.get(KEY) == "file"
+        self._has_ways_left = settings.sources.get(MODEL) == "default"
+        is_too_little = found.process >= max(TIMES * process, LEAST)
+        if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
             return False
-        self._doubted, self._is_told, self._is_on_trial = process, is_told, True
+        self._doubted, self._is_on_trial, self._has_ways = process, True, not self._is_told
         self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
         return True
 
@@ -131,13 +137,16 @@ class MotionDoubts:
         """Return a sentence where another process noise is used than was told."""
         if not (self._is_used and self._is_told):
             return []
+        used = f"the {self._tried:g} of which reports speak: that is used"
+        if self._has_ways:
+            used = f"objects that change between it and {self._tried:g}: so it is"
         return [
             Finding(
                 "process_noise",
                 None,
                 f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken.number} of "
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
-                f"the {self._tried:g} of which reports speak: that is used; correct it, or "
+                f"{used}; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
                 weight=WEIGHT + abs(float(np.log(self._tried / max(self._doubted, LEAST)))),
                 told=self._doubted,
