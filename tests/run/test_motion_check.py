@@ -78,3 +78,45 @@ def test_a_run_that_learned_its_process_noise_is_the_run_that_was_told_none() ->
     del untold["motion"]["process_noise"]
     learned, free = track(table, told(0.005)), track(table, untold)
     assert learned.assignments.equals(free.assignments)
+
+
+def few_turning(seed: int) -> pl.DataFrame:
+    """Return reports of twelve objects that go straight and of one that turns hard."""
+    rng = np.random.default_rng(seed)
+    heading = rng.uniform(0.0, 2.0 * np.pi, 13)
+    place = 3000.0 * np.stack(np.divmod(np.arange(13), 4), axis=1)
+    rows = []
+    for time in range(80):
+        heading[-1] += 1.2 * (time % 12 < 2)
+        place = place + 10.0 * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        seen = place + rng.normal(size=place.shape)
+        rows += [(float(time), *at.tolist()) for at in seen[rng.random(13) < 0.95]]
+    return pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_objects_manoeuvre_where_what_was_learned_of_the_others_breaks_tracks(seed: int) -> None:
+    result = track(few_turning(seed))
+    motion = result.run["configuration"]["motion"]
+    assert result.history["track"].n_unique() == 13
+    assert motion["model"] == "imm"
+    quiet, manoeuvring = (motion["imm"][way] for way in motion["imm"]["models"])
+    assert quiet["process_noise"] < 0.01 < 10.0 < manoeuvring["process_noise"]
+    assert result.run["sources"]["motion.model"] == "estimated"
+    assert result.run["told"] == []
+
+
+def test_a_model_that_is_told_stays() -> None:
+    told = {"motion": {"model": "constant-velocity"}}
+    motion = track(few_turning(1), told).run["configuration"]["motion"]
+    assert motion["model"] == "constant-velocity"
+    assert "imm" not in motion
+
+
+def test_what_was_learned_and_then_told_gives_way_too() -> None:
+    free = track(few_turning(2))
+    quiet = free.run["configuration"]["motion"]["imm"]["quiet"]["process_noise"]
+    told = track(few_turning(2), {"motion": {"process_noise": quiet}})
+    assert told.assignments.equals(free.assignments)
+    assert "objects that change between it and" in told.run["notes"][0]
+    assert told.run["told"][0]["used"] > 10.0

@@ -95,6 +95,10 @@ def init(
         "tracker.toml"
     ),
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    learn: Annotated[
+        Path | None,
+        typer.Option(help="Track the reports and write here what they told, and nothing else."),
+    ] = None,
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or leave it out and go on.")
     ] = "fail",
@@ -105,10 +109,18 @@ def init(
     """Write a commented configuration, estimated from a file of reports.
 
     Each key with its value, its unit and where the value came from. `track --config` with the
-    file does what `track` does without a configuration, until you change it.
+    file does what `track` does without a configuration, until you change it. With --learn all
+    reports are tracked, and what they told of sensors and objects is written, for
+    `track --learned` and `serve --learned` to begin from.
     """
-    from trackweave.cli.init import run_init
+    from trackweave.cli.init import run_init, run_learn
 
+    if learn is not None:
+        carry_out(
+            run_learn, reports, learn, json=json, quiet=quiet, force=force,
+            on_bad_row=on_bad_row, told=from_format,
+        )  # fmt: skip
+        return
     carry_out(
         run_init, reports, out, json=json, quiet=quiet, force=force, on_bad_row=on_bad_row,
         told=from_format,
@@ -123,6 +135,12 @@ def track(
     config: Annotated[
         Path | None,
         typer.Option(help="Configuration (tracker.toml). Keys left out are estimated or default."),
+    ] = None,
+    learned: Annotated[
+        Path | None,
+        typer.Option(
+            help="What `init --learn` wrote; it counts where the configuration is silent."
+        ),
     ] = None,
     preset: Annotated[
         str | None, typer.Option(help="Preset to apply where the configuration is silent.")
@@ -166,7 +184,7 @@ def track(
     carry_out(
         run_track, reports, out, json=json, quiet=quiet, config=config, preset=preset,
         priors=priors, seed=seed, deadline_ms=deadline_ms, on_bad_row=on_bad_row,
-        told=from_format, also=also,
+        told=from_format, also=also, learned=learned,
     )  # fmt: skip
 
 

@@ -8,17 +8,19 @@ from trackweave.cli.edge import Voice
 from trackweave.cli.track import what_was_assumed
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings
+from trackweave.config.learned import learned_keys
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
+from trackweave.run import track
 from trackweave.run.doubles import doubles_of
 from trackweave.run.facts import with_facts
 from trackweave.run.observing import settle
 
-__all__ = ["run_init"]
+__all__ = ["run_init", "run_learn"]
 
 
 def run_init(
@@ -31,13 +33,8 @@ def run_init(
     told: str | None = None,
 ) -> dict[str, Any]:
     """Estimate a configuration, write it with comments, and return what was found."""
-    place = OutputFile(out)
-    place.check(reports)
-    if out.exists() and not force:
-        raise OutputError(f"{out}: there already; --force replaces it")
-    table = read_reports(reports, told=told, on_bad_row=on_bad_row)
-    if len(table) == 0:
-        raise InvalidInputError(f"{reports[0]}: no rows; expected at least one report")
+    place = _place(out, reports, force=force)
+    table = _read(reports, told, on_bad_row)
     configuration = with_facts(load_configuration(None), table)
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
@@ -57,6 +54,56 @@ def run_init(
         voice.say(line)
     voice.say(f"written: {out}")
     return found
+
+
+def run_learn(
+    voice: Voice,
+    reports: list[Path],
+    out: Path,
+    *,
+    force: bool = False,
+    on_bad_row: OnBadRow = "fail",
+    told: str | None = None,
+) -> dict[str, Any]:
+    """Track reports, write what they told of sensors and objects, and return what was found."""
+    place = _place(out, reports, force=force)
+    table = _read(reports, told, on_bad_row)
+    with voice.progress("tracking") as progress:
+        result = track(table, progress=progress)
+    settings = result.values.settings
+    values = learned_keys(settings.values, settings.sources)
+    if table.frame is not None:
+        # Places on the plane count from here.
+        origin = [table.frame.latitude_deg, table.frame.longitude_deg]
+        values["frame"] = {"origin": origin, "projection": table.frame.projection}
+    settings = replace(settings, values=values)
+    head = [
+        _head(reports, table)[0].replace("init", "init --learn", 1),
+        "What was learned of sensors and objects, for track --learned and serve --learned: it "
+        "counts where a configuration is silent.",
+    ]
+    place.write(commented_toml(settings, head=head).encode("utf-8"))
+    for line in settings.notes:
+        voice.say(line)
+    voice.say(f"written: {out}")
+    return {"out": str(out), "learned": values, "notes": list(settings.notes)}
+
+
+def _place(out: Path, reports: list[Path], *, force: bool) -> OutputFile:
+    """Return where a file goes that is not there yet, or may be replaced."""
+    place = OutputFile(out)
+    place.check(reports)
+    if out.exists() and not force:
+        raise OutputError(f"{out}: there already; --force replaces it")
+    return place
+
+
+def _read(reports: list[Path], told: str | None, on_bad_row: OnBadRow) -> ReportTable:
+    """Return the reports, of which there has to be one."""
+    table = read_reports(reports, told=told, on_bad_row=on_bad_row)
+    if len(table) == 0:
+        raise InvalidInputError(f"{reports[0]}: no rows; expected at least one report")
+    return table
 
 
 def _found(settings: Settings, out: Path) -> dict[str, Any]:

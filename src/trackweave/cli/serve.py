@@ -27,6 +27,7 @@ def run_serve(
     *,
     demo: bool,
     config: Path | None,
+    learned: Path | None,
     listen: Sequence[str],
     publish: Sequence[str],
     access: dict[str, Any],
@@ -57,8 +58,9 @@ def run_serve(
         if demo:
             from trackweave.service.demonstration import demonstration
 
-            if config is not None:
-                raise InvalidInputError("--demo and --config; expected one of them")
+            if config is not None or learned is not None:
+                name = "--learned" if config is None else "--config"
+                raise InvalidInputError(f"--demo and {name}; expected one of them")
             place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="trackweave-")))
             url, plan_config = demonstration(place, seed)
             urls.append(url)
@@ -68,6 +70,7 @@ def run_serve(
         plan = Plan(
             folder=data or Path("trackweave-service"),
             config=plan_config,
+            learned=learned,
             sources=sources,
             targets=[target_of(url) for url in publish],
             host=host,

@@ -21,6 +21,10 @@ def serve(
         Path | None,
         typer.Option(help="tracker.toml; what it leaves out is estimated from what is heard."),
     ] = None,
+    learned: Annotated[
+        Path | None,
+        typer.Option(help="What `init --learn` wrote; it counts where --config is silent."),
+    ] = None,
     listen: Annotated[
         list[str],
         typer.Option(
@@ -80,7 +84,8 @@ def serve(
         "proxy": proxy, "tiles": tiles, "attribution": attribution, "open_inputs": open_inputs,
     }  # fmt: skip
     carry_out(
-        run_serve, data, page, json=False, quiet=quiet, demo=demo, config=config, listen=listen,
+        run_serve, data, page, json=False, quiet=quiet, demo=demo, config=config,
+        learned=learned, listen=listen,
         publish=publish, access=access, keep=(keep_gb, keep_hours), seed=1,
     )  # fmt: skip
     end_at_once()

@@ -5,7 +5,7 @@ from time import perf_counter
 from typing import Any
 
 from trackweave.cli.edge import Voice, shown
-from trackweave.config import load_configuration
+from trackweave.config import load_configuration, with_learned
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
@@ -31,17 +31,22 @@ def run_track(
     on_bad_row: OnBadRow,
     told: str | None = None,
     also: str | None = None,
+    learned: Path | None = None,
 ) -> dict[str, Any]:
     """Track reports and write what was found; return the run's totals."""
     begin = perf_counter()
     further = writers_named(also)
     place = OutputDirectory(out, "track")
-    place.check([*reports, config, priors], [f"tracks{each.endings[0]}" for each in further])
+    place.check(
+        [*reports, config, priors, learned], [f"tracks{each.endings[0]}" for each in further]
+    )
     if deadline_ms is not None and not 0 < deadline_ms < float("inf"):
         raise InvalidInputError(
             f"--deadline-ms: {deadline_ms}; expected a number > 0 of milliseconds"
         )
     configuration = load_configuration(config)
+    if learned is not None:
+        configuration = with_learned(configuration, load_configuration(learned))
     used = seed if seed is not None else (configuration.said("seed") or 0)
     origin = configuration.said("frame", "origin")
     table = read_reports(

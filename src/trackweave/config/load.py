@@ -25,6 +25,7 @@ class Configuration:
     values: Mapping[str, Any] = field(default_factory=dict)  # As given, nested as in the file
     name: str = "configuration"  # What messages call the file
     plugins: Plugins = NO_PLUGINS  # What it names from outside the package, whose keys are apart
+    learned: frozenset[str] = frozenset()  # Dotted keys that an earlier recording told
 
     def said(self, *path: str) -> Any:
         """Return what is said of a key; None for nothing."""

@@ -45,7 +45,7 @@ class ConsistencyChecks:
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        return self._noise.entered(settings)
+        return self._motion.entered(self._noise.entered(settings))
 
     def findings(self) -> list[Finding]:
         """Return a sentence on each value that is not used as told."""

@@ -1,25 +1,32 @@
-"""Whether tracks break off under the process noise that was told, and what is used instead."""
+"""Whether tracks break off under a run's process noise, told or learned, and what is used."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import gammainc
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.models.motion import ConstantVelocity
+from trackweave.estimation.estimates import digits
+from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.run.diagnostics import Case, Finding
 
 __all__ = ["MotionDoubts"]
 
-KEY = "motion.process_noise"
+KEY, MODEL = "motion.process_noise", "motion.model"
 # Tracks are looked at when so many reports are in them, then at each doubling, and at the end.
 LINKS = 800
-# So many breaks, and one in so many tracks, beyond chance, are put to the trial. It must bring a
-# process noise so many times larger, which leaves half of the breaks at most.
-FEWEST_BREAKS, BREAKING, TIMES, LEFT = 2, 0.15, 4.0, 0.5
+# So many breaks, where chance hardly makes as many, are put to the trial. It must bring a process
+# noise so many times larger, which mends so many, leaves half of them at most, and no more tracks.
+# What leads from an end to a beginning is that many standard deviations of a manoeuvre's noise.
+FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
+TIMES, LEFT, DEVIATIONS = 4.0, 0.5, 2.0
+# How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
+SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
 # it, another track begins, as near as it can have come. What ends or begins within so many pauses
 # of the ends of the recording may go on beyond it.
@@ -31,34 +38,68 @@ MOVED = 3.0
 WEIGHT = 60.0
 
 
+class _Breaks(NamedTuple):
+    """Tracks that end where another begins."""
+
+    number: int
+    chance: float  # How many would by chance
+    process: float  # Process noise of which they speak [m²/s³]
+    pause: float  # Usual time from report to report of a track [s]
+
+
 class MotionDoubts:
-    """What was told of the process noise, against where the tracks of a run end and begin.
+    """The process noise of a run, against where its tracks end and begin.
 
     Too little loses objects in turns: their tracks break off, and others begin close by. Such a
-    run begins again with the process noise that the reports speak of, and goes on with it if
-    fewer tracks break; otherwise it begins once more as told.
+    run begins again. Where a process noise was told, it takes that of which the reports speak.
+    Where it was learned, tracks that broke off in turns could not tell of these: objects change
+    then between that of the others and that of which the breaks speak. It goes on so if fewer
+    tracks break; otherwise it begins once more as before.
     """
 
     def __init__(self) -> None:
         self._due: float = LINKS
-        self._told = self._learned = 0.0
-        self._broken = self._tracks = self._left = 0
-        self._is_on_trial = self._is_used = False
+        self._doubted = self._tried = 0.0
+        self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
+        self._is_told = self._is_on_trial = self._is_used = False
+        self._has_ways = self._has_ways_left = False  # To move, of which breaks speak
 
     def applied(self, configuration: Configuration) -> Configuration:
-        """Return what the next attempt takes: without a process noise that is doubted."""
+        """Return what the next attempt takes: with another process noise than is doubted."""
         if not (self._is_on_trial or self._is_used):
             return configuration
-        motion = {k: v for k, v in configuration.table("motion").items() if k != "process_noise"}
+        motion = dict(configuration.table("motion"))
+        if not self._has_ways:
+            del motion["process_noise"]
+        else:
+            noises = (self._doubted, digits(self._broken.process, 3))
+            ways = {
+                way: {"model": "constant-velocity", "process_noise": noise}
+                for way, noise in zip(WAYS, noises, strict=True)
+            }
+            times = [digits(each * self._broken.pause, 3) for each in SOJOURNS]
+            motion["model"] = "imm"
+            motion["imm"] = {"models": list(WAYS), "sojourn_time": times, **ways}
         return configuration.changed(motion=motion)
+
+    def entered(self, settings: Settings) -> Settings:
+        """Return the configuration as used, in which what was learned counts as estimated."""
+        if not (self._is_used and self._has_ways):
+            return settings
+        own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
+        return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
         process = _process(settings)
-        if self._is_on_trial and process < max(TIMES * self._told, LEAST):
-            return self._settle(is_used=False)
+        enough = max(TIMES * self._doubted, LEAST)
+        if self._is_on_trial and process < enough:
+            # What is learned is as little as what was told; the breaks may speak of more.
+            self._has_ways = self._has_ways_left and self._broken.process >= enough
+            self._has_ways_left = False
+            return self._has_ways or self._settle(is_used=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
             return False
@@ -66,15 +107,25 @@ class MotionDoubts:
         if not self._is_on_trial and not _is_open(case):
             self._due = np.inf
             return False
-        broken, chance = _breaks(case)
+        found = _breaks(case)
         if self._is_on_trial:
-            self._learned, self._left = process, broken
-            return self._settle(is_used=broken <= LEFT * self._broken)
+            self._tried, self._left = process, found.number
+            most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
+            return self._settle(is_used=found.number <= most and len(case.groups) <= self._tracks)
         self._due = 2 * n_assigned
-        if broken - chance < max(FEWEST_BREAKS, BREAKING * len(case.groups)):
+        # As many or more of a Poisson number.
+        if (
+            found.number == 0
+            or gammainc(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
+        ):
             return False
-        self._told, self._is_on_trial = process, True
-        self._broken, self._tracks, self._due = broken, len(case.groups), n_assigned
+        self._is_told = settings.sources.get(KEY) == "file"
+        self._has_ways_left = settings.sources.get(MODEL) == "default"
+        is_too_little = found.process >= max(TIMES * process, LEAST)
+        if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
+            return False
+        self._doubted, self._is_on_trial, self._has_ways = process, True, not self._is_told
+        self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
         return True
 
     def _settle(self, *, is_used: bool) -> bool:
@@ -84,52 +135,59 @@ class MotionDoubts:
 
     def findings(self) -> list[Finding]:
         """Return a sentence where another process noise is used than was told."""
-        if not self._is_used:
+        if not (self._is_used and self._is_told):
             return []
+        used = f"the {self._tried:g} of which reports speak: that is used"
+        if self._has_ways:
+            used = f"objects that change between it and {self._tried:g}: so it is"
         return [
             Finding(
                 "process_noise",
                 None,
-                f"{KEY} is told as {self._told:g} m²/s³, but with it {self._broken} of "
+                f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken.number} of "
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
-                f"the {self._learned:g} of which reports speak: that is used; correct it, or "
+                f"{used}; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
-                weight=WEIGHT + abs(float(np.log(self._learned / max(self._told, LEAST)))),
-                told=self._told,
-                seen=self._learned,
+                weight=WEIGHT + abs(float(np.log(self._tried / max(self._doubted, LEAST)))),
+                told=self._doubted,
+                seen=self._tried,
             )
         ]
 
     def as_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of a process noise that stood trial."""
-        if not self._learned:
+        if not (self._tried and self._is_told):
             return []
-        used = self._learned if self._is_used else self._told
-        return [{"key": KEY, "told": self._told, "learned": self._learned, "used": used}]
+        used = self._tried if self._is_used else self._doubted
+        return [{"key": KEY, "told": self._doubted, "learned": self._tried, "used": used}]
 
 
 def _process(settings: Settings) -> float:
-    """Return the process noise of objects that move in one way, 0 of others."""
+    """Return the greatest process noise of objects that move straight, 0 of others."""
     motion = settings.motion
-    return motion.process_noise if isinstance(motion, ConstantVelocity) else 0.0
-
-
-def _is_open(case: Case) -> bool:
-    """Tell whether the file tells a process noise that may give way."""
-    trust = case.settings.values["motion"].get("trust", False)
-    return (
-        isinstance(case.settings.motion, ConstantVelocity)
-        and case.settings.sources.get(KEY) == "file"
-        and trust is not True
-        and not (isinstance(trust, Sequence) and "process_noise" in trust)
+    ways = motion.models if isinstance(motion, Imm) else (motion,)
+    return max(
+        (way.process_noise for way in ways if isinstance(way, ConstantVelocity)), default=0.0
     )
 
 
-def _breaks(case: Case) -> tuple[int, float]:
-    """Return how many tracks end where another begins, and how many would by chance."""
+def _is_open(case: Case) -> bool:
+    """Tell whether the process noise was learned, or told by a file and may give way."""
+    settings = case.settings
+    if not isinstance(settings.motion, ConstantVelocity):
+        return False
+    if settings.sources.get(KEY) == "estimated":
+        return settings.sources.get(MODEL) == "default"
+    trust = settings.values["motion"].get("trust", False)
+    is_trusted = trust is True or (isinstance(trust, Sequence) and "process_noise" in trust)
+    return settings.sources.get(KEY) == "file" and not is_trusted
+
+
+def _breaks(case: Case) -> _Breaks:
+    """Return how many tracks end where another begins, and of what process noise they speak."""
     groups = [own for own in case.groups if np.isfinite(case.position[own]).all()]
     if len(groups) < FEWEST_BREAKS:
-        return 0, 0.0
+        return _Breaks(0, 0.0, 0.0, 1.0)
     time, place = case.reports.time, case.position
     ends, begins = (np.array([own[k] for own in groups]) for k in (-1, 0))
     pause = np.array([np.median(np.diff(time[own])) for own in groups])
@@ -144,11 +202,19 @@ def _breaks(case: Case) -> tuple[int, float]:
     fastest = np.maximum(speed[:, None], speed[None, :])
     reach = SIGMAS * own + fastest * (np.abs(late) + pause[:, None])
     way: FloatArray = place[begins][None, :] - place[ends][:, None]
-    found = int((fits & (np.linalg.norm(way, axis=2) <= reach)).any(axis=1).sum())
+    is_near = fits & (np.linalg.norm(way, axis=2) <= reach)
     moves = [np.array(step) for step in ((MOVED, 0.0), (-MOVED, 0.0), (0.0, MOVED), (0.0, -MOVED))]
     moved = [np.linalg.norm(way + step * reach[..., None], axis=2) <= reach for step in moves]
     chance = float(np.mean([(fits & near).any(axis=1).sum() for near in moved]))
-    return found, chance
+    # A deviation d along two axes after a time T is that of a process noise of 3 d²/(2 T³).
+    late = np.maximum(late, pause[:, None])
+    last = np.array([own[-2] for own in groups])
+    velocity = (place[ends] - place[last]) / np.maximum(time[ends] - time[last], LEAST)[:, None]
+    beside = np.linalg.norm(way - velocity[:, None] * late[..., None], axis=2) / DEVIATIONS
+    process = np.where(is_near, 1.5 * beside**2 / late**3, np.inf).min(axis=1)
+    broken = is_near.any(axis=1)
+    spoken = float(np.median(process[broken])) if broken.any() else 0.0
+    return _Breaks(int(broken.sum()), chance, spoken, float(np.median(pause)))
 
 
 def _speed(time: FloatArray, place: FloatArray) -> float:

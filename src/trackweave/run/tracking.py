@@ -14,6 +14,7 @@ import polars as pl
 from trackweave.arrays import is_number
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import Settings
+from trackweave.config.learned import learned_sources
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TENTATIVE, TrackTable
@@ -170,6 +171,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     table, assigned = doubles.restored(table), assigned.at(doubles.place)
     assignment = assigned.by_row()
     record = with_doubles(record, doubles, len(assignment))
+    record["sources"] = learned_sources(record["sources"], configuration)
     record["told"] = doubts.as_record()
     record["diagnostics"] = [each.as_record() for each in found]
     record["divisions"] = None if lineage is None else lineage.as_record()

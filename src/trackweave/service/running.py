@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from trackweave.config import Configuration, load_configuration
+from trackweave.config import Configuration, load_configuration, with_learned
 from trackweave.errors import OutputError
 from trackweave.service.clerk import Clerk
 from trackweave.service.inputs.source import Source
@@ -42,6 +42,8 @@ class Plan:
         Where journal, snapshots and tracks are.
     config
         A file or the tables of one; None for nothing told.
+    learned
+        What ``trackweave init --learn`` wrote; it counts where ``config`` is silent.
     sources, targets
         Where reports come from, and where tracks go.
     host, port
@@ -54,6 +56,7 @@ class Plan:
 
     folder: Path
     config: Path | Mapping[str, Any] | None = None
+    learned: Path | None = None
     sources: Sequence[Source] = ()
     targets: Sequence[Target] = ()
     host: str = "127.0.0.1"
@@ -64,7 +67,10 @@ class Plan:
 
     def configuration(self) -> Configuration:
         """Return what the user told of the tracker, read anew."""
-        return load_configuration(self.config)
+        told = load_configuration(self.config)
+        return (
+            told if self.learned is None else with_learned(told, load_configuration(self.learned))
+        )
 
 
 def run_service(plan: Plan, told: Callable[[str], None]) -> None:
