@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine, Mapping, Sequence
@@ -261,8 +262,9 @@ class Clerk:
             self._configuration if spec is None else load_configuration(spec.configuration),
             2 if spec is None else spec.dim,
         )
-        # The first scans do not need these yet: they are loaded beside them.
-        loop.run_in_executor(None, warm_solvers)
+        # The first scans do not need these yet: they are loaded beside them. Nobody waits for that
+        # at the end, as for what an executor does.
+        threading.Thread(target=warm_solvers, name="warming", daemon=True).start()
         while True:
             await self._work.wait()
             self._work.clear()
