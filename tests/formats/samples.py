@@ -44,6 +44,7 @@ STATES = json.dumps(
         ],
     }
 ).encode()  # fmt: skip
+BARE_STATES = json.dumps(json.loads(STATES)["states"]).encode()
 STATE_TABLE = b"""\
 time,icao24,lat,lon,velocity,heading,vertrate,callsign,on,lastposupdate,lastcontact
 1626098400,3c4591,51.46894,-0.44075,254.6,99.6,0.0,BOX413  ,False,1626098398.996,1626098400.0
@@ -129,6 +130,7 @@ SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
     "sbs": ("sbs", SBS, 2, 1),
     "aircraft": ("readsb", AIRCRAFT, 2, 1),
     "states": ("opensky", STATES, 1, 1),
+    "bare states": ("opensky", BARE_STATES, 1, 1),
     "state table": ("opensky", STATE_TABLE, 2, 1),
     "mot": ("mot", MOT, 3, 1),
     "trackmate": ("trackmate", SPOTS, 3, 1),

@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import polars as pl
 import pytest
 
 from formats.samples import BLOCKS
+from trackweave.domain.facts import Facts, Skips
 from trackweave.formats.reading import chosen
 from trackweave.service.inputs.sockets import Feed
 
@@ -64,3 +66,35 @@ def test_a_message_of_two_sentences_may_come_in_two_datagrams() -> None:
     second = b"!AIVDM,2,2,1,A,88888888880,2*25"
     assert fed("ais", first, second, WHOLE["ais"]).rows == 1
     assert fed("ais", first, second).skipped == 0
+
+
+class Foreign:
+    """Somebody else's decoder: it knows letters alone."""
+
+    def __init__(self) -> None:
+        self.skips, self.facts = Skips(), Facts()
+
+    def feed(self, data: bytes) -> pl.DataFrame | None:
+        if not data.isalpha():
+            raise ValueError("no letters")
+        return pl.DataFrame({"x": [float(len(data))]})
+
+    def finish(self) -> None:
+        return None
+
+
+def test_a_foreign_decoder_that_fails_is_named_and_the_next_datagram_is_read() -> None:
+    box = Box()
+    feed = Feed(Foreign, box)  # type: ignore[arg-type]
+    for data in (b"abc", b"1", b"de"):
+        feed.take_whole(data)
+    assert (box.rows, box.skipped) == (2, 1)
+    assert "Foreign" in box.message
+    assert "feed raised ValueError: no letters" in box.message
+    assert "the plug-in is at fault" in box.message
+
+
+def test_what_of_ours_fails_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Foreign, "__module__", "trackweave.formats.ours")
+    with pytest.raises(ValueError, match="no letters"):
+        Feed(Foreign, Box()).take_whole(b"1")  # type: ignore[arg-type]

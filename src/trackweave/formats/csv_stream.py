@@ -57,9 +57,9 @@ class CsvDecoder(Lines):
         """Return a line's cells without blanks around them, none where it is blank or no text."""
         try:
             text = line.decode("utf-8").strip("\r\ufeff")
-            if "\0" in text:
-                raise ValueError
-        except ValueError:
+        except UnicodeDecodeError:
+            text = "\0"
+        if "\0" in text:
             self.skips.add(begin, "no text in UTF-8")
             return []
         if not text.strip():
