@@ -24,6 +24,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from pymap3d import geodetic2aer
 
 from trackweave.domain.frames import LocalFrame
 
@@ -207,10 +208,9 @@ def _traffic(told: argparse.Namespace) -> list[tuple[float, bytes, int]]:
         for turn in range(int(told.seconds / PERIOD)):
             when = np.full(told.aircraft, start + turn * PERIOD)
             for _ in range(3):
-                offset = place + velocity * when[:, None] - centre
-                azimuth = np.arctan2(offset[:, 0], offset[:, 1]) % (2 * np.pi)
+                azimuth, true = _seen_from(centre, place + velocity * when[:, None])
                 when = start + (turn + azimuth / (2 * np.pi)) * PERIOD
-            distance = np.hypot(*offset.T) + rng.normal(0, 60, told.aircraft)
+            distance = true + rng.normal(0, 60, told.aircraft)
             measured = azimuth + np.radians(rng.normal(0, 0.07, told.aircraft))
             seen = (rng.random(told.aircraft) < 0.95) & (distance < 4.6e5)
             for sector in range(SECTORS):
@@ -224,6 +224,15 @@ def _traffic(told: argparse.Namespace) -> list[tuple[float, bytes, int]]:
                     if plots:
                         found.append((end, _block(48, plots), len(some)))
     return sorted(found)
+
+
+def _seen_from(centre: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return azimuth from the radar's own north [rad] and distance [m] of places on the plane."""
+    frame = LocalFrame(*PLACE)
+    latitude, longitude, _ = frame.to_geodetic(place)
+    here, there, _ = frame.to_geodetic(centre[None])
+    azimuth, _, distance = geodetic2aer(latitude, longitude, 0.0, here[0], there[0], 0.0)
+    return np.radians(azimuth) % (2 * np.pi), distance
 
 
 def _plot(radar: int, time_: float, distance: float, azimuth: float) -> bytes:
