@@ -74,7 +74,7 @@ def _run(*words: str, given: bytes = b"") -> bytes:
 
 def test_curl_hands_reports_in_and_fetches_tracks(service: Service) -> None:
     url = f"http://127.0.0.1:{service.port}"
-    rows = "time,sensor,lat,lon\n2026-11-23T10:00:00Z,pier,54.6,10.3\n".encode()
+    rows = b"time,sensor,lat,lon\n2026-11-23T10:00:00Z,pier,54.6,10.3\n"
     receipt = json.loads(_run("curl", "-sS", "--data-binary", "@-", f"{url}/reports", given=rows))
     assert (receipt["accepted"], receipt["rejected"]) == (1, [])
     assert len(json.loads(_run("curl", "-sS", f"{url}/tracks"))["features"]) >= BOATS

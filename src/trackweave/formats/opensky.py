@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from trackweave.formats.format import Decoder, Facts, Format, Option, Skips
+from trackweave.formats.format import Facts, Format, Option, Skips
 from trackweave.formats.json_stream import JsonStream, finite, text_of
 from trackweave.formats.lines import LONGEST_LINE, Cells, Lines, table_of
 
@@ -40,7 +40,7 @@ class OpenskyDecoder:
 
     def __init__(self, time: str = "state") -> None:
         self._of_position = time == "position"
-        self._inner: Decoder | None = None
+        self._inner: _Csv | _Json | None = None
         self._blank, self._head = 0, b""
 
     @property
@@ -65,8 +65,12 @@ class OpenskyDecoder:
 
     def finish(self) -> pl.DataFrame | None:
         """Return what is left at the end."""
+        return self.cut()
+
+    def cut(self) -> pl.DataFrame | None:
+        """Return what a datagram's last line holds: the next begins a line or an answer."""
         found = self._begin() if self._head else None
-        last = None if self._inner is None else self._inner.finish()
+        last = None if self._inner is None else self._inner.cut()
         frames = [frame for frame in (found, last) if frame is not None]
         return pl.concat(frames, how="diagonal_relaxed") if frames else None
 
@@ -146,11 +150,6 @@ class _Json(JsonStream):
         table = pl.DataFrame(rows, schema, orient="row")
         moment = (pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC"))
         return table.with_columns(moment)
-
-    def finish(self) -> pl.DataFrame | None:
-        """Note an answer that does not end."""
-        self.rest()
-        return None
 
     def _rows(self, offset: int, value: Any) -> Iterator[tuple[Any, ...]]:
         if isinstance(value, list) and all(isinstance(each, dict) for each in value):
