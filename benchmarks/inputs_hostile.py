@@ -33,7 +33,7 @@ FORMATS = {
     "asterix": "blocks", "ais": "nmea", "sbs": "sbs", "jsonl": "json lines", "csv": "csv lines",
     "readsb": "aircraft", "opensky": "states",
 }  # fmt: skip
-PIECES, AT_ONCE, PATIENCE_S = 200, 20, 60.0
+PIECES, AT_ONCE, PATIENCE_S, SETTLED_S = 200, 20, 60.0, 4.0
 
 
 def main() -> None:
@@ -72,8 +72,8 @@ def _tried(name: str, scheme: str, count: int, seed: int) -> list[str]:
             sender.send(damaged(sample, rng))
             if number % AT_ONCE == 0:
                 told.wait_for(lambda: sender.is_taken())
-        if process.poll() is not None:
-            raise SystemExit(f"{name} over {scheme}: the input ended")
+        sender.begin_anew()
+        told.settle()
         for _ in range(2):
             before = told.reports
             sender.send(sample + b"\n")
@@ -98,10 +98,21 @@ class _Told:
 
     def wait_for(self, is_there) -> None:
         end = time.monotonic() + PATIENCE_S
+        if self._process.poll() is not None:
+            raise SystemExit(f"{self._process.args}: has ended; {self.state}")
         while not is_there():
-            if self._process.poll() is not None or time.monotonic() > end:
+            if time.monotonic() > end:
                 raise SystemExit(f"{self._process.args}: hangs or has ended; {self.state}")
             time.sleep(0.001)
+
+    def settle(self) -> None:
+        """Wait until nothing more comes."""
+        since, before = time.monotonic(), -1
+        while time.monotonic() - since < SETTLED_S:
+            self.wait_for(lambda: True)
+            if self.reports != before:
+                since, before = time.monotonic(), self.reports
+            time.sleep(0.1)
 
     def _read(self) -> None:
         stream = self._process.stdout

@@ -1,4 +1,4 @@
-"""Programs that users have, as clients of the real service; those that are not here are left out."""
+"""Programs that users have, as clients of the real service; what is not here is left out."""
 
 import json
 import shutil

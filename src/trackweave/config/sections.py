@@ -292,6 +292,12 @@ class LifecycleSection(Section, of=(Lifecycle,)):
         bool,
         "Whether a track may end in two, as cells do: looked for after the run, over all of it.",
     ] = False
+    merge: Annotated[
+        float,
+        NOISE,
+        "Objects nearer than this may be one report, which two tracks then share [m]: looked for "
+        "after the run; left out = no report is shared.",
+    ]
 
 
 class GrowthSection(Section, of=(GrowthLimits,)):
