@@ -104,6 +104,8 @@ OWN_PAGES = {
     "contradictions": "explanation/diagnostics.md",
     "damaged": "reference/formats.md",
     "dividing": "how-to/my-particles.md",
+    "inputs": "explanation/service-security.md",
+    "merges": "how-to/my-particles.md",
     "recordings": "explanation/recordings.md",
     "scenes": "explanation/scenes.md",
     "told": "explanation/scenes.md",
