@@ -15,6 +15,7 @@ from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS, SPOTS, STATES
 from trackweave.domain.facts import Place
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats import registry
+from trackweave.formats.csv_stream import CsvDecoder
 from trackweave.formats.format import Facts, Format, Skips
 from trackweave.formats.opensky import OpenskyDecoder
 from trackweave.formats.reading import load
@@ -253,3 +254,12 @@ def test_what_follows_a_damaged_beginning_of_states_is_read():
     found = decoder.feed(b"]}\n" + STATES)
     assert found["identity"].to_list() == ["3c4591"]
     assert decoder.skips.listed[0].offset == 0
+
+
+def test_a_carriage_return_amid_quoted_csv_is_skipped_and_what_follows_is_read():
+    decoder = CsvDecoder()
+    found = decoder.feed(b'time,sensor,x\n1,"a"\rb,2\n3,"c",4\n')
+    assert found["time"].to_list() == [3.0]
+    assert [(each.offset, each.what) for each in decoder.skips.listed] == [
+        (14, "no line of comma-separated values")
+    ]

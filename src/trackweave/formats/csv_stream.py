@@ -67,7 +67,11 @@ class CsvDecoder(Lines):
         # Tabs stand for commas where there are none, as in files.
         separator = "\t" if "\t" in text and "," not in text else ","
         if '"' in text:
-            return [cell.strip() for cell in next(csv.reader([text], delimiter=separator))]
+            try:
+                return [cell.strip() for cell in next(csv.reader([text], delimiter=separator))]
+            except csv.Error:  # as of a carriage return amid a cell
+                self.skips.add(begin, "no line of comma-separated values")
+                return []
         return [cell.strip() for cell in text.split(separator)]
 
     def _table(self, rows: list[list[str]], begins: list[int]) -> list[pl.DataFrame]:
