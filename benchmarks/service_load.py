@@ -20,9 +20,11 @@ import time
 import tomllib
 import urllib.request
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from pymap3d import geodetic2aer
 
 from trackweave.domain.frames import LocalFrame
 
@@ -36,6 +38,7 @@ def main() -> None:
     for name, usual in (("aircraft", 400), ("radars", 2), ("seconds", 60), ("listeners", 5)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--core", type=int, help="the one core that the service may use")
     parser.add_argument("--alone", action="store_true", help="no network, no clock")
     told = parser.parse_args()
     if told.alone:
@@ -54,7 +57,8 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, object]:
             sys.executable, "-m", "trackweave", "serve", "--quiet", "--config", str(config),
             "--page", f"127.0.0.1:{page}", "--data", str(folder / "data"),
             "--listen", f"udp://127.0.0.1:{udp}?format=asterix",
-        ]
+        ],
+        preexec_fn=None if told.core is None else partial(os.sched_setaffinity, 0, {told.core}),
     )  # fmt: skip
     try:
         _wait(page)
@@ -62,11 +66,13 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, object]:
         messages = _traffic(told)
         # What is slow only once, such as loading kernels, is not of the load.
         half = len(messages) // 4
-        begun = time.monotonic() + 0.5
+        begun, load = time.monotonic() + 0.5, os.getloadavg()[0]
         sender = time.process_time()
         _send(messages[:half], udp, begun)
-        before, memory = _cpu_of(process.pid), _memory_of(process.pid)
-        _send(messages[half:], udp, begun)
+        before, memory = _cpu_of(process.pid), [_memory_of(process.pid)]
+        for part in np.array_split(np.arange(half, len(messages)), 4):
+            _send([messages[k] for k in part], udp, begun)
+            memory.append(_memory_of(process.pid))
         after, span = _cpu_of(process.pid), messages[-1][0] - messages[half - 1][0]
         time.sleep(3.0)
         health, n_reports = _get(page, "/healthz"), sum(count for _, _, count in messages)
@@ -80,8 +86,9 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, object]:
             "sender_cpu_s": round(time.process_time() - sender, 2),
             "messages": [listener.count for listener in listeners],
             "latency_s": listeners[0].quantiles(begun) if listeners else None,
-            "memory_mb": [round(each / 1e6) for each in (memory, _memory_of(process.pid))],
-            "load_average": os.getloadavg()[0],
+            "memory_mb": [round(each / 1e6) for each in memory],
+            "load_average": [round(each, 1) for each in (load, os.getloadavg()[0])],
+            "resynchronised": _counter(page, "trackweave_resynchronised_total"),
             **{
                 name: health[name] for name in ("dropped", "late", "set_aside", "lag_s", "refused")
             },
@@ -201,10 +208,9 @@ def _traffic(told: argparse.Namespace) -> list[tuple[float, bytes, int]]:
         for turn in range(int(told.seconds / PERIOD)):
             when = np.full(told.aircraft, start + turn * PERIOD)
             for _ in range(3):
-                offset = place + velocity * when[:, None] - centre
-                azimuth = np.arctan2(offset[:, 0], offset[:, 1]) % (2 * np.pi)
+                azimuth, true = _seen_from(centre, place + velocity * when[:, None])
                 when = start + (turn + azimuth / (2 * np.pi)) * PERIOD
-            distance = np.hypot(*offset.T) + rng.normal(0, 60, told.aircraft)
+            distance = true + rng.normal(0, 60, told.aircraft)
             measured = azimuth + np.radians(rng.normal(0, 0.07, told.aircraft))
             seen = (rng.random(told.aircraft) < 0.95) & (distance < 4.6e5)
             for sector in range(SECTORS):
@@ -218,6 +224,15 @@ def _traffic(told: argparse.Namespace) -> list[tuple[float, bytes, int]]:
                     if plots:
                         found.append((end, _block(48, plots), len(some)))
     return sorted(found)
+
+
+def _seen_from(centre: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return azimuth from the radar's own north [rad] and distance [m] of places on the plane."""
+    frame = LocalFrame(*PLACE)
+    latitude, longitude, _ = frame.to_geodetic(place)
+    here, there, _ = frame.to_geodetic(centre[None])
+    azimuth, _, distance = geodetic2aer(latitude, longitude, 0.0, here[0], there[0], 0.0)
+    return np.radians(azimuth) % (2 * np.pi), distance
 
 
 def _plot(radar: int, time_: float, distance: float, azimuth: float) -> bytes:
@@ -293,15 +308,23 @@ def _get(port: int, path: str) -> dict:
         return json.load(answer)
 
 
+def _counter(port: int, name: str) -> float:
+    """Return a number of the service's metrics."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=120) as answer:
+        lines = answer.read().decode().splitlines()
+    return sum(float(line.split()[-1]) for line in lines if line.split()[0].startswith(name))
+
+
 def _wait(port: int) -> None:
     for _ in range(600):
         try:
-            _get(port, "/healthz")
+            is_ready = _get(port, "/healthz")["status"] != "starting"
         except OSError:
-            time.sleep(0.5)
-        else:
+            is_ready = False
+        if is_ready:
             time.sleep(5.0)  # its inputs begin after its page
             return
+        time.sleep(0.5)
     raise SystemExit("the service does not begin")
 
 

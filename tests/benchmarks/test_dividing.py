@@ -50,3 +50,14 @@ def test_lineages_stand_before_an_independent_judge() -> None:
     right, _, total = found.partition(" of ")
     assert int(right) > 0.75 * int(total)
     assert wrong <= 4
+
+
+@pytest.mark.usefixtures("benchmarks")
+def test_merged_spots_are_shared_by_the_tracks_of_both_cells() -> None:
+    from dividing_merges import judged, simulated
+
+    detections = simulated(1)
+    assert detections["second"].is_not_null().sum() > 20
+    found = judged(detections)
+    assert found["wrong"] <= 2
+    assert found["both"] > 0.7 * found["spots"]

@@ -44,6 +44,7 @@ STATES = json.dumps(
         ],
     }
 ).encode()  # fmt: skip
+BARE_STATES = json.dumps(json.loads(STATES)["states"]).encode()
 STATE_TABLE = b"""\
 time,icao24,lat,lon,velocity,heading,vertrate,callsign,on,lastposupdate,lastcontact
 1626098400,3c4591,51.46894,-0.44075,254.6,99.6,0.0,BOX413  ,False,1626098398.996,1626098400.0
@@ -93,6 +94,19 @@ not JSON
 {"time": 2.0, "x": 3, "y": 2.5, "sensor": 7}
 [1, 2]
 """
+ROWS = b"""\xef\xbb\xbftime,sensor,X,y,note
+2024-05-01T12:00:00Z,a,1.5,2,
+2024-05-01T12:00:01.25Z,"b, c",2.5,2,more
+2024-05-01T12:00:02Z,a,two,2,
+2024-05-01T12:00:03Z,a,3
+,a,4,2,
+
+time,sensor,X,y,note
+5.5,a,5,2,no longer seconds
+2024-05-01T12:00:06Z,x,6,2,
+t\tx\ty\tidentity
+2024-05-01T12:00:07Z\t54.5\t10.25\t007
+"""
 # A radar's place, two plots, a record that announces more than there is, another plot.
 BLOCKS = bytes.fromhex(
     "220015 e910 19c9 01 545e80 0279 030c200000f00000"
@@ -116,11 +130,13 @@ SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
     "sbs": ("sbs", SBS, 2, 1),
     "aircraft": ("readsb", AIRCRAFT, 2, 1),
     "states": ("opensky", STATES, 1, 1),
+    "bare states": ("opensky", BARE_STATES, 1, 1),
     "state table": ("opensky", STATE_TABLE, 2, 1),
     "mot": ("mot", MOT, 3, 1),
     "trackmate": ("trackmate", SPOTS, 3, 1),
     "coco": ("coco", COCO, 2, 2),
     "json lines": ("jsonl", LINES, 3, 3),
+    "csv lines": ("csv", ROWS, 5, 3),
     "kitti detections": ("kitti", KITTI_FOUND, 2, 1),
     "kitti labels": ("kitti", KITTI_LABELS, 2, 1),
 }

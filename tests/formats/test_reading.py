@@ -11,11 +11,13 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS, SPOTS
+from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS, SPOTS, STATES
 from trackweave.domain.facts import Place
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats import registry
+from trackweave.formats.csv_stream import CsvDecoder
 from trackweave.formats.format import Facts, Format, Skips
+from trackweave.formats.opensky import OpenskyDecoder
 from trackweave.formats.reading import load
 
 
@@ -236,3 +238,28 @@ def test_a_run_lists_what_could_not_be_decoded(tmp_path):
     assert len(result.run["undecoded_records"]) == 3
     assert json.dumps(result.run["undecoded_records"][0])
     assert result.run["input"]["file"] == str(path)
+
+
+def test_states_without_their_answer_have_the_time_of_their_last_message():
+    decoder = OpenskyDecoder()
+    state = '["3c4591", null, "Germany", 1626098398, 1626098400, -0.44, 51.46, null]\n'
+    found = decoder.feed((2 * state).encode())
+    assert found["time"].dt.epoch("s").to_list() == [1626098400] * 2
+    assert OpenskyDecoder("position").feed(state.encode())["time"].dt.epoch("s")[0] == 1626098398
+
+
+def test_what_follows_a_damaged_beginning_of_states_is_read():
+    decoder = OpenskyDecoder()
+    assert decoder.feed(b'x"time": 5, "states": [') is None
+    found = decoder.feed(b"]}\n" + STATES)
+    assert found["identity"].to_list() == ["3c4591"]
+    assert decoder.skips.listed[0].offset == 0
+
+
+def test_a_carriage_return_amid_quoted_csv_is_skipped_and_what_follows_is_read():
+    decoder = CsvDecoder()
+    found = decoder.feed(b'time,sensor,x\n1,"a"\rb,2\n3,"c",4\n')
+    assert found["time"].to_list() == [3.0]
+    assert [(each.offset, each.what) for each in decoder.skips.listed] == [
+        (14, "no line of comma-separated values")
+    ]

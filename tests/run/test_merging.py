@@ -55,12 +55,12 @@ ROWS = [
 ]
 
 
-def found(tracks: TrackTable, sensor: Sensor = RADAR) -> np.ndarray:
+def found(tracks: TrackTable, sensor: Sensor = RADAR) -> dict[int, int]:
     return merged_reports(REPORTS, ASSIGNED, tracks, [sensor])
 
 
 def test_one_report_where_two_tracks_meet_may_be_of_both() -> None:
-    assert found(history(ROWS)).tolist() == [2]
+    assert found(history(ROWS)) == {2: 2}
 
 
 def test_tracks_farther_apart_than_two_sigmas_are_told_apart() -> None:
@@ -82,7 +82,7 @@ def test_two_reports_are_of_two_objects() -> None:
     reports = report_table([0.0, 1.0, 1.0, 2.0], [[20.0, 500.0]] * 4)
     rows = [(float(time), track, 20.0) for time in range(3) for track in (1, 2)]
     merged = merged_reports(reports, {0: 1, 1: 1, 2: 2, 3: 2}, history(rows), [RADAR])
-    assert merged.tolist() == [0, 3]
+    assert merged == {0: 2, 3: 1}
 
 
 def test_what_the_sensor_cannot_see_is_not_missed() -> None:
@@ -114,7 +114,7 @@ def test_of_a_turning_beam_a_report_of_the_same_turn_counts() -> None:
     radar = replace(RADAR, scan_period=4.0, rotation=Rotation(4.0))
     rows = [(end, track, 20.0) for end in (0.5, 1.0, 4.5, 8.5, 9.0) for track in (1, 2)]
     merged = merged_reports(reports, {0: 1, 1: 2, 2: 1, 3: 1, 4: 2}, history(rows), [radar])
-    assert merged.tolist() == [2]
+    assert merged == {2: 2}
 
 
 def test_a_run_without_tracks_has_none() -> None:
@@ -166,3 +166,44 @@ def test_a_report_among_a_crowd_of_tracks_is_not_looked_at() -> None:
     others = [(1.0, track, 20.0) for track in range(2, 2 + MOST_NEAR)]
     assert len(found(history([(1.0, 1, 20.0), *others]))) == 0
     assert len(found(history([(1.0, 1, 20.0), *others[:-1]]))) == 1
+
+
+def test_the_second_is_the_nearest_and_nobody_shares_two_reports_of_one_time() -> None:
+    reports = report_table([0.0, 0.0], [[20.0, 500.0]] * 2)
+    # Tracks 1 and 2 have the reports; 3 and 4 have none, and 3 is near to both.
+    rows = [(0.0, 1, 0.0), (0.0, 2, 8.0), (0.0, 3, 6.0), (0.0, 4, 27.0)]
+    assert merged_reports(reports, {0: 1, 1: 2}, history(rows), [RADAR]) == {0: -1, 1: 3}
+    rows[3] = (0.0, 4, -18.0)
+    assert merged_reports(reports, {0: 1, 1: 2}, history(rows), [RADAR]) == {0: 4, 1: 3}
+
+
+def test_how_near_is_told_in_metres() -> None:
+    # The tracks are 15 m apart, whatever the sensor's noise.
+    for sensor in (RADAR, replace(RADAR, sigma=1.0)):
+        assert merged_reports(REPORTS, ASSIGNED, history(ROWS), [sensor], 15.5) == {2: 2}
+        assert merged_reports(REPORTS, ASSIGNED, history(ROWS), [sensor], 14.5) == {}
+
+
+def test_two_tracks_share_reports_only_where_that_is_allowed() -> None:
+    table, n_merged = crossing(20.0)
+    table = table.with_columns(shared_with=pl.lit("mine"))
+    config = {
+        "motion": {"process_noise": 0.05, "max_speed": 40.0},
+        "sensors": {
+            "default": {
+                "sigma": 10.0,
+                "detection_probability": 0.9,
+                "clutter_per_scan": 0.1,
+                "scan_period": 1.0,
+            }
+        },
+    }
+    alone = trackweave.track(table, config).assignments
+    assert alone["shared_with"].to_list() == ["mine"] * table.height
+    both = trackweave.track(table, {**config, "lifecycle": {"merge": 20.0}}).assignments
+    shared = both.filter(pl.col("shared_with").is_not_null())
+    assert abs(shared.height - n_merged) <= 1
+    assert (shared["shared_with"] != shared["track"]).all()
+    assert set(shared["shared_with"]) <= set(both["track"].drop_nulls())
+    assert both["reports_shared_with"].to_list() == ["mine"] * table.height
+    assert both.drop("shared_with", "reports_shared_with").equals(alone.drop("shared_with"))

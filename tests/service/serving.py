@@ -10,7 +10,7 @@ import time
 import urllib.error
 import urllib.request
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 __all__ = ["Service", "free_port"]
 
@@ -34,9 +34,11 @@ class Service:
         Its --data.
     options
         Further words of the command line.
+    stdin
+        A file that it reads; None for nothing.
     """
 
-    def __init__(self, folder: Path, *options: str) -> None:
+    def __init__(self, folder: Path, *options: str, stdin: IO[bytes] | None = None) -> None:
         self.port = free_port()
         self.log = folder.with_suffix(".log")
         with self.log.open("ab") as said:
@@ -45,7 +47,7 @@ class Service:
                     sys.executable, "-m", "trackweave", "serve", "--data", str(folder),
                     "--page", f"127.0.0.1:{self.port}", *options,
                 ],
-                stderr=said, stdout=said, stdin=subprocess.DEVNULL, env=dict(os.environ),
+                stderr=said, stdout=said, stdin=stdin or subprocess.DEVNULL, env=dict(os.environ),
             )  # fmt: skip
         self._wait()
 

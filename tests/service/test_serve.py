@@ -1,6 +1,7 @@
 """The real ``serve``: acknowledged is on the disk, and ``replay`` makes the same bytes."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from typing import Any
 import pytest
 
 from service.recordings import positions
-from service.serving import PATIENCE_S, Service
+from service.serving import PATIENCE_S, Service, free_port
 from trackweave.service.journal import Journal
 from trackweave.service.records import Kind, arrived
 from trackweave.toml_file import read_toml
@@ -124,3 +125,44 @@ def test_ends_on_sigterm_and_reads_its_configuration_anew_on_sighup(tmp_path: Pa
     said = [json.loads(r.payload) for r in journal.records() if r.kind == Kind.CONFIGURE]
     journal.close()
     assert [each["configuration"].get("window", {}).get("depth") for each in said][-1] == 3
+
+
+@pytest.mark.slow
+def test_a_demonstration_leaves_nothing_behind_even_while_it_compiles(tmp_path: Path) -> None:
+    place = tmp_path / "temporary"
+    place.mkdir()
+    # Without kernels of earlier runs it compiles for a minute, and is ended in the midst of it.
+    environment = {**os.environ, "TMPDIR": str(place), "NUMBA_CACHE_DIR": str(tmp_path / "none")}
+    port = free_port()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "trackweave", "serve", "--demo", "--page", f"127.0.0.1:{port}"],
+        env=environment, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    end = time.monotonic() + PATIENCE_S
+    while not list(place.glob("trackweave-*/service/journal/*")):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(PATIENCE_S) == 0
+    assert not list(place.glob("trackweave-????????"))
+
+
+@pytest.mark.slow
+def test_standard_input_becomes_tracks(tmp_path: Path) -> None:
+    lines = ["time,sensor,x,y"]
+    lines += [f"{2 * k},pier,{500 * a + 10 * k},{300 * a + 4 * k}" for k in range(60)
+              for a in range(4)]  # fmt: skip
+    table = tmp_path / "reports.csv"
+    table.write_text("\n".join(lines) + "\n")
+    with table.open("rb") as feed:
+        service = Service(tmp_path / "data", "--listen", "stdin:?format=csv", stdin=feed)
+    try:
+        end = time.monotonic() + PATIENCE_S
+        while len(service.get("/tracks")["features"]) < 4:
+            assert time.monotonic() < end, service.get("/healthz")
+            time.sleep(0.2)
+        told = service.get("/healthz")["inputs"][0]
+        assert (told["reports"], told["ended"]) == (240, True)
+    finally:
+        assert service.terminate() == 0

@@ -51,20 +51,20 @@ def run_serve(
     web, tls = _access(access)
     for note in web.tokens.notes if web.tokens else ():
         voice.say(f"note: {note}")
-    urls, told_config = list(listen), None if config is None else config
+    urls, passing = list(listen), None
     _log_to_stderr(quiet=voice.quiet)
     with ExitStack() as stack:
-        plan_config: Any = told_config
+        plan_config: Any = config
         if demo:
             from trackweave.service.demonstration import demonstration
 
             if config is not None or learned is not None:
                 name = "--learned" if config is None else "--config"
                 raise InvalidInputError(f"--demo and {name}; expected one of them")
-            place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="trackweave-")))
-            url, plan_config = demonstration(place, seed)
+            passing = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="trackweave-")))
+            url, plan_config = demonstration(passing, seed)
             urls.append(url)
-            data = place / "service" if data is None else data
+            data = passing / "service" if data is None else data
         sources = [source_of(url) for url in urls]
         _require_own_machine(sources, open_inputs=access["open_inputs"])
         plan = Plan(
@@ -81,6 +81,7 @@ def run_serve(
                 None if keep[0] is None else int(keep[0] * 1e9),
                 None if keep[1] is None else keep[1] * 3600.0,
             ),
+            passing=passing,
         )
         run_service(plan, voice.say)
 

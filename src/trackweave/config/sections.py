@@ -289,9 +289,9 @@ class LifecycleSection(Section, of=(Lifecycle,)):
         "Detections out of opportunities that confirm a track.",
     ]
     divide: Annotated[
-        bool,
-        "Whether a track may end in two, as cells do: looked for after the run, over all of it.",
+        bool, "Whether a track may end in two, as cells do: looked for after the run."
     ] = False
+    merge: Annotated[float, NOISE, "Objects nearer than this may be one report of both [m]."]
 
 
 class GrowthSection(Section, of=(GrowthLimits,)):

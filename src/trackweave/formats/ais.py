@@ -33,6 +33,9 @@ _LEADING = r"^\s*\[?\(?(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)"
 _LEADING_S = r"^\s*(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*[:;, ]"
 _TRAILING_S = r",(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*$"
 
+_LATEST = 1e11
+"""Times beyond are no seconds."""
+
 
 class AisDecoder(Lines):
     """Turns sentences into positions of ships, whose number, the MMSI, becomes ``identity``."""
@@ -159,9 +162,10 @@ def _with_times(table: pl.DataFrame) -> pl.DataFrame:
 
 
 def _in_seconds(text: pl.Expr) -> pl.Expr:
-    """Return Unix times [s]; some receivers write milliseconds."""
+    """Return Unix times [s]; some receivers write milliseconds. Null beyond all calendars."""
     time = text.cast(pl.Float64)
-    return pl.when(time > 1e11).then(time / 1e3).otherwise(time)
+    time = pl.when(time > _LATEST).then(time / 1e3).otherwise(time)
+    return pl.when(time <= _LATEST).then(time)
 
 
 def _time_of_wrapper(line: str) -> float | None:

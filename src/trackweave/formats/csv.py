@@ -1,5 +1,6 @@
-"""Comma-separated values, whose columns ``trackweave.io`` reads and writes."""
+"""Comma-separated values: files are tables of ``trackweave.io``, streams come line by line."""
 
+from trackweave.formats.csv_stream import CsvDecoder
 from trackweave.formats.format import Format, Output
 from trackweave.io.encoding import encode_table
 
@@ -28,5 +29,6 @@ FORMAT = Format(
     loses="nothing",
     recognise=_recognise,
     is_table=True,
+    decoder=CsvDecoder,
     writer=_write,
 )

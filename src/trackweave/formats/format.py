@@ -142,7 +142,7 @@ class Format:
     extra
         The extra with which the libraries come that reading or writing needs; None for none.
     is_table
-        Whether ``trackweave.io`` reads it as a table, in place of a decoder.
+        Whether ``trackweave.io`` reads its files as tables; a decoder is for streams then.
     takes_reports
         Whether its writer takes reports as well, as ``tracks`` of the output.
     """

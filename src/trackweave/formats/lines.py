@@ -11,7 +11,7 @@ from trackweave.domain.facts import Facts, Skips
 from trackweave.errors import DataFormatError
 from trackweave.formats.format import HEAD_BYTES
 
-__all__ = ["Cells", "Document", "Lines", "most_lines", "table_of"]
+__all__ = ["LONGEST_LINE", "Cells", "Document", "Lines", "most_lines", "table_of"]
 
 LONGEST_LINE = 65_536
 """What is longer is no record [bytes]."""

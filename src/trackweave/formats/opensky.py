@@ -1,14 +1,15 @@
 """OpenSky Network: state vectors of aircraft, as CSV (datasets) or JSON (the live API)."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import polars as pl
 
-from trackweave.formats.format import Decoder, Facts, Format, Option, Skips
+from trackweave.formats.format import Facts, Format, Option, Skips
 from trackweave.formats.json_stream import JsonStream, finite, text_of
-from trackweave.formats.lines import Cells, Lines, table_of
+from trackweave.formats.lines import LONGEST_LINE, Cells, Lines, table_of
 
 __all__ = ["FORMAT", "OpenskyDecoder"]
 
@@ -19,11 +20,16 @@ _NUMBERS = (
     ("speed_mps", "velocity", 9), ("course_deg", "heading", 10), ("climb_mps", "vertrate", 11),
 )  # fmt: skip
 _TEXTS = (("callsign", "callsign", 1), ("squawk", "squawk", 14))
-_NEEDED = (b"icao24", b"lat", b"lon", b"lastcontact")
+_NEEDED = (b"icao24", b"lat", b"lon")
+_STATE = re.compile(
+    rb'\s*\[\s*(?:\[\s*)?"[0-9a-f]{6}"\s*,\s*(?:"[^"]{0,16}"|null)\s*,\s*(?:"[^"]{0,64}"|null)\s*,'
+    rb"\s*(?:[0-9.]+|null)\s*,\s*[0-9.]+\s*,"
+)
+"""Address, callsign, country and two times: how a state begins that stands alone."""
 
 
 class OpenskyDecoder:
-    """Takes either kind, by the first byte that is no blank.
+    """Takes either kind, by its first line: a table names its columns there.
 
     Parameters
     ----------
@@ -34,8 +40,8 @@ class OpenskyDecoder:
 
     def __init__(self, time: str = "state") -> None:
         self._of_position = time == "position"
-        self._inner: Decoder | None = None
-        self._blank = 0
+        self._inner: _Csv | _Json | None = None
+        self._blank, self._head = 0, b""
 
     @property
     def skips(self) -> Skips:
@@ -49,19 +55,31 @@ class OpenskyDecoder:
 
     def feed(self, data: bytes) -> pl.DataFrame | None:
         """Return the reports that further bytes complete, None where there are none."""
-        if self._inner is None:
-            rest = data.lstrip(b" \t\r\n")
-            self._blank += len(data) - len(rest)
-            if not rest:
-                return None
-            kind = _Json if rest[:1] in b"{[" else _Csv
-            self._inner = kind(self._blank, of_position=self._of_position)
-            data = rest
-        return self._inner.feed(data)
+        if self._inner is not None:
+            return self._inner.feed(data)
+        data = self._head + data
+        head = self._head = data.lstrip(b" \t\r\n")
+        self._blank += len(data) - len(head)
+        is_known = head.startswith((b"{", b"[")) or b"\n" in head or len(head) > LONGEST_LINE
+        return self._begin() if is_known else None
 
     def finish(self) -> pl.DataFrame | None:
         """Return what is left at the end."""
-        return None if self._inner is None else self._inner.finish()
+        return self.cut()
+
+    def cut(self) -> pl.DataFrame | None:
+        """Return what a datagram's last line holds: the next begins a line or an answer."""
+        found = self._begin() if self._head else None
+        last = None if self._inner is None else self._inner.cut()
+        frames = [frame for frame in (found, last) if frame is not None]
+        return pl.concat(frames, how="diagonal_relaxed") if frames else None
+
+    def _begin(self) -> pl.DataFrame | None:
+        """Choose what decodes by what has come, and hand it that."""
+        kind = _Csv if _is_table(self._head) else _Json
+        inner = self._inner = kind(self._blank, of_position=self._of_position)
+        head, self._head = self._head, b""
+        return inner.feed(head)
 
 
 class _Csv(Lines):
@@ -113,7 +131,7 @@ class _Csv(Lines):
 
 
 class _Json(JsonStream):
-    """Answers of the API: an object with ``time`` and ``states``."""
+    """Answers of the API: an object with ``time`` and ``states``; or bare lists of states."""
 
     def __init__(self, offset: int, *, of_position: bool) -> None:
         super().__init__()
@@ -133,24 +151,25 @@ class _Json(JsonStream):
         moment = (pl.col("time") * 1e6).round().cast(pl.Int64).cast(pl.Datetime("us", "UTC"))
         return table.with_columns(moment)
 
-    def finish(self) -> pl.DataFrame | None:
-        """Note an answer that does not end."""
-        self.rest()
-        return None
-
     def _rows(self, offset: int, value: Any) -> Iterator[tuple[Any, ...]]:
         if isinstance(value, list) and all(isinstance(each, dict) for each in value):
             for each in value:  # answers that somebody gathered
                 yield from self._rows(offset, each)
             return
-        states = value.get("states") if isinstance(value, dict) else None
+        states: Any
+        if isinstance(value, list) and value:  # states alone, or one of them
+            states, moment = value if isinstance(value[0], list) else [value], None
+        else:
+            states = value.get("states") if isinstance(value, dict) else None
+            moment = value.get("time") if isinstance(value, dict) else None
         if not isinstance(states, list):
             if states is not None or not isinstance(value, dict) or "time" not in value:
-                self.skips.add(offset, "no answer of OpenSky: an object with time and states")
+                self.skips.add(offset, "no answer of OpenSky: time and states, or states alone")
             return
         for state in states:
             cells = [*state, *[None] * 17][:17] if isinstance(state, list) else [None] * 17
-            told = cells[3] if self._of_position else value.get("time")
+            # Without a time of the answer, that of the last message of the aircraft.
+            told = cells[3] if self._of_position else cells[4] if moment is None else moment
             name, time = text_of(cells[0]), finite(told, 0.0, _LATEST)
             north, east = finite(cells[6], -90.0, 90.0), finite(cells[5], -180.0, 360.0)
             if name is not None and cells[5] is None and cells[6] is None:
@@ -164,9 +183,14 @@ class _Json(JsonStream):
 
 def _recognise(head: bytes, name: str) -> bool:
     if head.lstrip()[:1] in (b"{", b"["):
-        return b'"states"' in head[:4096] and b'"time"' in head
-    first = head.partition(b"\n")[0].lower().replace(b'"', b"").strip()
-    return set(_NEEDED) <= set(first.removeprefix(b"\xef\xbb\xbf").split(b","))
+        return (b'"states"' in head[:4096] and b'"time"' in head) or bool(_STATE.match(head))
+    return _is_table(head, (*_NEEDED, b"lastcontact"))
+
+
+def _is_table(head: bytes, needed: tuple[bytes, ...] = _NEEDED) -> bool:
+    """Tell whether the first line names columns."""
+    first = head[:LONGEST_LINE].partition(b"\n")[0].lower().replace(b'"', b"").strip()
+    return set(needed) <= set(first.removeprefix(b"\xef\xbb\xbf").split(b","))
 
 
 FORMAT = Format(

@@ -102,6 +102,8 @@ def assignments_frame(
     reports: ReportTable,
     track: Mapping[int, int] | IntArray,
     probability: FloatArray | None = None,
+    *,
+    shared: Mapping[int, int] | None = None,
 ) -> pl.DataFrame:
     """Return which report belongs to which track as a data frame.
 
@@ -118,37 +120,51 @@ def assignments_frame(
     probability
         Probability of each row's assignment, NaN where there is none; None where the method
         gives none.
+    shared
+        The second track of rows that may be of two objects; None where none was looked for.
 
     Returns
     -------
-    ``report,time,sensor,track,probability`` and the carried columns; null = none. Reports that
+    ``report,time,sensor,track,probability``, with ``shared`` also ``shared_with``, and the carried
+    columns; null = none. Reports that
     are not available have a row too.
     """
-    found = _assigned_rows(reports, track, probability)
+    found = _assigned_rows(reports, track, probability, shared)
     if reports.unavailable is not None:
-        found = pl.concat([found, _assigned_rows(reports.unavailable, {}, None)])
+        none = None if shared is None else dict[int, int]()
+        found = pl.concat([found, _assigned_rows(reports.unavailable, {}, None, none)])
     return _as_they_came(found, reports)
 
 
 def _assigned_rows(
-    reports: ReportTable, track: Mapping[int, int] | IntArray, probability: FloatArray | None
+    reports: ReportTable,
+    track: Mapping[int, int] | IntArray,
+    probability: FloatArray | None,
+    shared: Mapping[int, int] | None,
 ) -> pl.DataFrame:
-    numbers = np.full(len(reports), -1, dtype=np.int64)
+    chances = np.full(len(reports), np.nan) if probability is None else probability
+    columns = [
+        _identifier_column(reports),
+        _time_column("time", reports.time, iso_time=reports.iso_time),
+        _sensor_column(reports),
+        _named_tracks("track", track, len(reports)),
+        pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
+    ]
+    if shared is not None:
+        columns.append(_named_tracks("shared_with", shared, len(reports)))
+    return _frame([*columns, *_carried_columns(reports, columns)])
+
+
+def _named_tracks(name: str, track: Mapping[int, int] | IntArray, count: int) -> pl.Series:
+    """Return the track of each row, null for none."""
+    numbers = np.full(count, -1, dtype=np.int64)
     if isinstance(track, Mapping):
         numbers[np.fromiter(track.keys(), np.int64, len(track))] = np.fromiter(
             track.values(), np.int64, len(track)
         )
     else:
         numbers[:] = track
-    chances = np.full(len(reports), np.nan) if probability is None else probability
-    columns = [
-        _identifier_column(reports),
-        _time_column("time", reports.time, iso_time=reports.iso_time),
-        _sensor_column(reports),
-        pl.Series("track", numbers).set(pl.Series(numbers < 0), None),
-        pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),
-    ]
-    return _frame([*columns, *_carried_columns(reports, columns)])
+    return pl.Series(name, numbers).set(pl.Series(numbers < 0), None)
 
 
 def reports_frame(reports: ReportTable) -> pl.DataFrame:

@@ -1,6 +1,6 @@
 """Reports heard twice: one message by two receivers, or one row written twice."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -49,6 +49,11 @@ class Doubles:
         """Row in ``once`` of each report or of the one of which it is a copy."""
         heard = self.first == np.arange(self.first.size)
         return (np.cumsum(heard) - 1)[self.first]
+
+    def shared(self, second: Mapping[int, int]) -> dict[int, int]:
+        """Return the second track of every copy, by row, from that of each report heard once."""
+        found = {row: second.get(once, -1) for row, once in enumerate(self.place.tolist())}
+        return {row: track for row, track in found.items() if track >= 0}
 
     def restored(self, once: ReportTable) -> ReportTable:
         """Return all reports, with the measurements that those heard once have by now."""

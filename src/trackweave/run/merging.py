@@ -28,9 +28,11 @@ class _Pairs(NamedTuple):
 
     report: IntArray
     other: IntArray
+    squared: FloatArray
+    """Distance of both tracks, in standard deviations of the report, squared."""
 
     def kept(self, which: Any) -> "_Pairs":
-        return _Pairs(self.report[which], self.other[which])
+        return _Pairs(self.report[which], self.other[which], self.squared[which])
 
 
 def merged_reports(
@@ -38,14 +40,16 @@ def merged_reports(
     assignment: Mapping[int, int],
     history: TrackTable,
     sensors: Sequence[Sensor],
-) -> IntArray:
-    """Return the rows, ascending, of reports that may be of two tracks' objects at once."""
+    within: float | None = None,
+) -> dict[int, int]:
+    """Return the rows, ascending, of reports that may be of two tracks, and the second of each."""
     # Such a report is one of a sensor that scans and tells positions; it belongs to a confirmed
     # track, and at its scan another confirmed track is as near to that one as the sensor's noise
     # lets two objects be confused, within the field of view, and has no report of that scan.
     # Assignment and history are those after all amendments; the history is smoothed, and tells
-    # where tracks were at the end of each scan.
-    nothing = np.empty(0, dtype=np.int64)
+    # where tracks were at the end of each scan. The second is the nearest track that shares no
+    # other report of that time; -1 where none is left. Where it is told within how many metres
+    # objects are one report, that stands for the sensor's noise.
     evidence = Evidence.of(reports, sensors)
     by_name = {sensor.name: sensor for sensor in sensors}
     own = [by_name[name] for name in reports.sensors]
@@ -53,13 +57,16 @@ def merged_reports(
     known = _confirmed(history)
     rows = _rows_that_may_merge(reports, assignment, evidence, own)
     if rows.size == 0 or len(known) == 0:
-        return nothing
+        return {}
     track = np.array([assignment[row] for row in rows.tolist()])
     rows, at = _shown(known, rows, track, ends)
-    pairs = _near(known, rows, at, _noise(reports, evidence, rows))
+    noise = _noise(reports, evidence, rows)
+    if within is not None:
+        noise[:] = np.eye(evidence.dim) * (within / RESOLUTION_SIGMAS) ** 2
+    pairs = _near(known, rows, at, noise)
     pairs = pairs.kept(_in_view(pairs, known, reports, own))
     seen = _has_report(pairs, known, reports, (assignment, ends, own))
-    return np.unique(pairs.report[~seen])
+    return _seconds(pairs.kept(~seen), known)
 
 
 def _confirmed(history: TrackTable) -> TrackTable:
@@ -136,13 +143,13 @@ def _near(known: TrackTable, rows: IntArray, at: IntArray, noise: FloatArray) ->
     apart = position[other] - position[at[report]]
     squared = np.einsum("ri,rij,rj->r", apart, np.linalg.inv(noise)[report], apart)
     is_near = (other != at[report]) & (squared <= RESOLUTION_SIGMAS**2)
-    return _Pairs(rows[report[is_near]], other[is_near])
+    return _Pairs(rows[report[is_near]], other[is_near], squared[is_near])
 
 
 def _in_view(pairs: _Pairs, known: TrackTable, reports: ReportTable, own: list[Sensor]) -> Any:
     """Return which other tracks the sensor could see."""
     inside = np.ones(pairs.report.size, dtype=np.bool_)
-    for place, (row, other) in enumerate(zip(*pairs, strict=True)):
+    for place, (row, other) in enumerate(zip(pairs.report, pairs.other, strict=True)):
         view = own[reports.sensor[row]].field_of_view
         if view is None:
             continue
@@ -170,8 +177,20 @@ def _has_report(
     arrays = {of: np.array(found) for of, found in times.items()}
     never = np.empty(0)
     seen = np.zeros(pairs.report.size, dtype=np.bool_)
-    for place, (row, other) in enumerate(zip(*pairs, strict=True)):
+    for place, (row, other) in enumerate(zip(pairs.report, pairs.other, strict=True)):
         sensor = int(reports.sensor[row])
         found = arrays.get((int(known.track[other]), sensor), never)
         seen[place] = bool(np.any(np.abs(found - when[row]) <= wait[sensor]))
     return seen
+
+
+def _seconds(pairs: _Pairs, known: TrackTable) -> dict[int, int]:
+    """Return each report's second track: the nearest pairs first, nobody twice at a time."""
+    found: dict[int, int] = dict.fromkeys(np.unique(pairs.report).tolist(), -1)
+    taken = set[int]()
+    for place in np.argsort(pairs.squared, kind="stable").tolist():
+        report, other = int(pairs.report[place]), int(pairs.other[place])
+        if found[report] < 0 and other not in taken:
+            found[report] = int(known.track[other])
+            taken.add(other)
+    return found

@@ -1,13 +1,13 @@
 """The record of a run, as in run.json."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
@@ -21,7 +21,7 @@ def record_of(
     settings: Settings,
     log: ScanLog,
     assignment: Mapping[int, int],
-    merged: IntArray,
+    merged: Collection[int],
 ) -> dict[str, Any]:
     """Return the record of a run, for JSON, but for the seed."""
     # Only ``timing`` differs from run to run with the same seed. ``merged`` are the rows of

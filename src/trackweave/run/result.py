@@ -74,6 +74,9 @@ class RunValues:
     """Probability of each report's assignment, NaN where there is none."""
     parent: Mapping[int, int] | None = None
     """From a track to the one that it came of by division; None where none was looked for."""
+    shared: Mapping[int, int] | None = None
+    """From a merged report's row to the second track that it may be of; None where none was
+    looked for."""
 
     __repr__ = summary
 
@@ -84,7 +87,9 @@ class RunValues:
 
     def frames(self) -> dict[str, pl.DataFrame]:
         """Return the tables of a run by the names of their files."""
-        found = assignments_frame(self.reports, self.assignment, self.probability)
+        found = assignments_frame(
+            self.reports, self.assignment, self.probability, shared=self.shared
+        )
         both = {"tracks": self.tracks, "history": self.history}
         frames = {
             name: tracks_frame(each, self.frame, iso_time=self.reports.iso_time)

@@ -166,7 +166,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     is_judged = not preset_notes(preset) and not table.has_foreign
     found = diagnose(case, overruled) if is_judged else overruled
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
-    merged = merged_reports(table, assignment, history, settings.sensors)
+    merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
     table, assigned = doubles.restored(table), assigned.at(doubles.place)
     assignment = assigned.by_row()
@@ -176,7 +176,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     record["diagnostics"] = [each.as_record() for each in found]
     record["divisions"] = None if lineage is None else lineage.as_record()
     parent = None if lineage is None else lineage.parent
-    values = RunValues(table, tracks, history, assignment, settings, assigned.probability, parent)
+    shared = doubles.shared(merged) if settings.merge is not None else None
+    values = RunValues(
+        table, tracks, history, assignment, settings, assigned.probability, parent, shared
+    )
     seed = seed_of(rng)
     record = with_seed(
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"

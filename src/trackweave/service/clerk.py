@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine, Mapping, Sequence
@@ -13,6 +14,7 @@ from typing import Any
 from trackweave.config import Configuration, load_configuration
 from trackweave.errors import OutputError, TrackweaveError
 from trackweave.service.board import Board
+from trackweave.service.delays import Standstill
 from trackweave.service.desk import (
     Json,
     OverloadedError,
@@ -94,7 +96,7 @@ class Clerk:
         self._tracking = ThreadPoolExecutor(1, thread_name_prefix="tracker")
         self._writing = ThreadPoolExecutor(1, thread_name_prefix="journal")
         self._appended, self._work = asyncio.Event(), asyncio.Event()
-        self._refused = ""
+        self._refused, self._standstill = "", Standstill()
         self._is_reconfiguring = False
         self._configured_by = 0
         self._tasks: list[asyncio.Task[None]] = []
@@ -194,13 +196,15 @@ class Clerk:
     async def _handed(self, payload: bytes, count: int, told: Mapping[str, list[float]]) -> None:
         """Take what an input hands on; it is not read on while too much waits."""
         while self._wait.reports > MOST_WAITING or self._refused:
+            self._standstill.begin(time.monotonic())
             await asyncio.sleep(TICK / 2)
+        self._standstill.end(time.monotonic())
         with suppress(OutputError):
             self._append(Kind.REPORTS, payload, count)
             self._hear(told)
 
     def _hear(self, told: Mapping[str, Sequence[float]]) -> None:
-        self._office.delays.note(told, time.monotonic())
+        self._office.delays.note(told, self._standstill.clock(time.monotonic()))
         self.saying.heard(told)
 
     def _require_room(self) -> None:
@@ -261,8 +265,9 @@ class Clerk:
             self._configuration if spec is None else load_configuration(spec.configuration),
             2 if spec is None else spec.dim,
         )
-        # The first scans do not need these yet: they are loaded beside them.
-        loop.run_in_executor(None, warm_solvers)
+        # The first scans do not need these yet: they are loaded beside them. Nobody waits for that
+        # at the end, as for what an executor does.
+        threading.Thread(target=warm_solvers, name="warming", daemon=True).start()
         while True:
             await self._work.wait()
             self._work.clear()
@@ -327,7 +332,7 @@ class Clerk:
             if self._refused:
                 continue
             with suppress(OutputError):
-                until = self._office.closing(time.monotonic())
+                until = self._office.closing(self._standstill.clock(time.monotonic()))
                 if until:
                     self._append(Kind.CLOSE, as_json({"until": until}))
                 # Whoever is not ready has to catch up, which is no lag yet.

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-__all__ = ["Delays"]
+__all__ = ["Delays", "Standstill"]
 
 REMEMBERED = 200
 """So many arrivals of each sensor are remembered."""
@@ -14,6 +14,29 @@ MARGIN = 0.05
 """Seconds that are waited beyond."""
 MOST = 10.0
 """A sensor is waited for so much longer than the quickest at most [s]."""
+
+
+@dataclass
+class Standstill:
+    """A clock that stands while inputs are not read: what they wait with is not late for it."""
+
+    _since: float | None = None
+    _stood: float = 0.0
+
+    def begin(self, now: float) -> None:
+        """Stand from here on, unless it does."""
+        if self._since is None:
+            self._since = now
+
+    def end(self, now: float) -> None:
+        """Go on."""
+        if self._since is not None:
+            self._stood += now - self._since
+            self._since = None
+
+    def clock(self, now: float) -> float:
+        """Return what it shows [s]."""
+        return (now if self._since is None else self._since) - self._stood
 
 
 @dataclass

@@ -17,6 +17,8 @@ __all__ = ["demonstration"]
 
 DURATION, SPEED = 900.0, 2.0
 """Seconds of traffic, and how many times as fast as it was they pass; then they pass again."""
+AHEAD = 12.0
+"""Seconds of it that come at once: so the first picture has tracks."""
 HARBOUR = LocalFrame(54.50, 10.25)
 """The Kiel Fjord's mouth."""
 PERIOD = 3.0
@@ -51,7 +53,7 @@ def demonstration(folder: Path, seed: int) -> tuple[str, dict[str, Any]]:
     )
     path = folder / "demo.parquet"
     table.write_parquet(path)
-    return f"replay:{path}?speed={SPEED:g}&loop=1", _configuration(scenario, seed)
+    return f"replay:{path}?speed={SPEED:g}&ahead={AHEAD:g}&loop=1", _configuration(scenario, seed)
 
 
 def _scenario() -> Scenario:

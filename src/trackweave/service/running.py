@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import os
+import shutil
 import signal
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -52,6 +53,8 @@ class Plan:
         Who is let in, and what with.
     retention
         How much of the journal is kept.
+    passing
+        A folder that goes with the service, as that of a demonstration; None for none.
     """
 
     folder: Path
@@ -64,6 +67,7 @@ class Plan:
     web: WebSettings = field(default_factory=WebSettings)
     tls: Tls | None = None
     retention: Retention = field(default_factory=Retention)
+    passing: Path | None = None
 
     def configuration(self) -> Configuration:
         """Return what the user told of the tracker, read anew."""
@@ -118,7 +122,7 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     work += [asyncio.create_task(each.run()) for each in publishers]
     waiting = asyncio.create_task(over.wait())
     await asyncio.wait([*work, waiting], return_when=asyncio.FIRST_COMPLETED)
-    _end_at_last()
+    _end_at_last(plan.passing)
     failed = [task for task in work if task.done()]
     for task in (*work, waiting):
         task.cancel()
@@ -128,8 +132,14 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
         task.result()
 
 
-def _end_at_last() -> None:
+def _end_at_last(passing: Path | None) -> None:
     """End the process after a time, whatever a step of the tracker still takes."""
-    timer = threading.Timer(MOST_S, os._exit, [0])
+
+    def end() -> None:
+        if passing is not None:
+            shutil.rmtree(passing, ignore_errors=True)
+        os._exit(0)
+
+    timer = threading.Timer(MOST_S, end)
     timer.daemon = True
     timer.start()

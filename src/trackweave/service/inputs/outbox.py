@@ -6,6 +6,7 @@ import struct
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +14,10 @@ import numpy as np
 import polars as pl
 
 from trackweave.domain.facts import Facts
+from trackweave.errors import DataFormatError
 from trackweave.io.reports import ONLY_SENSOR
+from trackweave.io.tables import RawTable, with_our_names
+from trackweave.io.times import read_times
 from trackweave.service.records import packed_reports
 
 __all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]
@@ -64,6 +68,8 @@ class Outbox:
         if table is None or table.is_empty():
             return
         with self._changed:
+            if self._parts and not _fit(self._parts[-1][0], table):
+                self.flush()
             while self.patient and self._waiting > MOST_WAITING and not self._is_closed:
                 self._changed.wait()
             if self._waiting + self._gathered + table.height > MOST_WAITING and self._waiting:
@@ -137,12 +143,22 @@ class Outbox:
                 self._changed.notify_all()
 
 
+def _fit(table: pl.DataFrame, other: pl.DataFrame) -> bool:
+    """Tell whether two tables can become one: seconds and dates are no common column."""
+    kinds = {type(each["time"].dtype) for each in (table, other) if "time" in each.columns}
+    return len(kinds) < 2
+
+
 def completed(table: pl.DataFrame, sensor: str | None = None) -> pl.DataFrame:
     """Return reports with a sensor and a time each: without any, that of receipt."""
+    with suppress(DataFormatError):  # who tells a column twice is refused where rows are checked
+        table = with_our_names(RawTable("reports", table, np.arange(table.height))).columns
     if "sensor" not in table.columns:
         table = table.with_columns(sensor=pl.lit(sensor or ONLY_SENSOR))
+    elif table["sensor"].dtype == pl.String:
+        table = table.with_columns(pl.col("sensor").fill_null(sensor or ONLY_SENSOR))
     now = time.time()
-    if "time" not in table.columns:
+    if "time" not in table.columns or table["time"].dtype == pl.Null:
         return table.with_columns(time=pl.lit(now * 1e6).cast(pl.Int64).cast(_DATE))
     column = table["time"]
     if column.null_count() and column.dtype.is_numeric():
@@ -157,15 +173,9 @@ def completed(table: pl.DataFrame, sensor: str | None = None) -> pl.DataFrame:
 
 def told_times(table: pl.DataFrame) -> dict[str, list[float]]:
     """Return the earliest and the latest time that each sensor has told [s], and how often."""
-    column = table["time"]
-    if isinstance(column.dtype, pl.Datetime):
-        seconds = column.dt.cast_time_unit("us").to_physical() / 1e6
-    elif column.dtype.is_numeric():
-        seconds = column.cast(pl.Float64)
-    else:
-        return {}
+    seconds = read_times(table["time"]).numbers.values
     frame = pl.DataFrame({"sensor": table["sensor"].cast(pl.String), "time": seconds})
-    grouped = frame.drop_nulls().group_by("sensor").agg(
+    grouped = frame.drop_nulls().drop_nans().group_by("sensor").agg(
         pl.col("time").min().alias("first"), pl.col("time").max().alias("last"), pl.len()
     )  # fmt: skip
     return {

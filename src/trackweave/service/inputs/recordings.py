@@ -37,6 +37,8 @@ def replay(source: Source, outbox: Outbox) -> None:
     gap = float(np.median(np.diff(np.unique(seconds)))) if len(seconds) > 1 else 1.0
     os.read(0, 1)
     begun, lap = time.monotonic(), float(np.ptp(seconds)) + gap
+    if source.speed:
+        begun -= source.ahead / source.speed
     _hand_on(table, seconds, (source.speed, begun), outbox, facts)
     while source.loop:
         begun += lap / source.speed if source.speed else 0.0

@@ -6,8 +6,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from trackweave.errors import DataFormatError
+import polars as pl
+
+from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Decoder
+from trackweave.plugin_faults import told_as_theirs
 from trackweave.service.inputs.outbox import SOON, Outbox
 from trackweave.service.inputs.source import Source
 
@@ -23,7 +26,8 @@ LONGEST_PAUSE = 30.0
 class Feed:
     """One sender's bytes and their decoder.
 
-    A document that is no such document as a whole is counted, and the next begins.
+    A document that is no such document as a whole is counted, and the next begins; so is what a
+    plug-in's decoder fails at, which is told as its fault.
     """
 
     def __init__(self, make: Callable[[], Decoder], outbox: Outbox) -> None:
@@ -35,35 +39,41 @@ class Feed:
     def take(self, data: bytes) -> None:
         """Decode further bytes."""
         self.heard = time.monotonic()
-        try:
-            table = self._decoder.feed(data)
-        except DataFormatError as err:
-            self._outbox.message = str(err)[:200]
-            self._outbox.skipped += 1
-            self._decoder, self._counted = self._make(), 0
-            return
-        self._count()
-        self._outbox.add(table, self._decoder.facts)
+        self._hand_on(self._decoder.feed, data)
 
     def take_whole(self, data: bytes) -> None:
         """Decode a datagram: nothing of it is waited for, and nothing of it spoils the next."""
         self.take(data)
         cut = getattr(self._decoder, "cut", None)
         if cut is not None:
-            table = cut()
-            self._count()
-            self._outbox.add(table, self._decoder.facts)
+            self._hand_on(cut)
 
     def end(self) -> None:
         """Decode what is left."""
-        with suppress(DataFormatError):
-            table = self._decoder.finish()
-            self._count()
-            self._outbox.add(table, self._decoder.facts)
+        self._hand_on(self._decoder.finish)
 
-    def _count(self) -> None:
+    def _hand_on(self, decode: Callable[..., pl.DataFrame | None], *data: bytes) -> None:
+        """Hand on what the decoder makes of bytes; where it fails a new one takes what follows."""
+        try:
+            table = decode(*data)
+        except DataFormatError as err:
+            self._begin_anew(str(err))
+            return
+        except Exception:
+            try:
+                with told_as_theirs(self._decoder, "readers", decode.__name__):
+                    raise
+            except InvalidInputError as err:
+                self._begin_anew(str(err))
+            return
         self._outbox.skipped += self._decoder.skips.count - self._counted
         self._counted = self._decoder.skips.count
+        self._outbox.add(table, self._decoder.facts)
+
+    def _begin_anew(self, message: str) -> None:
+        self._outbox.message = message[:300]
+        self._outbox.skipped += 1
+        self._decoder, self._counted = self._make(), 0
 
 
 def listen_udp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> None:

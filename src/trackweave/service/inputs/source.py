@@ -10,8 +10,8 @@ from trackweave.formats.reading import chosen
 __all__ = ["SCHEMES", "Source", "source_of"]
 
 SCHEMES = ("udp", "tcp", "ws", "stdin", "replay")
-_OWN = ("format", "sensor", "speed", "connect", "loop")
-FASTEST = 1e6
+_OWN = ("format", "sensor", "speed", "connect", "loop", "ahead")
+FASTEST, FARTHEST = 1e6, 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,8 @@ class Source:
         Whether a connection is made instead of waited for.
     loop
         Whether a recording begins again after its end, with times that go on.
+    ahead
+        So much of a recording comes at once, before the rest takes its time [s].
     """
 
     url: str
@@ -51,6 +53,7 @@ class Source:
     speed: float = 1.0
     connect: bool = False
     loop: bool = False
+    ahead: float = 0.0
 
 
 def source_of(url: str) -> Source:
@@ -91,8 +94,8 @@ def source_of(url: str) -> Source:
     host, port = _address(url, parts)
     return Source(
         url, parts.scheme, host, port, _path(url, parts), told, query.get("sensor"),
-        _speed(url, query), query.get("connect") == "1",
-        query.get("loop") == "1",
+        _number(url, query, "speed", (1.0, FASTEST)), query.get("connect") == "1",
+        query.get("loop") == "1", _number(url, query, "ahead", (0.0, FARTHEST)),
     )  # fmt: skip
 
 
@@ -123,14 +126,17 @@ def _path(url: str, parts: Any) -> str:
     return str(path)
 
 
-def _speed(url: str, query: dict[str, str]) -> float:
+def _number(url: str, query: dict[str, str], name: str, bounds: tuple[float, float]) -> float:
+    """Return what is told of a recording, or the first of the bounds; the second is the most."""
+    usual, most = bounds
     try:
-        speed = float(query.get("speed", "1"))
+        found = float(query.get(name, usual))
     except ValueError:
-        speed = -1.0
-    if not 0.0 <= speed <= FASTEST:
+        found = -1.0
+    if not 0.0 <= found <= most:
+        meaning = " (as fast as it can be taken)" if name == "speed" else " s"
         raise InvalidInputError(
-            f"--listen {url!r:.100}: speed {query['speed']!r:.20}; expected a number from 0 (as "
-            f"fast as it can be taken) to {FASTEST:g}"
+            f"--listen {url!r:.100}: {name} {query[name]!r:.20}; expected a number from "
+            f"0{meaning} to {most:g}"
         )
-    return speed
+    return found

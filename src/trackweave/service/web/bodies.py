@@ -8,12 +8,13 @@ import polars as pl
 
 from trackweave.arrays import IntArray
 from trackweave.domain.facts import Facts, Skips
-from trackweave.errors import InvalidInputError
+from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import HEAD_BYTES, Format
 from trackweave.formats.reading import chosen
 from trackweave.formats.registry import formats, recognised
 from trackweave.io.columns import typed_column
 from trackweave.io.tables import RawTable, table_in, with_our_names, within_calendars
+from trackweave.plugin_faults import told_as_theirs
 from trackweave.service.desk import Rejected
 
 __all__ = ["MOST_REJECTED", "Decoded", "decoded", "told_by"]
@@ -148,7 +149,13 @@ def _streamed(found: Format, settings: dict[str, Any], data: bytes) -> RawTable:
     is_list = found.name == "jsonl" and data.lstrip()[:1] == b"["
     # A list of objects is as good as objects one after the other; offsets stay.
     body = data.replace(b"[", b" ", 1).rstrip().removesuffix(b"]") if is_list else data
-    frames = [frame for frame in (decoder.feed(body), decoder.finish()) if frame is not None]
+    try:
+        frames = [frame for frame in (decoder.feed(body), decoder.finish()) if frame is not None]
+    except DataFormatError:
+        raise
+    except Exception:
+        with told_as_theirs(decoder, "readers", "decoder", found.name):
+            raise
     columns = pl.concat(frames, how="diagonal_relaxed") if frames else pl.DataFrame()
     row = _numbers(body, decoder.skips, len(columns)) if found.name == "jsonl" else None
     if row is None:
