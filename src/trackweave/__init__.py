@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.experiments import StudyResult as StudyResult
+    from trackweave.experiments import study as study
     from trackweave.formats.reading import read_reports as read_reports
     from trackweave.fusion.associator import Association as Association
     from trackweave.fusion.associator import TrackAssociator as TrackAssociator
@@ -168,6 +170,7 @@ _HOMES = {
     "Statistic": "trackweave.fusion.statistic",
     "Status": "trackweave.association.certificate",
     "StrengthModel": "trackweave.models.strength",
+    "StudyResult": "trackweave.experiments",
     "TabuSearch": "trackweave.solvers",
     "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",
@@ -190,6 +193,7 @@ _HOMES = {
     "register": "trackweave.fusion.registration",
     "slope_of": "trackweave.domain.foreign_kind",
     "solve": "trackweave.solvers.solve",
+    "study": "trackweave.experiments",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",
 }

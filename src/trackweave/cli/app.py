@@ -29,6 +29,7 @@ from trackweave.cli.options import (
     required,
 )
 from trackweave.cli.serving import replay, serve
+from trackweave.cli.studying import study
 
 __all__ = ["app", "run"]
 
@@ -317,6 +318,7 @@ app.command()(convert)
 app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
+app.command()(study)
 app.command()(token)
 app.command()(serve)
 app.command()(replay)

@@ -2,6 +2,8 @@
 
 import os
 from importlib import import_module
+from operator import index
+from typing import Any
 
 from trackweave.engine.local import LocalHost
 from trackweave.engine.pool import Pool
@@ -9,6 +11,9 @@ from trackweave.engine.protocol import EngineError, Host
 from trackweave.errors import InvalidInputError
 
 __all__ = ["engine_of", "processors"]
+
+MOST_WORKERS = 10_000
+"""More processes than any machine here has."""
 
 
 def engine_of(
@@ -38,16 +43,26 @@ def engine_of(
         If Ray is missing, or the cluster does not answer.
     """
     is_ray = isinstance(name, str) and (name == "ray" or name.startswith("ray://"))
-    if not is_ray and name != "local":
+    if not isinstance(name, str) or (not is_ray and name != "local"):
         raise InvalidInputError(f"engine: {name!r:.80}; expected local, ray or ray://HOST")
-    count = processors() if workers is None else workers
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 10_000:
+    count = processors() if workers is None else _whole(workers)
+    if count is None or not 1 <= count <= MOST_WORKERS:
         raise InvalidInputError(
-            f"workers: {workers!r:.80}; expected a whole number from 1 to 10000"
+            f"workers: {workers!r:.80}; expected a whole number from 1 to {MOST_WORKERS}"
         )
     if time_limit is not None and not time_limit > 0:
         raise InvalidInputError(f"time_limit: {time_limit!r:.80}; expected seconds > 0, or None")
     return Pool(_on_ray(name, count) if is_ray else LocalHost(), count, time_limit=time_limit)
+
+
+def _whole(number: Any) -> int | None:
+    """Return a whole number as Python's, None where it is none."""
+    if isinstance(number, bool) or not hasattr(number, "__index__"):
+        return None
+    try:
+        return index(number)
+    except TypeError:  # an array of several, or of others
+        return None
 
 
 def processors() -> int:

@@ -48,8 +48,8 @@ class RayHost:
                 # Workers import what the caller can.
                 path = {"env_vars": {"PYTHONPATH": os.pathsep.join(sys.path)}}
                 ray.init(
-                    "local", num_cpus=workers, include_dashboard=False, _node_ip_address="127.0.0.1",
-                    runtime_env=path, **quiet,
+                    "local", num_cpus=workers, include_dashboard=False, runtime_env=path,
+                    _node_ip_address="127.0.0.1", **quiet,
                 )  # fmt: skip
             else:
                 ray.init(_address_of_head(name), **quiet)
@@ -103,7 +103,8 @@ class _Placed:
     def __init__(self) -> None:
         # Ray's types know only some of its options.
         options: dict[str, Any] = {"num_cpus": 1, "max_restarts": 0, "max_concurrency": 2}
-        self._room: Any = ray.remote(**options)(_Room).remote()
+        room: Any = ray.remote(**options)(_Room)
+        self._room: Any = room.remote()
         self._life = self._room.live.remote()
         self._replies: list[Any] = []
 

@@ -1,1 +1,10 @@
-"""Studies of a user's own."""
+"""Studies of a user's own: scenarios × configurations × seeds, on any engine.
+
+``study_file`` reads and checks what is asked for, ``cases`` carries out one run, ``running``
+all of them, each kept as it comes; ``tables`` and ``report`` tell what came out. The source
+documents' own studies are in ``trackweave.studies``, whose intervals are used here.
+"""
+
+from trackweave.experiments.studying import StudyResult, study
+
+__all__ = ["StudyResult", "study"]
