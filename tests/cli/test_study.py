@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -127,3 +128,23 @@ def test_a_directory_that_is_not_its_own_stays_as_it_is(
     (out / "letter.txt").write_text("dear")
     assert "not empty and not a run of trackweave" in refused(run, "study", study, "--out", out)
     assert [path.name for path in out.iterdir()] == ["letter.txt"]
+
+
+def test_searches_and_writes_a_configuration(run: Run, study: Path, tmp_path: Path) -> None:
+    study.write_text(STUDY + "\n[configurations.window.sweep]\nwindow.depth = [2, 4]\n")
+    out = tmp_path / "out"
+    done = run("tune", study, "--out", out, "--workers", 1, "--json")
+    assert done.exit_code == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["best"]["window"]["depth"] in (2, 4)
+    assert {"motion", "lifecycle", "window"} == set(
+        tomllib.loads((out / "tuned.toml").read_text())
+    )
+    assert "holds a run of `trackweave tune`" in refused(run, "study", study, "--out", out)
+
+
+def test_nothing_to_search_is_told(run: Run, study: Path, tmp_path: Path) -> None:
+    said = refused(run, "tune", study, "--out", tmp_path / "out")
+    assert (
+        "tune.configuration: left out; expected the name of a configuration with a sweep" in said
+    )

@@ -1,6 +1,7 @@
 """Whole studies: the same bytes however they ran, gone on with, told where they fail."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -187,17 +188,20 @@ def test_noise_that_a_configuration_tells_comes_before_that_of_simulated_reports
     assert right > wrong
 
 
+@pytest.mark.parametrize("function", [tw.study, tw.tune])
 @pytest.mark.parametrize("argument", ["source", "out", "engine", "workers"])
 def test_only_our_own_errors_come_out(
-    argument: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    argument: str, function: Callable[..., object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def call(source: object, out: object, engine: object, workers: object) -> None:
-        tw.study(source, out, engine=engine, workers=workers)  # type: ignore[arg-type]
+        function(source, out, engine=engine, workers=workers)
 
     # Nothing is to run: whatever can be used is as good as refused.
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("trackweave.experiments.studying.run_jobs", refuse)
-    given = {"source": STUDY, "out": None, "engine": "local", "workers": 1}
+    monkeypatch.setattr("trackweave.experiments.tuning.run_jobs", refuse)
+    source = changed("configurations.window.sweep", {"window": {"depth": [2, 3]}})
+    given = {"source": source, "out": None, "engine": "local", "workers": 1}
     for label, value in HOSTILE.items():
         error = outcome(call, {**given, argument: value})
         assert error is None, f"{argument} = {label}: {error!r}"

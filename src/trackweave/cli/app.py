@@ -29,7 +29,7 @@ from trackweave.cli.options import (
     required,
 )
 from trackweave.cli.serving import replay, serve
-from trackweave.cli.studying import study
+from trackweave.cli.studying import study, tune
 
 __all__ = ["app", "run"]
 
@@ -320,6 +320,7 @@ app.command()(fuse)
 app.command()(reproduce)
 app.command()(study)
 app.command()(token)
+app.command()(tune)
 app.command()(serve)
 app.command()(replay)
 

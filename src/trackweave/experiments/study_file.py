@@ -211,7 +211,9 @@ class StudyPlan:
         return self.plan.baseline or next(iter(self.configurations))
 
 
-def read_study(source: str | os.PathLike[str] | Mapping[str, Any]) -> StudyPlan:
+def read_study(
+    source: str | os.PathLike[str] | Mapping[str, Any], *, tuned: bool = False
+) -> StudyPlan:
     """Return a study from its file, or from a mapping of the same keys.
 
     Parameters
@@ -219,6 +221,8 @@ def read_study(source: str | os.PathLike[str] | Mapping[str, Any]) -> StudyPlan:
     source
         The file's path; paths in it count from its folder. Of a mapping they count from where
         the program runs.
+    tuned
+        Whether the table ``[tune]`` is part of what tells the study from others.
 
     Returns
     -------
@@ -264,6 +268,8 @@ def read_study(source: str | os.PathLike[str] | Mapping[str, Any]) -> StudyPlan:
         "scenarios": _digest(scenes), "configurations": _digest(configurations),
         "study": _digest(same),
     }  # fmt: skip
+    if tuned:
+        parts["tune"] = _digest(tuning)
     return StudyPlan(name, plan, tuning, scenes, configurations, parts)
 
 

@@ -38,6 +38,7 @@ FILES = {
     "fuse": frozenset({"associations.csv", "tracks.csv"}),
     "reproduce": frozenset({"report.md"}),
     "study": frozenset({"report.md", "runs.jsonl", "runs.parquet"}),
+    "tune": frozenset({"report.md", "runs.jsonl", "trials.csv", "tuned.toml"}),
 }
 # What `plot` draws of them, which tells of another run once they are replaced.
 DRAWN = {"track": "plot.png", "demo": "plot.png"}
