@@ -1,6 +1,8 @@
 """Whole studies: the same bytes however they ran, gone on with, told where they fail."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -127,6 +129,38 @@ def test_a_directory_begun_by_another_version_is_refused(whole: Path, tmp_path: 
     (out / "run.json").write_text(json.dumps({**record, "trackweave": "0.0.1"}))
     with pytest.raises(OutputError, match=r"begun by trackweave 0\.0\.1, this is .*same version"):
         tw.study(STUDY, out)
+
+
+def test_a_study_that_was_broken_off_goes_on_in_the_same_process(
+    whole: Path, tmp_path: Path
+) -> None:
+    def stop(done: int, _: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    out = begun(whole, tmp_path / "out", (whole / LOG).read_bytes()[:200])
+    with pytest.raises(KeyboardInterrupt):
+        tw.study(STUDY, out, workers=1, progress=stop)
+    assert (out / LOG).read_bytes().count(b"\n") == 2
+    tw.study(STUDY, out, workers=1)
+    for name in SAME:
+        assert (out / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_two_processes_do_not_work_on_one_directory(whole: Path, tmp_path: Path) -> None:
+    out = begun(whole, tmp_path / "out", (whole / LOG).read_bytes())
+    code = (
+        "import fcntl, os, sys; h = os.open(sys.argv[1], os.O_RDWR); "
+        "fcntl.flock(h, fcntl.LOCK_EX); print('held', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, out / LOG], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE) as other:  # fmt: skip
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"held\n"
+        with pytest.raises(OutputError, match="another process works on it; expected to be alone"):
+            tw.study(STUDY, out)
+        other.communicate()
+    tw.study(STUDY, out)
 
 
 def test_a_log_that_was_changed_is_told_with_its_row(whole: Path, tmp_path: Path) -> None:

@@ -6,13 +6,18 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from trackweave.engine import Engine
 from trackweave.errors import InvalidInputError, OutputError
 from trackweave.experiments.cases import Job, carry_out
 from trackweave.experiments.study_file import StudyPlan
 from trackweave.io.output import OutputDirectory
+
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows, which has no such locks
+    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["LOG", "Log", "Progress", "record_of", "run_jobs"]
 
@@ -34,7 +39,7 @@ class Log:
     Raises
     ------
     OutputError
-        If the directory holds another study.
+        If the directory holds another study, or another process works on it.
     """
 
     def __init__(self, study: StudyPlan, place: OutputDirectory | None) -> None:
@@ -46,8 +51,9 @@ class Log:
         earlier = place.record()
         if earlier is None:
             place.write({LOG: b""}, {**record_of(study), "complete": False})
-            return
-        _require_same(study, earlier, place.path)
+        else:
+            _require_same(study, earlier, place.path)
+        self._handle = _locked(self._path)
         self.found = _read(self._path)
 
     def add(self, number: int, found: dict[str, Any]) -> None:
@@ -57,14 +63,17 @@ class Log:
             return
         line = json.dumps({"run": number, **found}, allow_nan=False) + "\n"
         try:
-            file = os.open(self._path, os.O_WRONLY | os.O_APPEND)
-            try:
-                os.write(file, line.encode())
-                os.fsync(file)
-            finally:
-                os.close(file)
+            os.write(self._handle, line.encode())
+            os.fsync(self._handle)
         except OSError as err:
             raise OutputError(f"{self._path}: cannot be written ({err.strerror})") from err
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._path is not None:
+            os.close(self._handle)
 
 
 def record_of(study: StudyPlan) -> dict[str, Any]:
@@ -87,6 +96,22 @@ def run_jobs(
         log.add(ticket_of[outcome.ticket], outcome.value or failed)
         if progress is not None:
             progress(done, len(todo))
+
+
+def _locked(path: Path) -> int:
+    """Return a handle that appends to a file, which no other process may do meanwhile."""
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_APPEND)
+        if fcntl is not None:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OutputError(
+            f"{path.parent}: another process works on it; expected to be alone, or another "
+            "directory"
+        ) from None
+    except OSError as err:
+        raise OutputError(f"{path}: cannot be written ({err.strerror})") from err
+    return handle
 
 
 def _require_same(study: StudyPlan, earlier: dict[str, Any], path: Path) -> None:

@@ -129,8 +129,7 @@ def study(  # noqa: PLR0913 the one function that users call with everything
     jobs = jobs_of(planned, cases)
     place = place_of(planned, source, out, "study")
     limit = planned.plan.time_limit
-    with engine_of(engine, workers, time_limit=limit) as pool:
-        log = Log(planned, place)
+    with engine_of(engine, workers, time_limit=limit) as pool, Log(planned, place) as log:
         run_jobs(jobs, range(len(jobs)), log, pool, progress)
     runs, timing = runs_table(planned, cases, log.found)
     tables = {"runs": runs, "timing": timing, "summary": summary_of(runs),

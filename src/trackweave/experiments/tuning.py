@@ -160,8 +160,8 @@ def tune(  # noqa: PLR0913 the one function that users call with everything
     jobs = jobs_of(search.study, search.cases())
     place = place_of(search.study, source, out, "tune")
     alive, last = list(range(1, len(search.points))), np.zeros(len(search.points), dtype=int)
-    with engine_of(engine, workers, time_limit=search.study.plan.time_limit) as pool:
-        log = Log(search.study, place)
+    limit = search.study.plan.time_limit
+    with engine_of(engine, workers, time_limit=limit) as pool, Log(search.study, place) as log:
         for number, (count, used) in enumerate(rounds, start=1):
             alive = alive[:count]
             last[[0, *alive]] = number
@@ -173,8 +173,8 @@ def tune(  # noqa: PLR0913 the one function that users call with everything
             alive = [alive[place] for place in np.argsort(score, kind="stable")[::-1]]
     found = _result(search, log, alive[0], [rounds[number - 1][1] for number in last])
     if place is not None:
-        kept = (place.path / LOG).read_bytes()
         record = {**record_of(search.study), "complete": True}
+        kept = (place.path / LOG).read_bytes()
         place.write({**found.files(), LOG: kept}, record)
     return found
 
