@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from trackweave.errors import NumericalError as NumericalError
     from trackweave.errors import OutputError as OutputError
     from trackweave.errors import TrackweaveError as TrackweaveError
+    from trackweave.experiments import StudyResult as StudyResult
+    from trackweave.experiments import TuningResult as TuningResult
+    from trackweave.experiments import study as study
+    from trackweave.experiments import tune as tune
     from trackweave.formats.reading import read_reports as read_reports
     from trackweave.fusion.associator import Association as Association
     from trackweave.fusion.associator import TrackAssociator as TrackAssociator
@@ -168,6 +172,7 @@ _HOMES = {
     "Statistic": "trackweave.fusion.statistic",
     "Status": "trackweave.association.certificate",
     "StrengthModel": "trackweave.models.strength",
+    "StudyResult": "trackweave.experiments",
     "TabuSearch": "trackweave.solvers",
     "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",
@@ -176,6 +181,7 @@ _HOMES = {
     "TrackingResult": "trackweave.run",
     "TrackweaveError": "trackweave.errors",
     "TruthTable": "trackweave.domain.truth",
+    "TuningResult": "trackweave.experiments",
     "Window": "trackweave.trackers.window",
     "combine": "trackweave.fusion.combine",
     "evaluate": "trackweave.run.judging",
@@ -190,8 +196,10 @@ _HOMES = {
     "register": "trackweave.fusion.registration",
     "slope_of": "trackweave.domain.foreign_kind",
     "solve": "trackweave.solvers.solve",
+    "study": "trackweave.experiments",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",
+    "tune": "trackweave.experiments",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])

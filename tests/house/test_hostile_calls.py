@@ -15,7 +15,8 @@ NOT_CALLED = {
     "FoundObjects",
     "FusedPicture", "FusionResult", "HeldScan", "Hint", "Hypothesis", "LocalTracks",
     "Measurement", "MeasurementKind", "MotionModel", "Ranking", "Registration", "ReportTable",
-    "Reported", "Status", "TrackingResult", "TruthTable", "__version__", "track",
+    "Reported", "Status", "StudyResult", "TrackingResult", "TruthTable", "TuningResult",
+    "__version__", "study", "track", "tune",
 }  # fmt: skip
 
 

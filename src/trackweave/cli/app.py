@@ -29,6 +29,7 @@ from trackweave.cli.options import (
     required,
 )
 from trackweave.cli.serving import replay, serve
+from trackweave.cli.studying import study, tune
 
 __all__ = ["app", "run"]
 
@@ -335,7 +336,9 @@ app.command()(convert)
 app.command()(formats)
 app.command()(fuse)
 app.command()(reproduce)
+app.command()(study)
 app.command()(token)
+app.command()(tune)
 app.command()(serve)
 app.command()(replay)
 

@@ -37,6 +37,8 @@ FILES = {
     "demo": _SIMULATED | _TRACKED | {"tracker.toml", "demo.png"},
     "fuse": frozenset({"associations.csv", "tracks.csv"}),
     "reproduce": frozenset({"report.md"}),
+    "study": frozenset({"report.md", "runs.jsonl", "runs.parquet"}),
+    "tune": frozenset({"report.md", "runs.jsonl", "trials.csv", "tuned.toml"}),
 }
 # What `plot` draws of them, which tells of another run once they are replaced.
 DRAWN = {"track": "plot.png", "demo": "plot.png"}
@@ -108,7 +110,7 @@ class OutputDirectory:
         return self.path.resolve()
 
     def _writes(self, name: str) -> bool:
-        patterns = {"reproduce": _OF_STUDY, "track": _OF_FORMAT}
+        patterns = {"reproduce": _OF_STUDY, "study": _OF_STUDY, "track": _OF_FORMAT}
         pattern = patterns.get(self.command)
         return name in FILES[self.command] or (
             pattern is not None and pattern.fullmatch(name) is not None

@@ -7,7 +7,7 @@ from trackweave.simulation.scenario import (
     Scenario,
     SimulatedSensor,
 )
-from trackweave.simulation.scenario_file import read_scenario
+from trackweave.simulation.scenario_file import read_scenario, scenario_of
 from trackweave.simulation.simulate import Simulation, simulate
 from trackweave.simulation.targets import (
     Crossing,
@@ -29,5 +29,6 @@ __all__ = [
     "demo_configuration",
     "demo_scenario",
     "read_scenario",
+    "scenario_of",
     "simulate",
 ]

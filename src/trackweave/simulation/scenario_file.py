@@ -1,6 +1,6 @@
 """Scenarios from TOML files, every mistake named by file, key, value and what was expected."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from trackweave.simulation.scenario import Area, RandomTargets, Scenario, Simula
 from trackweave.simulation.targets import Crossing, Manoeuvre, Parallel, Target
 from trackweave.toml_file import read_toml
 
-__all__ = ["read_scenario"]
+__all__ = ["read_scenario", "scenario_of"]
 
 
 def read_scenario(path: str | Path) -> Scenario:
@@ -33,24 +33,41 @@ def read_scenario(path: str | Path) -> Scenario:
         If the file cannot be read, is not TOML, or holds a key or value that does not fit.
     """
     file = Path(path)
-    table = read_toml(file, "a scenario")
+    return scenario_of(read_toml(file, "a scenario"), str(file))
+
+
+def scenario_of(table: Mapping[str, Any], name: str) -> Scenario:
+    """Return the scenario that a file's keys and values describe.
+
+    Parameters
+    ----------
+    table
+        What the file holds.
+    name
+        What messages call it.
+
+    Returns
+    -------
+    The checked scenario.
+
+    Raises
+    ------
+    InvalidInputError
+        If it holds a key or value that does not fit.
+    """
     try:
-        return _scenario(table)
+        values = _known(Scenario, table, "")
+        for key, build in _PARTS.items():
+            if key in values:
+                values[key] = build(key, values[key])
+        return Scenario(**values)
     except InvalidInputError as err:
-        raise InvalidInputError(f"{file}, {err}") from err
-
-
-def _scenario(table: dict[str, Any]) -> Scenario:
-    values = _known(Scenario, table, "")
-    for key, build in _PARTS.items():
-        if key in values:
-            values[key] = build(key, values[key])
-    return Scenario(**values)
+        raise InvalidInputError(f"{name}, {err}") from err
 
 
 def _known(kind: type[Any], table: object, path: str) -> dict[str, Any]:
     """Return the table's values; refuse unknown keys, missing keys and what is no table."""
-    if not isinstance(table, dict):
+    if not isinstance(table, Mapping):
         raise InvalidInputError(f"{path}: {table!r}; expected a table of keys and values")
     inside = f"{path}." if path else ""
     keys = [field.name for field in fields(kind)]

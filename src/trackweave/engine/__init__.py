@@ -1,0 +1,12 @@
+"""Many processes or machines behind one thin protocol: submit, gather, place, be told of a death.
+
+``engine_of`` finds an engine by its name: ``local``, processes of this machine; ``ray``, Ray on
+this machine; ``ray://HOST``, a cluster of Ray. What is computed depends on the tasks alone, never
+on the engine or on how many workers there are. Only ``trackweave.engine.on_ray`` imports Ray.
+"""
+
+from trackweave.engine.choice import engine_of
+from trackweave.engine.pool import Pool
+from trackweave.engine.protocol import Actor, Engine, EngineError, Outcome, WorkerLostError
+
+__all__ = ["Actor", "Engine", "EngineError", "Outcome", "Pool", "WorkerLostError", "engine_of"]

@@ -1,0 +1,133 @@
+"""Workers that Ray places; the only module that imports Ray."""
+
+import os
+import socket
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+import ray
+
+from trackweave.engine.protocol import Death, EngineError, Worker
+from trackweave.engine.serving import Served
+
+__all__ = ["RayHost"]
+
+HEAD_PORT = 6379
+"""Where the head of a cluster listens, unless told otherwise."""
+PATIENCE_S = 5.0
+"""So long its machine may take to answer [s]."""
+
+
+def _address_of_head(name: str) -> str:
+    """Return where Ray finds the head, which answers at once or not at all; Ray takes a minute."""
+    host, _, port = name.removeprefix("ray://").partition(":")
+    try:
+        number = int(port or HEAD_PORT)
+        socket.create_connection((host, number), timeout=PATIENCE_S).close()
+    except (OSError, ValueError, OverflowError) as err:
+        raise EngineError(
+            f"engine: {name:.80} cannot be reached ({err}); expected ray://HOST or "
+            f"ray://HOST:PORT, where `ray start --head --port {HEAD_PORT}` runs"
+        ) from err
+    return f"{host}:{number}"
+
+
+class RayHost:
+    """Brings Ray's actors, one for each worker: each a process that lives until it is ended."""
+
+    def __init__(self, name: str, workers: int) -> None:
+        self._is_own = not ray.is_initialized()
+        if not self._is_own:
+            return  # whoever connected before decides where, and stays connected
+        quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
+        try:
+            if name == "ray":
+                # Workers import what the caller can.
+                path = {"env_vars": {"PYTHONPATH": os.pathsep.join(sys.path)}}
+                ray.init(
+                    "local", num_cpus=workers, include_dashboard=False, runtime_env=path,
+                    _node_ip_address="127.0.0.1", **quiet,
+                )  # fmt: skip
+            else:
+                ray.init(_address_of_head(name), **quiet)
+        except EngineError:
+            raise
+        except Exception as err:
+            # Unreachable, of another version, no room: Ray raises whatever its parts raise.
+            told = str(err).strip().partition("\n")[0]
+            raise EngineError(
+                f"engine: {name} does not answer ({type(err).__name__}: {told}); expected a head "
+                "of Ray in the same version, started by `ray start --head`, or the engine local"
+            ) from err
+
+    def hire(self) -> "_Placed":
+        """Return a new worker, which Ray has yet to place."""
+        return _Placed()
+
+    def wait(
+        self, workers: Sequence[Worker], seconds: float | None
+    ) -> list[tuple[Worker, bytes | Death]]:
+        """Return replies and deaths as soon as there are any, nothing when the time is over."""
+        placed = [each for each in workers if isinstance(each, _Placed)]
+        owner = {sign: each for each in placed for sign in each.signs}
+        if not owner:
+            return []
+        ready, _ = ray.wait(list(owner), num_returns=1, timeout=seconds)
+        return [(owner[sign], owner[sign].heard(sign)) for sign in ready]
+
+    def close(self) -> None:
+        """Leave Ray where this engine joined it."""
+        if self._is_own:
+            ray.shutdown()
+
+
+class _Room:
+    """A worker's own side: calls in one thread, and in the other a wait that only death ends."""
+
+    def __init__(self) -> None:
+        self._served = Served()
+
+    def serve(self, call: bytes) -> bytes:
+        return self._served.reply(call)
+
+    def live(self) -> None:
+        threading.Event().wait()
+
+
+class _Placed:
+    """A worker somewhere in the cluster."""
+
+    def __init__(self) -> None:
+        # Ray's types know only some of its options.
+        options: dict[str, Any] = {"num_cpus": 1, "max_restarts": 0, "max_concurrency": 2}
+        room: Any = ray.remote(**options)(_Room)
+        self._room: Any = room.remote()
+        self._life = self._room.live.remote()
+        self._replies: list[Any] = []
+
+    @property
+    def signs(self) -> list[Any]:
+        """What becomes ready when a reply comes or the worker dies; replies in order."""
+        return [*self._replies[:1], self._life]
+
+    def send(self, call: bytes) -> None:
+        """Send a call; a dead worker says nothing, and is found by the wait that it ends."""
+        self._replies.append(self._room.serve.remote(call))
+
+    def heard(self, sign: Any) -> bytes | Death:
+        """Return the reply that is there, or why there will be none."""
+        try:
+            reply: bytes = ray.get(sign)
+        except ray.exceptions.RayError as err:
+            why = str(err).strip().partition("\n")[0]
+            return Death(f"was lost ({type(err).__name__}: {why})")
+        self._replies.pop(0)
+        return reply
+
+    def kill(self) -> None:
+        """End it at once, whatever it does."""
+        with suppress(ray.exceptions.RayError):
+            ray.kill(self._room, no_restart=True)

@@ -1,0 +1,140 @@
+"""A study's report: what was run, means, differences, failures, figures."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from trackweave.experiments.study_file import StudyPlan
+from trackweave.experiments.tables import averaged, group_keys
+from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
+from trackweave.studies.writing import text_table
+
+__all__ = ["figures_of", "report_of"]
+
+MOST_ROWS = 200
+"""A longer table is in its file alone."""
+MOST_ERRORS = 10
+WIDE = 20.0
+"""A swept key whose greatest value is so many times its least is drawn by logarithms."""
+
+
+def figures_of(study: StudyPlan, runs: pl.DataFrame, timing: pl.DataFrame) -> dict[str, bytes]:
+    """Return a figure for each swept number, and one of quality against CPU time, by file name."""
+    figures = {}
+    metrics = [name for name in study.plan.metrics if runs[name].null_count() < len(runs)]
+    if not metrics:
+        return {}
+    swept = [name for name in group_keys(runs) if "." in name and runs.schema[name].is_numeric()]
+    for name in swept:
+        own = runs.filter(pl.col(name).is_not_null())
+        panels = [_against(own, name, metric) for metric in metrics]
+        figures[f"by-{_file_name(name)}.png"] = picture_of_panels(panels)
+    spent = runs.with_columns(timing["cpu_s"])
+    figures["quality-by-cpu.png"] = picture_of_panels([_by_cpu(spent, name) for name in metrics])
+    return figures
+
+
+def report_of(
+    study: StudyPlan,
+    tables: Mapping[str, pl.DataFrame],
+    figures: Sequence[str],
+) -> str:
+    """Return the report as Markdown, from the tables ``runs``, ``summary`` and ``differences``."""
+    runs, summary, differences = (tables[name] for name in ("runs", "summary", "differences"))
+    keys, plan = group_keys(runs), study.plan
+    failed = runs.filter(pl.col("error").is_not_null())
+    seeds = "one seed" if plan.seeds == 1 else f"{plan.seeds} seeds"
+    parts = [
+        "# Study",
+        f"{len(runs):,} runs: {len(study.scenes)} scenario{'s' * (len(study.scenes) > 1)} × "
+        f"{len(study.configurations)} configuration{'s' * (len(study.configurations) > 1)}, with "
+        f"what is swept of each, × {seeds}. The same seed gives every configuration the same "
+        "reports. Intervals are of 95 %, by Student's t over draws.",
+        "## Means",
+        _wide(summary.filter(pl.col("metric").is_in(plan.metrics)), keys, "mean", plan.metrics),
+    ]
+    if len(differences):
+        parts += [
+            "## Differences",
+            f"From {study.baseline}, draw by draw on the same reports; an interval without 0 "
+            "tells the two apart.",
+            _wide(
+                differences.filter(pl.col("metric").is_in(plan.metrics)), keys, "difference",
+                plan.metrics,
+            ),
+        ]  # fmt: skip
+    parts += ["## CPU time", _cpu(runs.with_columns(tables["timing"]["cpu_s"]), keys)]
+    if figures:
+        parts += ["## Figures", *(f"![{name}]({name})" for name in figures)]
+    if len(failed):
+        rows = failed.select(*keys, "piece", "seed", "error").head(MOST_ERRORS).rows()
+        parts += [
+            "## Failed",
+            f"{len(failed):,} of {len(runs):,} runs failed; means are without them.",
+            text_table([*keys, "piece", "seed", "error"], rows),
+        ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _wide(table: pl.DataFrame, keys: Sequence[str], value: str, metrics: Sequence[str]) -> str:
+    """Return a table with a column for each measure, its interval in brackets."""
+    if len(table) > MOST_ROWS * len(metrics):
+        return f"{len(table) // max(1, len(metrics)):,} rows: see the file."
+    rows: dict[tuple[Any, ...], dict[str, str]] = {}
+    for row in table.iter_rows(named=True):
+        cells = rows.setdefault(tuple(row[key] for key in keys), {})
+        known = row[value] is not None and np.isfinite(row[value])
+        ends = f" ({row['low']:.4g} to {row['high']:.4g})" if np.isfinite(row["low"]) else ""
+        cells[row["metric"]] = f"{row[value]:.4g}{ends}" if known else "–"
+    body = [[*point, *(cells.get(name, "–") for name in metrics)] for point, cells in rows.items()]
+    return text_table([*keys, *metrics], body)
+
+
+def _cpu(runs: pl.DataFrame, keys: Sequence[str]) -> str:
+    """Return what a run took; the median, as each worker's first run loads kernels."""
+    spent = runs.group_by(keys, maintain_order=True).agg(pl.median("cpu_s").alias("median [s]"))
+    if len(spent) > MOST_ROWS:
+        return "See timing.csv."
+    return text_table([*keys, "median [s]"], spent.rows())
+
+
+def _against(runs: pl.DataFrame, key: str, metric: str) -> Panel:
+    """Return a measure against a swept key, averaged over whatever else is swept."""
+    curves = {}
+    # A scenario's key shows a curve for each configuration, and the other way round.
+    by = "configuration" if key.startswith("scenario") else "scenario"
+    for (name,), own in runs.group_by([by], maintain_order=True):
+        points = []
+        for (x,), at in own.group_by([key], maintain_order=True):
+            found = averaged(at, metric)
+            if np.isfinite(found.value):
+                points.append((x, found.value, _half(found.high - found.value)))
+        if points:
+            curves[str(name)] = SpreadCurve(*np.array(sorted(points), dtype=float).T)
+    values = runs[key].to_numpy()
+    wide = values.min() > 0 and values.max() >= WIDE * values.min()
+    return Panel(metric, key.partition(".")[2], metric, curves, x_logarithmic=bool(wide))
+
+
+def _by_cpu(runs: pl.DataFrame, metric: str) -> Panel:
+    """Return a measure against the CPU time of a run, a mark for each configuration's points."""
+    curves = {}
+    for (name,), own in runs.group_by(["configuration"], maintain_order=True):
+        points = []
+        for _, at in own.group_by(group_keys(runs, "configuration"), maintain_order=True):
+            found = averaged(at, metric)
+            if np.isfinite(found.value) and at["cpu_s"].null_count() < len(at):
+                points.append((at["cpu_s"].median(), found.value, _half(found.high - found.value)))
+        if points:
+            curves[str(name)] = SpreadCurve(*np.array(sorted(points), dtype=float).T)
+    return Panel(metric, "CPU time of a run [s]", metric, curves, x_logarithmic=True)
+
+
+def _half(width: float) -> float:
+    return width if np.isfinite(width) else 0.0
+
+
+def _file_name(key: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in key.lower()).strip("-")
