@@ -94,7 +94,7 @@ def with_tails(
             share = max(share, LEAST_SHARED)
         sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
         sensors[name] = replace(
-            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3)
+            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3), tail_persistence=float(__import__('os').environ.get('TP','0.95')) if is_shared and name in ranging else 0.0
         )
     return replace(estimates, sensors=sensors)
 

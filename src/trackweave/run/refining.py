@@ -224,6 +224,7 @@ def _turned(sensor: Sensor, rotation: Rotation | None) -> Sensor:
         rotation=rotation,
         tail_share=PATIENT_TAILS,
         tail_scale=PATIENT_SCALE,
+        tail_persistence=float(__import__('os').environ.get('PP','0.9')),
         hidden_share=PATIENT_SHARE,
     )
 
