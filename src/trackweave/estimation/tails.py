@@ -34,6 +34,10 @@ USUAL_SCALE, USUAL_WIDE, MOST_SCALE = 12.0, 10.0, 50.0
 # Sure tracks hold few of those whose every report is wild: of radars that share objects so much
 # is wide at least.
 LEAST_SHARED = 0.05
+# How far wide noise persists from report to report of an object, what is usual of transponders
+# that are bad, and by how much likelier another must be to be believed [nats].
+PERSISTENCE = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98)
+USUAL_PERSISTENCE, LIKELIER = 0.95, 3.0
 # Where so many strangers lie as near as a report that is far off, it may be one of them; and so
 # many would come where an object's own report is missing in no more than one of so many sensors.
 CROWDED, BY_CHANCE = 0.1, 1e-4
@@ -68,6 +72,7 @@ def with_tails(
     sensors = dict(estimates.sensors)
     narrow: dict[str, SensorEstimate] = {}
     squares: dict[str, FloatArray] = {}
+    whose: dict[str, IntArray] = {}
     speaking: set[str] = set()
     # Of several radars sigma is that of most tracks, and what a few add is the tail; with a single
     # one, whose misses no other makes good, fewer names are lost to the noise of all.
@@ -82,7 +87,7 @@ def with_tails(
         is_mixed = not is_several and not is_told and _is_mixed(known)
         beside = _beside((known, index, place), reports, tracks)
         if beside.track.size >= FEWEST_REPORTS:
-            narrow[name], squares[name] = known, beside.square
+            narrow[name], squares[name], whose[name] = known, beside.square, beside.track
             if is_mixed or _speaks(beside, known):
                 speaking.add(name)
     ranging = set(places or ()) & set(narrow)
@@ -94,8 +99,12 @@ def with_tails(
             share = max(share, LEAST_SHARED)
         sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
         sensors[name] = replace(
-            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3), tail_persistence=float(__import__('os').environ.get('TP','0.95')) if is_shared and name in ranging else 0.0
-        )
+            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3),
+            tail_persistence=fitted_persistence(
+                squares[name], whose[name], (share, scale),
+                USUAL_PERSISTENCE if is_shared and name in ranging else 0.0,
+            ),
+        )  # fmt: skip
     return replace(estimates, sensors=sensors)
 
 
@@ -146,6 +155,31 @@ def fitted_tails(square: FloatArray) -> tuple[float, float]:
         variance = total / (width * (float(wide.sum()) + USUAL_WIDE))
         scale = float(np.clip(np.sqrt(variance), 1.0, MOST_SCALE))
     return share, scale
+
+
+def fitted_persistence(
+    square: FloatArray, track: IntArray, tail: tuple[float, float], usual: float
+) -> float:
+    """Return how far wide noise persists, given squares by time in each track, of like ones."""
+    # Narrow and wide follow each other as a Markov chain whose states are not seen: the likelihood
+    # of a persistence is that of the forward pass, over all tracks at once.
+    share, scale = tail
+    width = square.shape[1]
+    ratio = 0.5 * square.sum(axis=1) * (1.0 - 1.0 / scale**2) - width * np.log(scale)
+    _, number, count = np.unique(track, return_inverse=True, return_counts=True)
+    place = np.arange(track.size) - np.repeat(np.cumsum(count) - count, count)
+    table = np.full((count.size, int(count.max())), np.nan)
+    table[number, place] = np.exp(np.minimum(ratio, 500.0))
+    tried = np.array(PERSISTENCE)
+    wild, found = np.full((count.size, tried.size), share), np.zeros(tried.size)
+    for odds in table.T[:, :, None]:
+        before = share + tried * (wild - share)
+        total = 1.0 - before + before * odds
+        found += np.nansum(np.log(total), axis=0)
+        wild = before * odds / total
+    best = int(np.argmax(found))
+    is_told = found[best] - found[PERSISTENCE.index(usual)] > LIKELIER
+    return PERSISTENCE[best] if is_told else usual
 
 
 def _beside(
