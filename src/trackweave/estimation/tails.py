@@ -18,9 +18,10 @@ from scipy.special import gammainc
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
 
-__all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
+__all__ = ["fitted_persistence", "fitted_tails", "with_tails"]
 
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
@@ -43,8 +44,6 @@ USUAL_PERSISTENCE, LIKELIER = 0.95, 3.0
 CROWDED, BY_CHANCE = 0.1, 1e-4
 # Noise so many times as large in the middle of all reports is another sigma.
 OTHER_SIGMA = 2.0
-# Neighbours are no farther apart than so many usual intervals.
-LONGEST_SPAN = 6.0
 MEDIAN_SQUARE = 1.386
 """Median of the squared distance in a plane."""
 N_ROUNDS = 50
@@ -220,24 +219,3 @@ def _beside(
         whose = np.full(int(told.sum()), number)
         parts.append(_Beside(square[told], distance[told], whose))
     return _Beside(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Return where neighbours say that reports are, several ways, and how exactly."""
-    # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
-    # with the variance of each as a share of one report's. One that is off itself spoils some.
-    n = time.size
-    at = {step: time[2 + step : n - 2 + step] for step in (-2, -1, 0, 1, 2)}
-    of = {step: place[2 + step : n - 2 + step] for step in (-2, -1, 1, 2)}
-    ways = []
-    for used in ((-1, 1), (-2, 1), (-1, 2), (-2, 2), (-2, -1, 1, 2)):
-        expected, known = np.zeros_like(of[1]), np.zeros(n - 4)
-        for one in used:
-            weight = np.ones(n - 4)
-            for other in used:
-                if other != one:
-                    weight = weight * (at[0] - at[other]) / (at[one] - at[other])
-            expected += weight[:, None] * of[one]
-            known += weight**2
-        ways.append((expected, known))
-    return ways

@@ -273,5 +273,8 @@ def _follow(
             looks[name] = sorted([*ends, *missing_times(ends, rotations[name].period)])
     views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
     return Followed(
-        assigned.track, {name: np.array(times) for name, times in looks.items()}, views
+        assigned.track,
+        {name: np.array(times) for name, times in looks.items()},
+        views,
+        is_wild=len(rotations) > 1,
     )
