@@ -1,6 +1,6 @@
 """A report from a mixture of narrow and wide noise, against sums over a grid."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -93,7 +93,7 @@ def test_wide_noise_follows_itself_as_a_chain(persistence):
     for last in range(length):
         for chain in product((0, 1), repeat=last + 1):
             chance = [1 - SHARE, SHARE][chain[0]]
-            for one, after in zip(chain[:-1], chain[1:], strict=True):
+            for one, after in pairwise(chain):
                 chance *= coming[one, after]
             for moment, part in enumerate(chain):
                 chance *= densities[part][moment]

@@ -130,12 +130,16 @@ def foreseen(kind, mean, covariance, platform, rule, width):
     return how(kind, mean, covariance, platform, rule.dim)
 
 
-def compare(view, index, state, rule, share=None):
+def compare(view, index, state, rule, wild):
     """Return the least squared distance, the log likelihood, the state after the report, and how
-    probably its noise was wide, where before it that was the given share, or the sensor's.
+    probably its noise was wide, as ``wild`` is of the report before it; None for nothing known.
     """
-    share = view.sensor.tail_share if share is None else share
-    part = 0.0
+    sensor = view.sensor
+    share = sensor.tail_share
+    if share > 0.0 and wild is not None:
+        # Likely to be as it was, or else anew: a chain whose long-run share is the share.
+        anew = (1 - sensor.tail_persistence) * share
+        share = wild * (sensor.tail_persistence + anew) + (1 - wild) * anew
     distances, narrow, after = _joined(view, index, state, rule, 1.0)
     if share > 0.0:
         far, wide, beside = _joined(view, index, state, rule, view.sensor.tail_scale)
@@ -148,11 +152,12 @@ def compare(view, index, state, rule, share=None):
             )
             for n, w, one, other in parts
         ]
-        part = wide.sum() / (narrow.sum() + wide.sum())
+        if sensor.tail_persistence > 0.0:
+            wild = wide.sum() / (narrow.sum() + wide.sum())
         narrow = narrow + wide
     means, covariances = map(np.array, zip(*after, strict=True))
     total = narrow.sum()
-    return min(distances), math.log(total), Mixture(means, covariances, narrow / total), part
+    return min(distances), math.log(total), Mixture(means, covariances, narrow / total), wild
 
 
 def _joined(view, index, state, rule, scale):
@@ -285,9 +290,8 @@ def price(views, choice, setting, known=None):
     rule, dim = setting.rule, setting.rule.dim
     cost = living = misses = 0.0
     sight, hidden = 1.0, 0.0
-    state = time = counted = None
+    state = time = counted = wild = None
     said, seen_by = [], {}
-    wild = None
     given_up = False
     if known is not None:
         state, time = known
@@ -298,8 +302,6 @@ def price(views, choice, setting, known=None):
                 continue
             cost, state = begin(view, index, rule)
             cost -= evidence(view, index)
-            if sensor.tail_persistence > 0.0:
-                wild = sensor.tail_share
         else:
             seen = sensor.detection_probability * covered(view, state, rule, time)
             living += view.survival_cost
@@ -319,21 +321,13 @@ def price(views, choice, setting, known=None):
                 return None
             width = view.scan.measurement.shape[1]
             there = ahead(state, moment - time, rule)
-            share, persistence = sensor.tail_share, sensor.tail_persistence
-            if share > 0.0 and wild is not None:
-                # Likely to be as it was, or else anew: a chain whose long-run share is the share.
-                share = wild * (persistence + (1 - persistence) * share) + (1 - wild) * (
-                    (1 - persistence) * share
-                )
-            distance, log_likelihood, after, part = compare(view, index, there, rule, share)
+            distance, log_likelihood, after, wild = compare(view, index, there, rule, wild)
             if distance > chi2.ppf(GATE, width):
                 return None
             cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
             state = after
-            if sensor.tail_share > 0.0 and persistence > 0.0:
-                wild = part
         living = misses = 0.0
         sight, hidden = 1.0, 0.0
         time, counted = view.moment(index), (now, 1.0)

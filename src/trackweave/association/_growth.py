@@ -363,7 +363,7 @@ def append_roots(
         nodes.price[node] = 0.0
         nodes.belief[node] = 0.0
         nodes.time[node] = scan.moment[index]
-        nodes.wild[node] = scan.tail_share if scan.tail_persistence > 0.0 else -1.0
+        nodes.wild[node] = -1.0
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.former[node] = -1

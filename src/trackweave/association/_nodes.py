@@ -43,9 +43,9 @@ class Nodes(NamedTuple):
     known, and ``belief`` how probable it was then that this is what its object did and that it
     lives. ``identity`` is whom the last report that said so was of, ``former`` whom another one
     before it; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
-    which intervals the object reports itself, see ``association._rhythm``. ``wild`` is how probable
-    it is that the noise of the last report was wide, of those whose sensors' tails persist; -1
-    where there was none.
+    which intervals the object reports itself, see ``association._rhythm``. ``wild`` is how
+    probable it is that the noise was wide of the last report but the first that was of a sensor
+    whose tails persist; -1 where there was none.
 
     ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
     each mode of motion, and how probable that mode is. Where ``is_line`` is 1 the object has been
@@ -119,8 +119,8 @@ class ScanInput(NamedTuple):
     with probability ``fading``, and finds one that it lost with ``clearing``. A share of the
     reports, ``tail_share``, has noise ``tail_scale`` times as wide;
     where none has, the scale is 1. ``tail_persistence`` says how much an object's last report
-    tells of whether this one's noise is. ``foreign`` is what the reports are where their kind is from
-    outside the package; kernels take such scans without it.
+    tells of whether the noise of this one is. ``foreign`` is what the reports are where their
+    kind is from outside the package; kernels take such scans without it.
     """
 
     kind: int

@@ -32,8 +32,8 @@ class Readings(NamedTuple):
     ``kind`` is what the report holds, -1 for none, and ``width`` how many numbers that are, of
     ``measurement`` with standard deviations ``sigma``, shape (moments, ≥ width). ``platform``
     holds the sensor's x, y, z [m] and their rates [m/s], shape (moments, 6). ``tail`` is how
-    probable it is that the noise is wider, how many times, and how far that persists from report to
-    report, shape (moments, 3).
+    probable it is that the noise is wider, how many times, and how far that persists from report
+    to report, shape (moments, 3).
     """
 
     time: FloatArray
