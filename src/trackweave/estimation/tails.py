@@ -80,13 +80,13 @@ def with_tails(
         if name not in sensors or name in estimates.doubts:
             continue
         place = None if places is None else places.get(name)
-        known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
+        usual = _of_most(sensors[name]) if is_several else sensors[name]
         is_told = name in (told or {})
-        known = _of_most(known) if is_several and not is_told else known
+        known = replace(usual, sigma=(told or {}).get(name, usual.sigma))
         is_mixed = not is_several and not is_told and _is_mixed(known)
         beside = _beside((known, index, place), reports, tracks)
         if beside.track.size >= FEWEST_REPORTS:
-            narrow[name], squares[name], whose[name] = known, beside.square, beside.track
+            narrow[name], squares[name], whose[name] = usual, beside.square, beside.track
             if is_mixed or _speaks(beside, known):
                 speaking.add(name)
     ranging = set(places or ()) & set(narrow)
@@ -96,9 +96,8 @@ def with_tails(
         share, scale = fitted_tails(squares[name])
         if is_shared and name in ranging:
             share = max(share, LEAST_SHARED)
-        sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
         sensors[name] = replace(
-            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3),
+            sensors[name], sigma=narrow[name].sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3),
             tail_persistence=fitted_persistence(
                 squares[name], whose[name], (share, scale),
                 USUAL_PERSISTENCE if is_shared and name in ranging else 0.0,
