@@ -96,13 +96,14 @@ def with_tails(
         share, scale = fitted_tails(squares[name])
         if is_shared and name in ranging:
             share = max(share, LEAST_SHARED)
+        tail, likely = (share, scale), USUAL_PERSISTENCE if is_shared and name in ranging else 0.0
         sensors[name] = replace(
-            sensors[name], sigma=narrow[name].sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3),
-            tail_persistence=fitted_persistence(
-                squares[name], whose[name], (share, scale),
-                USUAL_PERSISTENCE if is_shared and name in ranging else 0.0,
-            ),
-        )  # fmt: skip
+            sensors[name],
+            sigma=narrow[name].sigma,
+            tail_share=digits(share, 3),
+            tail_scale=digits(scale, 3),
+            tail_persistence=fitted_persistence(squares[name], whose[name], tail, likely),
+        )
     return replace(estimates, sensors=sensors)
 
 
