@@ -31,6 +31,9 @@ NORTH_WEST = FieldOfView((500.0, -300.0), max_range=4200.0, azimuth_deg=(10.0, 4
 WILD = {"tail_share": 0.2, "tail_scale": 6.0}
 WILD_POLAR = radar("polar", position=(-800.0, 900.0), **WILD)
 WILD_POINT = radar("point", Kind.POSITION, **WILD)
+BAD = WILD | {"tail_persistence": 0.9}
+BAD_POLAR = radar("polar", position=(-800.0, 900.0), **BAD)
+BAD_POINT = radar("point", Kind.POSITION, **BAD)
 LOUD = StrengthModel(12.0, 4.0, 6.0, 3.0)
 
 
@@ -80,6 +83,9 @@ def assert_same(window):
         pytest.param(STEADY, (WILD_POINT, POINT), {}, id="tails"),
         pytest.param(TWO, (WILD_POLAR, POINT), {}, id="tails, two modes, polar"),
         pytest.param(STEADY, (WILD_POLAR,), {"unscented": True}, id="tails, unscented"),
+        pytest.param(STEADY, (BAD_POINT,), {}, id="tails that persist"),
+        pytest.param(STEADY, (BAD_POLAR, POINT, WILD_POINT), {}, id="tails that persist in some"),
+        pytest.param(TWO, (POINT, BAD_POLAR, BAD_POINT), {}, id="tails that persist, two modes"),
         pytest.param(
             STEADY, (HIGH, POINT), {"dim": 3, "widths": {"point": 2}}, id="positions on a map"
         ),

@@ -45,3 +45,22 @@ def test_what_another_sensor_saw_meanwhile_was_hidden_from_this_one_alone() -> N
 def test_what_no_sensor_saw_for_long_was_hidden() -> None:
     for each in learned(far_sees=False).values():
         assert each.detection_probability == pytest.approx(0.9, abs=0.03)
+
+
+def process_noise(*, is_wild: bool) -> float:
+    """Return that of objects that go straight, of which three in twenty have bad transponders."""
+    rng = np.random.default_rng(4)
+    looks, number = np.arange(40.0), np.arange(20)
+    start, velocity = rng.uniform(-2e4, 2e4, (20, 2)), rng.uniform(-15.0, 15.0, (20, 2))
+    place = start + looks[:, None, None] * velocity
+    noise = np.where(number < 3, 75.0, 5.0)
+    place = place + noise[:, None] * rng.normal(size=place.shape)
+    reports = table(np.repeat(looks, 20), place.reshape(-1, 2), names=("near",))
+    followed = Followed(np.tile(number, 40), {"near": looks}, is_wild=is_wild)
+    guess = Estimates({"near": SENSOR}, 0.01, 20.0, 1e-9, 1e-8)
+    return refined(guess, reports, followed).process_noise
+
+
+def test_bad_transponders_are_no_turns() -> None:
+    assert process_noise(is_wild=True) < 0.1
+    assert process_noise(is_wild=False) > 10.0

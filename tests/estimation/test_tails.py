@@ -1,13 +1,14 @@
 """Heavy tails are told from single reports far beside their own tracks, and from nothing else."""
 
 from dataclasses import replace
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
 from estimation.test_estimate import table
 from trackweave.estimation import Estimates, Followed, SensorEstimate, with_tails
-from trackweave.estimation.tails import fitted_tails
+from trackweave.estimation.tails import fitted_persistence, fitted_tails
 
 SENSOR = SensorEstimate(1.0, 10.0, 0.9, 1e-9, 1e8, 8.0, density=8e-8)
 GUESS = Estimates({"A": SENSOR}, 0.1, 100.0, 1e-9, 1e-8)
@@ -91,3 +92,51 @@ def test_share_and_scale_of_many_reports_are_theirs():
     share, scale = fitted_tails((wide * rng.normal(size=(8000, 2))) ** 2)
     assert share == pytest.approx(0.1, rel=0.1)
     assert scale == pytest.approx(8.0, rel=0.05)
+
+
+def chains(persistence, *, share=0.1, scale=10.0, n_tracks=40):
+    """Return squares of tracks of several lengths whose wide noise persists, and whose each is."""
+    rng = np.random.default_rng(6)
+    lengths = rng.integers(5, 60, n_tracks)
+    wide = []
+    for length in lengths:
+        is_wide = rng.random() < share
+        for _ in range(length):
+            if rng.random() >= persistence:
+                is_wide = rng.random() < share
+            wide.append(is_wide)
+    times = np.where(wide, scale, 1.0)[:, None]
+    square = (times * rng.normal(size=(len(wide), 2))) ** 2
+    return square, np.repeat(3 * np.arange(n_tracks), lengths)
+
+
+@pytest.mark.parametrize("true", [0.0, 0.5, 0.9, 0.98])
+@pytest.mark.parametrize("usual", [0.0, 0.95])
+def test_how_far_wide_noise_persists_is_found(true, usual):
+    found = fitted_persistence(*chains(true), (0.1, 10.0), usual)
+    assert found == pytest.approx(true, abs=0.11)
+
+
+@pytest.mark.parametrize("usual", [0.0, 0.95])
+def test_few_reports_leave_persistence_as_usual(usual):
+    square, track = chains(0.5, n_tracks=1)
+    assert fitted_persistence(square[:6], track[:6], (0.1, 10.0), usual) == usual
+
+
+def test_the_likelihood_of_a_persistence_is_the_sum_over_all_chains():
+    """A track of narrow reports, then wide ones: what all ways to it weigh decides."""
+    share, scale = 0.1, 10.0
+    square = np.array([[1.0, 1.0]] * 4 + [[90.0, 70.0]] * 5)
+    odds = np.exp(0.5 * square.sum(axis=1) * (1 - scale**-2)) / scale**2
+    weights = []
+    for persistence in (0.0, 0.5, 0.8, 0.9, 0.95, 0.98):
+        coming = (1 - persistence) * np.array([1 - share, share]) + persistence * np.eye(2)
+        total = 0.0
+        for chain in product((0, 1), repeat=9):
+            steps = [coming[a, b] for a, b in pairwise(chain)]
+            total += [1 - share, share][chain[0]] * np.prod(steps) * np.prod(odds**chain)
+        weights.append(np.log(total))
+    best = int(np.argmax(weights))
+    assert weights[best] - weights[0] > 3.0
+    found = fitted_persistence(square, np.zeros(9, dtype=np.int64), (share, scale), 0.0)
+    assert found == (0.0, 0.5, 0.8, 0.9, 0.95, 0.98)[best]

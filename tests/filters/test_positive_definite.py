@@ -77,7 +77,7 @@ def test_all_states_of_an_object_are_proper(name, kind, noise, speed, sharp, gap
         measurement=measurement,
         sigma=np.tile(sigma, (length, 1)),
         platform=np.zeros((length, 6)),
-        tail=np.tile([0.1 * (length % 2), 7.0], (length, 1)),
+        tail=np.tile([0.1 * (length % 2), 7.0, 0.5], (length, 1)),
     )
     variances = rule.prior.copy()
     variances[:2] = (0.3 * 2e3) ** 2

@@ -35,7 +35,7 @@ def readings(time, kind, measurement, sigma, platform=None):
         measurement=measurement,
         sigma=np.broadcast_to(sigma, measurement.shape).copy(),
         platform=np.zeros((length, 6)) if platform is None else platform,
-        tail=np.zeros((length, 2)),
+        tail=np.zeros((length, 3)),
     )
 
 

@@ -1,10 +1,13 @@
 """A report from a mixture of narrow and wide noise, against sums over a grid."""
 
+from itertools import pairwise, product
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal as normal
 
 from trackweave.domain.measurements import MeasurementKind as Kind
+from trackweave.filters._smoothing import receive
 from trackweave.filters._tails import log_of_either, mix_with, share_of_wide
 from trackweave.filters.smoother import Readings, filtered, merged, smoothed
 from trackweave.models.motion import ConstantVelocity
@@ -16,7 +19,7 @@ SIGMA, SHARE, SCALE = 3.0, 0.05, 8.0
 RULE = ConstantVelocity(0.5, 50.0).rule(2)
 
 
-def readings(time, seen, share=SHARE):
+def readings(time, seen, share=SHARE, persistence=0.0):
     length = len(time)
     return Readings(
         time=np.array(time, dtype=float),
@@ -25,7 +28,7 @@ def readings(time, seen, share=SHARE):
         measurement=np.array(seen, dtype=float),
         sigma=np.full((length, 2), SIGMA),
         platform=np.zeros((length, 6)),
-        tail=np.tile([share, SCALE], (length, 1)),
+        tail=np.tile([share, SCALE, persistence], (length, 1)),
     )
 
 
@@ -75,6 +78,36 @@ def test_one_wild_report_hardly_moves_the_smoothed_states(times):
     pulled, _ = merged(smoothed(readings(time, wild, 0.0), start, RULE))
     apart = np.abs(pulled - calm) / np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     assert apart.max() > 2.0
+
+
+@pytest.mark.parametrize("persistence", [0.0, 0.6, 0.95])
+def test_wide_noise_follows_itself_as_a_chain(persistence):
+    """Of an object that is known exactly each report's part follows from all before it."""
+    rng = np.random.default_rng(8)
+    length, still = 6, np.zeros(4)
+    seen = SIGMA * rng.normal(size=(length, 2)) * np.array([1, 7, 5, 1, 9, 8])[:, None]
+    told = readings(np.arange(6.0), seen, persistence=persistence)
+    coming = (1 - persistence) * np.array([1 - SHARE, SHARE]) + persistence * np.eye(2)
+    densities = [normal([0, 0], np.eye(2) * (k * SIGMA) ** 2).pdf(seen) for k in (1.0, SCALE)]
+    chances = np.zeros((length, 2))
+    for last in range(length):
+        for chain in product((0, 1), repeat=last + 1):
+            chance = [1 - SHARE, SHARE][chain[0]]
+            for one, after in pairwise(chain):
+                chance *= coming[one, after]
+            for moment, part in enumerate(chain):
+                chance *= densities[part][moment]
+            chances[last, chain[-1]] += chance
+    wanted = chances[:, 1] / chances.sum(axis=1)
+    wild, found = -1.0, []
+    for moment in range(length):
+        state = still[None].copy(), 1e-12 * np.eye(4)[None], np.ones(1)
+        wild = receive(told, moment, RULE, *state, wild)
+        found.append(wild)
+    if persistence > 0.0:
+        np.testing.assert_allclose(found, wanted, rtol=1e-6)
+    else:
+        assert found == [-1.0] * length
 
 
 def test_what_fits_neither_part_is_of_neither():

@@ -35,6 +35,8 @@ GOOD = {
         ("identity_error", np.nan),
         ("tail_share", 0.6),
         ("tail_share", np.nan),
+        ("tail_persistence", 1.0),
+        ("tail_persistence", -0.1),
         ("tail_scale", 0.5),
         ("measurement", Kind.RANGE_RATE),
         ("trust", "sigma"),

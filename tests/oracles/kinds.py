@@ -130,9 +130,16 @@ def foreseen(kind, mean, covariance, platform, rule, width):
     return how(kind, mean, covariance, platform, rule.dim)
 
 
-def compare(view, index, state, rule):
-    """Return the least squared distance, the log likelihood, and the state after the report."""
-    share = view.sensor.tail_share
+def compare(view, index, state, rule, wild):
+    """Return the least squared distance, the log likelihood, the state after the report, and how
+    probably its noise was wide, as ``wild`` is of the report before it; None for nothing known.
+    """
+    sensor = view.sensor
+    share = sensor.tail_share
+    if share > 0.0 and wild is not None:
+        # Likely to be as it was, or else anew: a chain whose long-run share is the share.
+        anew = (1 - sensor.tail_persistence) * share
+        share = wild * (sensor.tail_persistence + anew) + (1 - wild) * anew
     distances, narrow, after = _joined(view, index, state, rule, 1.0)
     if share > 0.0:
         far, wide, beside = _joined(view, index, state, rule, view.sensor.tail_scale)
@@ -145,10 +152,12 @@ def compare(view, index, state, rule):
             )
             for n, w, one, other in parts
         ]
+        if sensor.tail_persistence > 0.0:
+            wild = wide.sum() / (narrow.sum() + wide.sum())
         narrow = narrow + wide
     means, covariances = map(np.array, zip(*after, strict=True))
     total = narrow.sum()
-    return min(distances), math.log(total), Mixture(means, covariances, narrow / total)
+    return min(distances), math.log(total), Mixture(means, covariances, narrow / total), wild
 
 
 def _joined(view, index, state, rule, scale):
@@ -281,7 +290,7 @@ def price(views, choice, setting, known=None):
     rule, dim = setting.rule, setting.rule.dim
     cost = living = misses = 0.0
     sight, hidden = 1.0, 0.0
-    state = time = counted = None
+    state = time = counted = wild = None
     said, seen_by = [], {}
     given_up = False
     if known is not None:
@@ -312,7 +321,7 @@ def price(views, choice, setting, known=None):
                 return None
             width = view.scan.measurement.shape[1]
             there = ahead(state, moment - time, rule)
-            distance, log_likelihood, after = compare(view, index, there, rule)
+            distance, log_likelihood, after, wild = compare(view, index, there, rule, wild)
             if distance > chi2.ppf(GATE, width):
                 return None
             cost += living + math.log(sensor.clutter_density / (seen * sight))

@@ -49,3 +49,23 @@ def test_no_share_is_no_tail_however_wide(tracker):
         np.testing.assert_array_equal(before.track, after.track)
         np.testing.assert_array_equal(before.mean, after.mean)
         np.testing.assert_array_equal(before.covariance, after.covariance)
+
+
+def names_of_a_bad_one(persistence):
+    """Return how many names an object has whose every report is some ten sigmas off."""
+    rng = np.random.default_rng(7)
+    sensor = Sensor(
+        "radar", sigma=SIGMA, clutter_density=1e-9, detection_probability=0.8, scan_period=1.0,
+        tail_share=0.05, tail_scale=12.0, tail_persistence=persistence,
+    )  # fmt: skip
+    live, names = MultiHypothesisTracker(motion=MOTION, sensors=[sensor]), set()
+    for number in range(80):
+        place = np.array([30.0 * number, -10.0 * number]) + 12.0 * SIGMA * rng.normal(size=2)
+        hypothesis = live.step(Scan(float(number), "radar", [place]))
+        names |= set(hypothesis.final.track.tolist())
+    return len(names - {-1})
+
+
+def test_an_object_of_wide_noise_keeps_one_name_where_tails_persist():
+    assert names_of_a_bad_one(0.95) == 1
+    assert names_of_a_bad_one(0.0) > 1

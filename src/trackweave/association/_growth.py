@@ -30,6 +30,7 @@ from trackweave.association._scoring import (
 from trackweave.association._tails import compare_either, take_in_either
 from trackweave.filters._kernels import distance_of, invert_sum, predict, update
 from trackweave.filters._states import advance
+from trackweave.filters._tails import share_after
 from trackweave.jit import jit
 
 HOPELESS = 50.0
@@ -174,7 +175,9 @@ def propose(
                     distance, log_likelihood = compare_either(
                         scan.kind, scan.measurement, index,
                         general.weight if has_moment else state.weight, expected,
-                        scan.noise[setting], scan.tail_share, scan.tail_scale,
+                        scan.noise[setting],
+                        share_after(nodes.wild[node], scan.tail_share, scan.tail_persistence),
+                        scan.tail_scale,
                     )  # fmt: skip
                 if not distance <= scan.gate:
                     continue
@@ -245,6 +248,7 @@ def append_children(
     for entry in chosen:
         above, index = candidates.node[entry], candidates.report[entry]
         interval = scan.moment[index] - nodes.time[above]
+        wild = nodes.wild[above]
         if general is None:
             predict(
                 nodes.mean[above, 0], nodes.covariance[above, 0], interval,
@@ -270,12 +274,15 @@ def append_children(
                     motion, state.mean, state.covariance, state.weight,
                 )  # fmt: skip
             setting = scan.setting[index]
-            take_in_either(
+            share = share_after(nodes.wild[above], scan.tail_share, scan.tail_persistence)
+            part = take_in_either(
                 scan.kind, scan.measurement[index], scan.noise[setting],
                 scan.platform[setting], state, motion.dim, motion.unscented, expected,
-                scan.tail_share, scan.tail_scale,
+                share, scan.tail_scale,
                 nodes.mean[child], nodes.covariance[child], nodes.weight[child],
             )  # fmt: skip
+            if scan.tail_persistence > 0.0:
+                wild = part
         for column in range(nodes.rhythm.shape[1]):
             nodes.rhythm[child, column] = nodes.rhythm[above, column]
         if scan.is_heard:
@@ -299,6 +306,7 @@ def append_children(
         nodes.price[child] = 0.0
         nodes.belief[child] = 0.0
         nodes.time[child] = scan.moment[index]
+        nodes.wild[child] = wild
         nodes.chances[child] = nodes.chances[above]
         if interval != 0.0 or nodes.report[above] < 0:
             # Misses of this very instant are no chance of their own: it is a hit now.
@@ -355,6 +363,7 @@ def append_roots(
         nodes.price[node] = 0.0
         nodes.belief[node] = 0.0
         nodes.time[node] = scan.moment[index]
+        nodes.wild[node] = -1.0
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.former[node] = -1

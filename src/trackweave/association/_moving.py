@@ -34,6 +34,7 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.price[to] = source.price[row]
         target.belief[to] = source.belief[row]
         target.time[to] = source.time[row]
+        target.wild[to] = source.wild[row]
         for column in range(source.rhythm.shape[1]):
             target.rhythm[to, column] = source.rhythm[row, column]
         for column in range(source.unseen.shape[1]):

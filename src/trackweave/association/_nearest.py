@@ -13,6 +13,7 @@ from trackweave.association._scoring import (
 from trackweave.association._tails import compare_either
 from trackweave.filters._kernels import distance_of, invert_sum, predict
 from trackweave.filters._states import advance
+from trackweave.filters._tails import share_after
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
 
@@ -60,9 +61,10 @@ def squared_distances(
                 expected.inverse, expected.log_determinant, expected.innovation,
             )  # fmt: skip
             if scan.tail_share > 0.0 and distance_out[row] > 0.0:
+                share = share_after(nodes.wild[node], scan.tail_share, scan.tail_persistence)
                 _, either = compare_either(
                     scan.kind, scan.measurement, index, state.weight, expected,
-                    scan.noise[setting], scan.tail_share, scan.tail_scale,
+                    scan.noise[setting], share, scan.tail_scale,
                 )  # fmt: skip
-                likelier = either - narrow - math.log1p(-scan.tail_share)
+                likelier = either - narrow - math.log1p(-share)
                 distance_out[row] = min(max(distance_out[row] - 2.0 * likelier, 0.0), scan.gate)

@@ -43,7 +43,9 @@ class Nodes(NamedTuple):
     known, and ``belief`` how probable it was then that this is what its object did and that it
     lives. ``identity`` is whom the last report that said so was of, ``former`` whom another one
     before it; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
-    which intervals the object reports itself, see ``association._rhythm``.
+    which intervals the object reports itself, see ``association._rhythm``. ``wild`` is how
+    probable it is that the noise was wide of the last report but the first that was of a sensor
+    whose tails persist; -1 where there was none.
 
     ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
     each mode of motion, and how probable that mode is. Where ``is_line`` is 1 the object has been
@@ -71,6 +73,7 @@ class Nodes(NamedTuple):
     price: FloatArray
     belief: FloatArray
     time: FloatArray
+    wild: FloatArray
     rhythm: FloatArray
     mean: FloatArray
     covariance: FloatArray
@@ -115,8 +118,9 @@ class ScanInput(NamedTuple):
     ``showing``. Where ``column`` is not -1 the sensor by itself loses an object from look to look
     with probability ``fading``, and finds one that it lost with ``clearing``. A share of the
     reports, ``tail_share``, has noise ``tail_scale`` times as wide;
-    where none has, the scale is 1. ``foreign`` is what the reports are where their kind is from
-    outside the package; kernels take such scans without it.
+    where none has, the scale is 1. ``tail_persistence`` says how much an object's last report
+    tells of whether the noise of this one is. ``foreign`` is what the reports are where their
+    kind is from outside the package; kernels take such scans without it.
     """
 
     kind: int
@@ -153,6 +157,7 @@ class ScanInput(NamedTuple):
     coverage: Coverage
     tail_share: float = 0.0
     tail_scale: float = 1.0
+    tail_persistence: float = 0.0
     column: int = -1
     fading: float = 0.0
     clearing: float = 0.0
@@ -253,6 +258,7 @@ def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
     )  # fmt: skip
     real = (
         "cost", "tail", "hidden", "misses", "counted", "chances", "price", "belief", "time",
+        "wild",
     )  # fmt: skip
     return Nodes(
         **{name: column(dtype=np.int64) for name in whole},

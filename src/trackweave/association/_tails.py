@@ -66,14 +66,14 @@ def take_in_either(
     mean_out: FloatArray,
     covariance_out: FloatArray,
     weight_out: FloatArray,
-) -> None:
-    """Write the state after a report."""
+) -> float:
+    """Write the state after a report; return how probable the wide part is then."""
     narrow = take_in(
         kind, measurement, noise, platform, state, dim, unscented, expected,
         mean_out, covariance_out, weight_out,
     )  # fmt: skip
     if share == 0.0:
-        return
+        return 0.0
     mean, covariance = np.empty_like(mean_out), np.empty_like(covariance_out)
     weight = np.empty_like(weight_out)
     wide = take_in(
@@ -86,3 +86,4 @@ def take_in_either(
         weight_out[mode] = near + far
         own = far / (near + far) if near + far > 0.0 else part
         mix_with(mean[mode], covariance[mode], own, mean_out[mode], covariance_out[mode])
+    return part

@@ -27,6 +27,7 @@ class InitialTracks:
     # … and where one cannot, shape (tracks, sensors of which such is known).
     unseen: FloatArray
     misses: FloatArray  # Their number
+    wild: FloatArray  # How probably its last report's noise was wide, -1 for nothing known
     # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray
     identity: IntArray  # Whom the track is of; -1 for nobody

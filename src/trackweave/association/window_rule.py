@@ -152,6 +152,7 @@ def scan_input(
         coverage=coverage,
         tail_share=float(sensor.tail_share),
         tail_scale=float(sensor.tail_scale) if sensor.tail_share > 0.0 else 1.0,
+        tail_persistence=float(sensor.tail_persistence) if sensor.tail_share > 0.0 else 0.0,
         column=context.column,
         fading=fading,
         clearing=clearing,

@@ -131,6 +131,11 @@ def sensor_of(
         echoes=choose("echoes", found and ([*map(list, found.echoes)] or None), []),
         tail_share=choose("tail_share", found and (found.tail_share or None), USUAL["tail_share"]),
         tail_scale=choose("tail_scale", found and found.tail_scale, USUAL["tail_scale"]),
+        tail_persistence=choose(
+            "tail_persistence",
+            found and (found.tail_persistence or None),
+            USUAL["tail_persistence"],
+        ),
         scans=scans,
         trust=choose("trust", default=USUAL["trust"]),
     )

@@ -9,8 +9,8 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
+from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
-from trackweave.estimation.tails import LONGEST_SPAN, expected_of
 
 __all__ = ["bearing_sensor", "components", "with_components"]
 

@@ -31,6 +31,7 @@ class SensorEstimate:
     disagreement: float = 0.0
     tail_share: float = 0.0  # Share of its reports whose noise is wider
     tail_scale: float | None = None  # How many times as wide theirs is; None for unknown
+    tail_persistence: float = 0.0  # How much wide noise is that of the same objects
     # Each number's noise in the middle of all tracks, where sigma is that over all; None as sigma.
     sigma_of_most: tuple[float, ...] | None = None
     # Share of their time for which it alone does not see objects, and for how long [s].

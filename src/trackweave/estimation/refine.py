@@ -11,6 +11,7 @@ from trackweave.estimation.chains import local_density
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.neighbours import is_as_most
 from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
@@ -57,6 +58,8 @@ class Followed:
     looks: Mapping[str, FloatArray]
     # Where sensors see that do not see everywhere, by name.
     views: Mapping[str, FieldOfView] = field(default_factory=dict)
+    # Whether they were followed however wild some are, as several radars share objects' tails.
+    is_wild: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +107,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         if name not in estimates.doubts:
             sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed)
-        found = _noise(sensors[name], tracks, reports, index)
+        found = _noise(sensors[name], tracks, (reports, index), is_wild=followed.is_wild)
         if found is not None:
             sigma = float(np.hypot(found[0], sensors[name].disagreement))
             sensors[name] = replace(sensors[name], sigma=bounded(sigma, 1e-6))
@@ -317,9 +320,10 @@ def _coming(
 
 
 def _noise(
-    sensor: SensorEstimate, tracks: list[Track], reports: ReportTable, index: int
+    sensor: SensorEstimate, tracks: list[Track], of: tuple[ReportTable, int], *, is_wild: bool
 ) -> tuple[float, float] | None:
     """Return sigma and process noise along the tracks, None where they are too few."""
+    reports, index = of
     chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
     chains = sorted((rows for rows in chains if rows.size >= SURE_HITS), key=len, reverse=True)
     chains = [rows[:LONGEST_CHAIN] for rows in chains[:MOST_CHAINS]]
@@ -333,6 +337,10 @@ def _noise(
         rows = rows[np.r_[True, np.diff(reports.time[rows]) > 1e-6]]
         time[row, : rows.size] = reports.time[rows]
         place[row, : rows.size] = reports.measurement[rows]
+    if is_wild:
+        # Noise that is the tail's would seem to be turns.
+        kept = is_as_most(time, place)
+        time, place = time[kept], place[kept]
     calm = calm_noise(time, place, sensor.plane_sigma, sensor.clutter_density)
     sigma, process = calm or noise_of_chains(
         time, place, sensor.plane_sigma, sensor.clutter_density

@@ -18,9 +18,10 @@ from scipy.special import gammainc
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
 
-__all__ = ["LONGEST_SPAN", "expected_of", "fitted_tails", "with_tails"]
+__all__ = ["fitted_persistence", "fitted_tails", "with_tails"]
 
 # Standard deviations from which on a report is far off, and how many such of how many tracks tell
 # of tails: one odd object is no sensor.
@@ -34,13 +35,15 @@ USUAL_SCALE, USUAL_WIDE, MOST_SCALE = 12.0, 10.0, 50.0
 # Sure tracks hold few of those whose every report is wild: of radars that share objects so much
 # is wide at least.
 LEAST_SHARED = 0.05
+# How far wide noise persists from report to report of an object, what is usual of transponders
+# that are bad, and by how much likelier another must be to be believed [nats].
+PERSISTENCE = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98)
+USUAL_PERSISTENCE, LIKELIER = 0.95, 3.0
 # Where so many strangers lie as near as a report that is far off, it may be one of them; and so
 # many would come where an object's own report is missing in no more than one of so many sensors.
 CROWDED, BY_CHANCE = 0.1, 1e-4
 # Noise so many times as large in the middle of all reports is another sigma.
 OTHER_SIGMA = 2.0
-# Neighbours are no farther apart than so many usual intervals.
-LONGEST_SPAN = 6.0
 MEDIAN_SQUARE = 1.386
 """Median of the squared distance in a plane."""
 N_ROUNDS = 50
@@ -68,6 +71,7 @@ def with_tails(
     sensors = dict(estimates.sensors)
     narrow: dict[str, SensorEstimate] = {}
     squares: dict[str, FloatArray] = {}
+    whose: dict[str, IntArray] = {}
     speaking: set[str] = set()
     # Of several radars sigma is that of most tracks, and what a few add is the tail; with a single
     # one, whose misses no other makes good, fewer names are lost to the noise of all.
@@ -76,13 +80,13 @@ def with_tails(
         if name not in sensors or name in estimates.doubts:
             continue
         place = None if places is None else places.get(name)
-        known = replace(sensors[name], sigma=(told or {}).get(name, sensors[name].sigma))
+        usual = _of_most(sensors[name]) if is_several else sensors[name]
         is_told = name in (told or {})
-        known = _of_most(known) if is_several and not is_told else known
+        known = replace(usual, sigma=(told or {}).get(name, usual.sigma))
         is_mixed = not is_several and not is_told and _is_mixed(known)
         beside = _beside((known, index, place), reports, tracks)
         if beside.track.size >= FEWEST_REPORTS:
-            narrow[name], squares[name] = known, beside.square
+            narrow[name], squares[name], whose[name] = usual, beside.square, beside.track
             if is_mixed or _speaks(beside, known):
                 speaking.add(name)
     ranging = set(places or ()) & set(narrow)
@@ -92,9 +96,13 @@ def with_tails(
         share, scale = fitted_tails(squares[name])
         if is_shared and name in ranging:
             share = max(share, LEAST_SHARED)
-        sigma = sensors[name].sigma if name in (told or {}) else narrow[name].sigma
+        tail, likely = (share, scale), USUAL_PERSISTENCE if is_shared and name in ranging else 0.0
         sensors[name] = replace(
-            sensors[name], sigma=sigma, tail_share=digits(share, 3), tail_scale=digits(scale, 3)
+            sensors[name],
+            sigma=narrow[name].sigma,
+            tail_share=digits(share, 3),
+            tail_scale=digits(scale, 3),
+            tail_persistence=fitted_persistence(squares[name], whose[name], tail, likely),
         )
     return replace(estimates, sensors=sensors)
 
@@ -148,6 +156,31 @@ def fitted_tails(square: FloatArray) -> tuple[float, float]:
     return share, scale
 
 
+def fitted_persistence(
+    square: FloatArray, track: IntArray, tail: tuple[float, float], usual: float
+) -> float:
+    """Return how far wide noise persists, given squares by time in each track, of like ones."""
+    # Narrow and wide follow each other as a Markov chain whose states are not seen: the likelihood
+    # of a persistence is that of the forward pass, over all tracks at once.
+    share, scale = tail
+    width = square.shape[1]
+    ratio = 0.5 * square.sum(axis=1) * (1.0 - 1.0 / scale**2) - width * np.log(scale)
+    _, number, count = np.unique(track, return_inverse=True, return_counts=True)
+    place = np.arange(track.size) - np.repeat(np.cumsum(count) - count, count)
+    table = np.full((count.size, int(count.max())), np.nan)
+    table[number, place] = np.exp(np.minimum(ratio, 500.0))
+    tried = np.array(PERSISTENCE)
+    wild, found = np.full((count.size, tried.size), share), np.zeros(tried.size)
+    for odds in table.T[:, :, None]:
+        before = share + tried * (wild - share)
+        total = 1.0 - before + before * odds
+        found += np.nansum(np.log(total), axis=0)
+        wild = before * odds / total
+    best = int(np.argmax(found))
+    is_told = found[best] - found[PERSISTENCE.index(usual)] > LIKELIER
+    return PERSISTENCE[best] if is_told else usual
+
+
 def _beside(
     sensor: tuple[SensorEstimate, int, Sequence[float] | None],
     reports: ReportTable,
@@ -186,24 +219,3 @@ def _beside(
         whose = np.full(int(told.sum()), number)
         parts.append(_Beside(square[told], distance[told], whose))
     return _Beside(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Return where neighbours say that reports are, several ways, and how exactly."""
-    # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
-    # with the variance of each as a share of one report's. One that is off itself spoils some.
-    n = time.size
-    at = {step: time[2 + step : n - 2 + step] for step in (-2, -1, 0, 1, 2)}
-    of = {step: place[2 + step : n - 2 + step] for step in (-2, -1, 1, 2)}
-    ways = []
-    for used in ((-1, 1), (-2, 1), (-1, 2), (-2, 2), (-2, -1, 1, 2)):
-        expected, known = np.zeros_like(of[1]), np.zeros(n - 4)
-        for one in used:
-            weight = np.ones(n - 4)
-            for other in used:
-                if other != one:
-                    weight = weight * (at[0] - at[other]) / (at[one] - at[other])
-            expected += weight[:, None] * of[one]
-            known += weight**2
-        ways.append((expected, known))
-    return ways

@@ -96,4 +96,5 @@ def receive_rows(
 ) -> None:
     """Take each row's report, of a kind of ours, into its state in place, as ``receive`` does."""
     for row in range(readings.kind.shape[0]):
-        receive(readings, row, motion, mean[row], covariance[row], weight[row])
+        # Of the reports before nothing is known here: each is wide with the share of all.
+        receive(readings, row, motion, mean[row], covariance[row], weight[row], -1.0)

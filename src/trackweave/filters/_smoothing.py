@@ -19,7 +19,7 @@ from trackweave.filters._measuring import innovation, invert, invert_many, measu
 from trackweave.filters._relinearising import relinearise
 from trackweave.filters._states import advance, changes, combine, linearise, mix
 from trackweave.filters._straight import let_back
-from trackweave.filters._tails import mix_with, share_of_wide
+from trackweave.filters._tails import mix_with, share_after, share_of_wide
 from trackweave.jit import jit
 from trackweave.models.motion import MotionRule
 
@@ -32,7 +32,8 @@ class Readings(NamedTuple):
     ``kind`` is what the report holds, -1 for none, and ``width`` how many numbers that are, of
     ``measurement`` with standard deviations ``sigma``, shape (moments, ≥ width). ``platform``
     holds the sensor's x, y, z [m] and their rates [m/s], shape (moments, 6). ``tail`` is how
-    probable it is that the noise is wider, and how many times, shape (moments, 2).
+    probable it is that the noise is wider, how many times, and how far that persists from report
+    to report, shape (moments, 3).
     """
 
     time: FloatArray
@@ -60,12 +61,18 @@ def receive(
     mean: FloatArray,
     covariance: FloatArray,
     weight: FloatArray,
-) -> None:
-    """Take a moment's report into the state in place; one that fits no mode changes nothing."""
-    share, scale = readings.tail[moment]
+    wild: float,
+) -> float:
+    """Take a moment's report into the state in place; one that fits no mode changes nothing.
+
+    ``wild`` is how probably the noise of the last report before it was wide, -1 for nothing known;
+    returned is that after this one.
+    """
+    share, scale, persistence = readings.tail[moment]
     if share == 0.0:
         _take(readings, moment, 1.0, motion, mean, covariance, weight)
-        return
+        return wild
+    share = share_after(wild, share, persistence)
     far_mean, far, far_weight = mean.copy(), covariance.copy(), weight.copy()
     narrow = _take(readings, moment, 1.0, motion, mean, covariance, weight)
     wide = _take(readings, moment, scale, motion, far_mean, far, far_weight)
@@ -75,6 +82,7 @@ def receive(
         own = part * far_weight[mode] / total if total > 0.0 else part
         weight[mode] = total
         mix_with(far_mean[mode], far[mode], own, mean[mode], covariance[mode])
+    return part if persistence > 0.0 else wild
 
 
 @jit
@@ -149,6 +157,7 @@ def _take(
 @jit
 def go_forward(readings: Readings, start: Course, motion: MotionRule, out: Course) -> None:
     """Write the state after each moment's report; ``start`` is that before the first's."""
+    wild = -1.0
     for moment in range(readings.time.shape[0]):
         if moment == 0:
             out.mean[0], out.covariance[0] = start.mean[0], start.covariance[0]
@@ -160,9 +169,9 @@ def go_forward(readings: Readings, start: Course, motion: MotionRule, out: Cours
                 out.mean[moment], out.covariance[moment], out.weight[moment],
             )  # fmt: skip
         if readings.kind[moment] >= 0:
-            receive(
+            wild = receive(
                 readings, moment, motion,
-                out.mean[moment], out.covariance[moment], out.weight[moment],
+                out.mean[moment], out.covariance[moment], out.weight[moment], wild,
             )  # fmt: skip
 
 

@@ -26,6 +26,18 @@ def share_of_wide(narrow: float, wide: float, share: float) -> float:
 
 
 @jit
+def share_after(wild: float, share: float, persistence: float) -> float:
+    """Return how probable the wide part is beforehand, where it was so probable the last time.
+
+    Of two parts that follow each other as a Markov chain, so far correlated from one to the next.
+    Negative where there was no last time.
+    """
+    if persistence == 0.0 or wild < 0.0:
+        return share
+    return share + persistence * (wild - share)
+
+
+@jit
 def mix_with(
     mean: FloatArray, covariance: FloatArray, share: float, mean_out: FloatArray,
     covariance_out: FloatArray,

@@ -74,6 +74,9 @@ class Sensor:
         Share of its reports whose noise is wider; 0 for noise without heavy tails.
     tail_scale
         How many times as wide the noise of those is.
+    tail_persistence
+        How much it is the same objects whose reports are wild: by how much likelier a report's
+        noise is wide if that of the object's last report was. 0 where each is for itself.
     scans
         Whether it looks, so that what it does not report was missed; false for one that hears
         objects report themselves, each at its own pace, as AIS does.
@@ -126,6 +129,7 @@ class Sensor:
     echoes: Annotated[tuple[Echo, ...], Key()] = ()
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
+    tail_persistence: Annotated[float, Key("a number from 0 to 0.999", 0, 0.999)] = 0.0
     scans: Annotated[bool | None, Key()] = None
     trust: Annotated[bool | tuple[Annotated[str, Key(words=DOUBTED)], ...], Key(TRUST)] = False
 

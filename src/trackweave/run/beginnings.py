@@ -35,7 +35,8 @@ class Evidence:
     sigma: FloatArray
     # Where the sensor was: x, y, z [m] and their rates [m/s], shape (reports, 6).
     platform: FloatArray
-    tail: FloatArray  # How probable wider noise is, and how many times as wide, shape (reports, 2)
+    # How probable wider noise is, how many times as wide, how persistent, shape (reports, 3).
+    tail: FloatArray
     turning: IntArray  # Whether the report counts at its own time, not at its scan's end
     dim: int
     sensor: IntArray  # The number of each report's sensor
@@ -50,14 +51,14 @@ class Evidence:
         by_name = {sensor.name: sensor for sensor in sensors}
         kinds, widths, turning = [], [], []
         usual = np.full((len(reports.sensors), columns), np.nan)
-        places, tails = np.zeros((len(reports.sensors), 6)), np.zeros((len(reports.sensors), 2))
+        places, tails = np.zeros((len(reports.sensors), 6)), np.zeros((len(reports.sensors), 3))
         for number, name in enumerate(reports.sensors):
             sensor, kind = by_name[name], reports.kind_of(number)
             # Positions may have fewer numbers than the space has dimensions.
             width = min(kind.n_components(dim), columns)
             usual[number, :width] = sensor.sigmas(dim)[:width]
             places[number] = sensor.platform
-            tails[number] = sensor.tail_share, sensor.tail_scale
+            tails[number] = sensor.tail_share, sensor.tail_scale, sensor.tail_persistence
             kinds.append(int(kind))
             widths.append(width)
             turning.append(int(sensor.rotation is not None))

@@ -47,9 +47,9 @@ PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 # So much more do objects turn then, as long as reports tell what they do from look to look: less
 # than this share of what would hide in their noise.
 PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
-# Some of what radars see is off by far, and beside others each sees nothing at times: or the
-# tracks would leave out the very reports that tell.
-PATIENT_TAILS, PATIENT_SCALE, PATIENT_SHARE = 0.05, 10.0, 0.1
+# Some of what radars see is off by far, mostly the same objects', and beside others each sees
+# nothing at times: or the tracks would leave out the very reports that tell.
+PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0.9, 0.1
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -224,6 +224,7 @@ def _turned(sensor: Sensor, rotation: Rotation | None) -> Sensor:
         rotation=rotation,
         tail_share=PATIENT_TAILS,
         tail_scale=PATIENT_SCALE,
+        tail_persistence=PATIENT_PERSISTENCE,
         hidden_share=PATIENT_SHARE,
     )
 
@@ -272,5 +273,8 @@ def _follow(
             looks[name] = sorted([*ends, *missing_times(ends, rotations[name].period)])
     views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
     return Followed(
-        assigned.track, {name: np.array(times) for name, times in looks.items()}, views
+        assigned.track,
+        {name: np.array(times) for name, times in looks.items()},
+        views,
+        is_wild=len(rotations) > 1,
     )

@@ -178,6 +178,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> InitialTracks:
         hidden=zero,
         unseen=np.tile(rule.unseen, (count, 1)),
         misses=zero,
+        wild=np.full(count, -1.0),
         rhythm=np.full((count, RHYTHM_SIZE), -1.0),
         identity=nobody,
         former=nobody,

@@ -1,0 +1,55 @@
+"""What a track's reports say of those between them, and whose noise is far beyond that of most."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+
+__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most"]
+
+# Neighbours are no farther apart than so many usual intervals.
+LONGEST_SPAN = 6.0
+# Noise so many times that of most chains is a bad transponder's: azimuths make it two or three
+# times as large far out as it is in the middle.
+WILD = 4.0
+# … where so many reports tell: one has two before it and two after.
+FEWEST = 6
+
+
+def is_as_most(time: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
+    """Tell which chains are not far noisier than most, or too short to tell."""
+    # Chains as in ``noise_of_chains``. Beside the curve through two reports before and two after
+    # neither a turn nor a change of speed leaves anything, as it does beside a filter.
+    noise = np.full(time.shape[0], np.nan)
+    for row in range(time.shape[0]):
+        is_report = np.isfinite(time[row])
+        own, where = time[row, is_report], place[row, is_report]
+        if own.size < FEWEST:
+            continue
+        curve, known = expected_of(own, where)[-1]
+        off = np.linalg.norm(where[2:-2] - curve, axis=1) / np.sqrt(1.0 + known)
+        noise[row] = np.median(off)
+    told = noise[np.isfinite(noise)]
+    most = float(np.median(told)) if told.size else np.inf
+    return ~(noise > WILD * most)
+
+
+def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return where neighbours say that reports are, several ways, and how exactly."""
+    # Two of them, straight, or all four, by the curve through them, as an object that turns goes;
+    # with the variance of each as a share of one report's. One that is off itself spoils some.
+    n = time.size
+    at = {step: time[2 + step : n - 2 + step] for step in (-2, -1, 0, 1, 2)}
+    of = {step: place[2 + step : n - 2 + step] for step in (-2, -1, 1, 2)}
+    ways = []
+    for used in ((-1, 1), (-2, 1), (-1, 2), (-2, 2), (-2, -1, 1, 2)):
+        expected, known = np.zeros_like(of[1]), np.zeros(n - 4)
+        for one in used:
+            weight = np.ones(n - 4)
+            for other in used:
+                if other != one:
+                    weight = weight * (at[0] - at[other]) / (at[one] - at[other])
+            expected += weight[:, None] * of[one]
+            known += weight**2
+        ways.append((expected, known))
+    return ways
