@@ -15,8 +15,7 @@ from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
 from trackweave.run.doubles import doubles_of
-from trackweave.run.facts import with_facts
-from trackweave.run.observing import settle
+from trackweave.run.observing import settle, with_facts
 
 __all__ = ["run_init"]
 

@@ -15,8 +15,7 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
-from trackweave.run.facts import with_facts
-from trackweave.run.observing import needs_place, settle
+from trackweave.run.observing import needs_place, settle, with_facts
 from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:

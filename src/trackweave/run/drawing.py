@@ -17,8 +17,8 @@ from trackweave.io.run_json import encode_json
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on
+from trackweave.run.polar_to_cartesian import laid
 from trackweave.run.result import TrackingResult
-from trackweave.run.slant_range import laid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

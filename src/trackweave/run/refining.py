@@ -32,9 +32,8 @@ from trackweave.estimation import (
 )
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.collect import Assigned
-from trackweave.run.scans import complete_scans, missing_times
-from trackweave.run.turns import turn_ends, with_turns
+from trackweave.run.record import Assigned
+from trackweave.run.scans import complete_scans, missing_times, turn_ends, with_turns
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.scan_preparation import USUAL_MISSES
 from trackweave.trackers.window import Window
