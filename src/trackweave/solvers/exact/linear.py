@@ -151,10 +151,8 @@ class LinearProgram:
 
 @functools.cache
 def _silent_highs() -> Any:
-    """Return HiGHS's class, silenced before its constructor can greet on standard output.
-
-    From 1.16 on it greets when the constructor enables callbacks, before any option can be set.
-    """
+    """Return HiGHS's class, silenced before its constructor can greet on standard output."""
+    # From 1.16 on it greets when the constructor enables callbacks, before any option can be set.
     import highspy
 
     class SilentHighs(highspy.Highs):
@@ -164,6 +162,6 @@ def _silent_highs() -> Any:
 
         def enableCallbacks(self) -> None:  # noqa: N802 - HiGHS's own name
             self.setOptionValue("output_flag", False)
-            super().enableCallbacks()
+            super().enableCallbacks()  # type: ignore[no-untyped-call]
 
     return SilentHighs
