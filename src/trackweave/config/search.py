@@ -5,12 +5,10 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from trackweave.config.kinds import kind_of
-from trackweave.config.messages import suggest
 from trackweave.config.plugins import plugin_class
-from trackweave.config.tables import Entry, Table, checked
+from trackweave.config.tables import Entry, Table, checked, kind_of
 from trackweave.errors import InvalidInputError
-from trackweave.keys import Key
+from trackweave.keys import Key, suggest
 
 __all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_of"]
 

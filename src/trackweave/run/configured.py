@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import told_rotation
+from trackweave.config.sensing import ObservedSensor, told_rotation
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError

@@ -12,8 +12,8 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status
 from trackweave.domain.reports import ReportTable
+from trackweave.io.encoding import encode_json
 from trackweave.io.run_files import AssignedReports, RunFiles
-from trackweave.io.run_json import encode_json
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on

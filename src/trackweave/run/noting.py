@@ -6,8 +6,7 @@ import numpy as np
 
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period, sense_of
+from trackweave.config.sensing import ObservedSensor, is_period, sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import Estimates

@@ -9,8 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period, told_rotation, view_keys
+from trackweave.config.sensing import ObservedSensor, is_period, told_rotation, view_keys
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable

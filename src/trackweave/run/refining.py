@@ -10,7 +10,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
-from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation import (
