@@ -6,6 +6,8 @@ Names are imported when they are first used, so that ``import trackweave`` costs
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from trackweave.solvers import METHODS
+
 if TYPE_CHECKING:
     from trackweave.association.certificate import Certificate as Certificate
     from trackweave.association.certificate import Status as Status
@@ -81,7 +83,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import MBest as MBest
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
-    from trackweave.solvers.solve import solve as solve
+    from trackweave.solvers.solving import solve as solve
     from trackweave.trackers.boxes.box_tracker import BoxTracker as BoxTracker
     from trackweave.trackers.boxes.frames import BoxFrame as BoxFrame
     from trackweave.trackers.boxes.frames import BoxTrack as BoxTrack
@@ -103,13 +105,11 @@ if TYPE_CHECKING:
 
 # Where each public name lives.
 _HOMES = {
+    **dict.fromkeys((*METHODS.values(), "Hint", "Ranking"), "trackweave.solvers"),
     "Amendment": "trackweave.trackers.hypothesis",
-    "Annealing": "trackweave.solvers",
     "Answer": "trackweave.association.problem",
-    "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
     "Association": "trackweave.fusion.associator",
-    "Auto": "trackweave.solvers",
     "BiasModel": "trackweave.fusion.bias",
     "BoxFrame": "trackweave.trackers.boxes.frames",
     "BoxTrack": "trackweave.trackers.boxes.frames",
@@ -121,28 +121,20 @@ _HOMES = {
     "ConstantVelocity": "trackweave.models.motion",
     "CoordinatedTurn": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",
-    "Dual": "trackweave.solvers",
     "Evaluation": "trackweave.metrics",
-    "Exact": "trackweave.solvers",
     "FieldOfView": "trackweave.models.coverage",
     "FoundObjects": "trackweave.trackers.static_objects",
     "FusedPicture": "trackweave.fusion.fuser",
     "FusedPlotsTracker": "trackweave.trackers.fused_plots",
     "FusionResult": "trackweave.run.fusing",
-    "Genetic": "trackweave.solvers",
-    "Greedy": "trackweave.solvers",
     "GrowthLimits": "trackweave.association.growth_limits",
     "HeldScan": "trackweave.trackers.clock_guard",
-    "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "Imm": "trackweave.models.motion",
     "InvalidInputError": "trackweave.errors",
-    "Islands": "trackweave.solvers",
     "Lifecycle": "trackweave.trackers.lifecycle",
-    "ListGenetic": "trackweave.solvers",
     "LocalPicture": "trackweave.fusion.pictures",
     "LocalTracks": "trackweave.io.tracks_in",
-    "MBest": "trackweave.solvers",
     "Measurement": "trackweave.domain.foreign_kind",
     "MeasurementKind": "trackweave.domain.measurements",
     "MotionModel": "trackweave.models.foreign_motion",
@@ -155,7 +147,6 @@ _HOMES = {
     "PlotFuser": "trackweave.trackers.plot_fusion",
     "PlotsRule": "trackweave.association.plots_rule",
     "RandomWalk": "trackweave.models.motion",
-    "Ranking": "trackweave.solvers",
     "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
     "Reported": "trackweave.domain.foreign_kind",
@@ -168,7 +159,6 @@ _HOMES = {
     "Statistic": "trackweave.fusion.statistic",
     "Status": "trackweave.association.certificate",
     "StrengthModel": "trackweave.models.strength",
-    "TabuSearch": "trackweave.solvers",
     "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",
     "TrackFuser": "trackweave.fusion.fuser",
@@ -189,7 +179,7 @@ _HOMES = {
     "read_truth": "trackweave.io.truth",
     "register": "trackweave.fusion.registration",
     "slope_of": "trackweave.domain.foreign_kind",
-    "solve": "trackweave.solvers.solve",
+    "solve": "trackweave.solvers.solving",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",
 }
