@@ -10,8 +10,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._crowding import Crowding
-from trackweave.association._gating import squared_distances
 from trackweave.association._growth import append_children, append_roots, propose
+from trackweave.association._nearest import squared_distances
 from trackweave.association._nodes import (
     Candidates,
     ForeignReports,
