@@ -6,8 +6,6 @@ Names are imported when they are first used, so that ``import trackweave`` costs
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from trackweave.solvers import METHODS
-
 if TYPE_CHECKING:
     from trackweave.association.certificate import Certificate as Certificate
     from trackweave.association.certificate import Status as Status
@@ -105,11 +103,13 @@ if TYPE_CHECKING:
 
 # Where each public name lives.
 _HOMES = {
-    **dict.fromkeys((*METHODS.values(), "Hint", "Ranking"), "trackweave.solvers"),
     "Amendment": "trackweave.trackers.hypothesis",
+    "Annealing": "trackweave.solvers",
     "Answer": "trackweave.association.problem",
+    "AntSystem": "trackweave.solvers",
     "AssignmentProblem": "trackweave.association.problem",
     "Association": "trackweave.fusion.associator",
+    "Auto": "trackweave.solvers",
     "BiasModel": "trackweave.fusion.bias",
     "BoxFrame": "trackweave.trackers.boxes.frames",
     "BoxTrack": "trackweave.trackers.boxes.frames",
@@ -121,20 +121,28 @@ _HOMES = {
     "ConstantVelocity": "trackweave.models.motion",
     "CoordinatedTurn": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",
+    "Dual": "trackweave.solvers",
     "Evaluation": "trackweave.metrics",
+    "Exact": "trackweave.solvers",
     "FieldOfView": "trackweave.models.coverage",
     "FoundObjects": "trackweave.trackers.static_objects",
     "FusedPicture": "trackweave.fusion.fuser",
     "FusedPlotsTracker": "trackweave.trackers.fused_plots",
     "FusionResult": "trackweave.run.fusing",
+    "Genetic": "trackweave.solvers",
+    "Greedy": "trackweave.solvers",
     "GrowthLimits": "trackweave.association.growth_limits",
     "HeldScan": "trackweave.trackers.clock_guard",
+    "Hint": "trackweave.solvers",
     "Hypothesis": "trackweave.trackers.hypothesis",
     "Imm": "trackweave.models.motion",
     "InvalidInputError": "trackweave.errors",
+    "Islands": "trackweave.solvers",
     "Lifecycle": "trackweave.trackers.lifecycle",
+    "ListGenetic": "trackweave.solvers",
     "LocalPicture": "trackweave.fusion.pictures",
     "LocalTracks": "trackweave.io.tracks_in",
+    "MBest": "trackweave.solvers",
     "Measurement": "trackweave.domain.foreign_kind",
     "MeasurementKind": "trackweave.domain.measurements",
     "MotionModel": "trackweave.models.foreign_motion",
@@ -147,6 +155,7 @@ _HOMES = {
     "PlotFuser": "trackweave.trackers.plot_fusion",
     "PlotsRule": "trackweave.association.plots_rule",
     "RandomWalk": "trackweave.models.motion",
+    "Ranking": "trackweave.solvers",
     "Registration": "trackweave.fusion.registration",
     "ReportTable": "trackweave.domain.reports",
     "Reported": "trackweave.domain.foreign_kind",
@@ -159,6 +168,7 @@ _HOMES = {
     "Statistic": "trackweave.fusion.statistic",
     "Status": "trackweave.association.certificate",
     "StrengthModel": "trackweave.models.strength",
+    "TabuSearch": "trackweave.solvers",
     "TrackAssociator": "trackweave.fusion.associator",
     "TrackEstimates": "trackweave.association.chain_rule",
     "TrackFuser": "trackweave.fusion.fuser",

@@ -12,7 +12,7 @@ from trackweave.config.presets import FUSION_PRESETS, PRESETS, preset_notes
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates, SensorEstimate
+from trackweave.estimation.estimates import Estimates, SensorEstimate
 from trackweave.models.motion import (
     ConstantAcceleration,
     ConstantVelocity,

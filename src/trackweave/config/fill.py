@@ -24,7 +24,7 @@ from trackweave.config.sections import (
 from trackweave.config.sensing import UNKNOWN_SENSOR, ObservedSensor, require_places, sensor_of
 from trackweave.config.sources import ANY_SENSOR, Sources, value_at
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.estimation import Estimates
+from trackweave.estimation.estimates import Estimates
 from trackweave.keys import suggest
 from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor

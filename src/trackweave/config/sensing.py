@@ -14,7 +14,7 @@ from trackweave.config.sources import Sources
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import SensorEstimate
+from trackweave.estimation.estimates import SensorEstimate
 from trackweave.keys import show_value
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates
+from trackweave.estimation.estimates import Estimates
 from trackweave.models.sensors import Sensor
 
 __all__ = ["Doubles", "doubles_of", "is_lone", "note_on_lone", "with_doubles"]

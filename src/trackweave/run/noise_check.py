@@ -11,7 +11,7 @@ from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import digits
+from trackweave.estimation.estimates import digits
 from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import scatter_of, without_motion

@@ -14,13 +14,13 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates, fields_of_view
+from trackweave.estimation.coverage import fields_of_view
+from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
-from trackweave.run.refining import Directions, estimates_for
 
 __all__ = [
     "filled",
@@ -137,6 +137,9 @@ def settle(
         table = in_turns(table, rotations)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
+        # A complete configuration takes nothing of what estimates.
+        from trackweave.run.refining import Directions, estimates_for
+
         directions = None
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)

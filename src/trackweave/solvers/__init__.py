@@ -1,7 +1,7 @@
 """Solvers of the assignment problem: any of them solves any problem.
 
 Each is imported when it is first used: a run takes one of them. A new one is a module and its
-rows here; configuration, commands and the package's own names follow.
+rows here; configuration, schema and commands follow.
 """
 
 from importlib import import_module

@@ -8,7 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.sensing import sense_of
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.estimation import digits
+from trackweave.estimation.estimates import digits
 from trackweave.estimation.lone import judged
 from trackweave.estimation.rotation import follows, rotation_of
 from trackweave.estimation.turning_place import place_of_turn

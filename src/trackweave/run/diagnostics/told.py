@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.estimation import covered
+from trackweave.estimation.coverage import covered
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding, Path
 from trackweave.run.diagnostics.scatter import Scatter, scatter_of, without_motion
