@@ -18,8 +18,8 @@ from text_tables import command, heading, table
 from trackweave.association.chain_rule import TrackEstimates
 from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.pictures import LocalPicture
-from trackweave.fusion.practice import nearest_neighbour, pairwise_sequential
 from trackweave.solvers import Exact
+from trackweave.studies.huo_methods import nearest_neighbour, pairwise_sequential
 
 N_TIMES = 5
 SIGMA = np.array([10.0, 10.0, 2.0, 2.0])

@@ -17,8 +17,7 @@ from trackweave.association.tree import AssociationTree
 from trackweave.config import load_configuration
 from trackweave.domain.scans import Scan
 from trackweave.io.tracks_in import read_priors
-from trackweave.run.attempts import rotations_in
-from trackweave.run.course import course_of
+from trackweave.run.course import course_of, rotations_in
 from trackweave.run.tracking import settings_for
 from trackweave.solvers import Auto, Hint, Stop
 from trackweave.trackers.pacing import Pace

@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     from trackweave.solvers import MBest as MBest
     from trackweave.solvers import Ranking as Ranking
     from trackweave.solvers import TabuSearch as TabuSearch
-    from trackweave.solvers.solve import solve as solve
+    from trackweave.solvers.solving import solve as solve
     from trackweave.trackers.boxes.box_tracker import BoxTracker as BoxTracker
     from trackweave.trackers.boxes.frames import BoxFrame as BoxFrame
     from trackweave.trackers.boxes.frames import BoxTrack as BoxTrack
@@ -195,7 +195,7 @@ _HOMES = {
     "read_truth": "trackweave.io.truth",
     "register": "trackweave.fusion.registration",
     "slope_of": "trackweave.domain.foreign_kind",
-    "solve": "trackweave.solvers.solve",
+    "solve": "trackweave.solvers.solving",
     "study": "trackweave.experiments",
     "track": "trackweave.run",
     "track_chains": "trackweave.association.chain_rule",

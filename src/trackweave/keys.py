@@ -5,8 +5,10 @@ Checking, the JSON schema and the comments of written files follow from that, fr
 and from what the class's docstring says under Parameters.
 """
 
+import difflib
+import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeAlias
 
@@ -24,6 +26,8 @@ __all__ = [
     "SPEED",
     "Key",
     "Pair",
+    "show_value",
+    "suggest",
 ]
 
 
@@ -83,3 +87,23 @@ Pair: TypeAlias = Annotated[
     Key("two numbers in brackets, such as [0.0, 0.0]", size=(2, 2)),
 ]
 """A place on the plane [m]."""
+
+
+def show_value(value: Any) -> str:
+    """Return a value as a configuration file would show it, shortened."""
+    if isinstance(value, Mapping):
+        text = "{" + ", ".join(f"{key} = {show_value(item)}" for key, item in value.items()) + "}"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(show_value(item) for item in value) + "]"
+    elif isinstance(value, str | bool) or value is None:
+        text = json.dumps(value, ensure_ascii=False)
+    else:
+        text = str(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def suggest(key: str, known: Sequence[str]) -> str:
+    """Return what to write instead of an unknown word."""
+    small = {word.lower(): word for word in known}
+    near = difflib.get_close_matches(key.lower(), small, n=1)
+    return f"did you mean {small[near[0]]}?" if near else f"expected one of {', '.join(known)}"

@@ -19,8 +19,8 @@ from cli.conftest import Run
 from cli.test_evaluate import Heard
 from oracles.assignment import least_cost_of_tuples, random_tuples
 from trackweave.cli.solve import run_solve
-from trackweave.config.search import METHODS
 from trackweave.io.problem_file import read_problem
+from trackweave.solvers import METHODS
 
 TEXT = "i1,i2,cost\n1,1,-2\n1,2,-3\n2,2,-2\n2,0,0.5\n"
 AXIAL = "3\n2 2 2\n5 1 4 3 2 6 8 7\n"

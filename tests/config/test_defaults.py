@@ -10,8 +10,9 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.plots_rule import PlotsRule
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
-from trackweave.config.search import METHODS, options_of
+from trackweave.config.search import options_of
 from trackweave.models.sensors import Sensor
+from trackweave.solvers import METHODS
 from trackweave.trackers.fused_plots import FusedPlotsTracker
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker

@@ -8,11 +8,11 @@ import pytest
 
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
-from trackweave.config.observed import ObservedSensor
 from trackweave.config.presets import FUSION_PRESETS, PRESETS, preset_notes
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates, SensorEstimate
+from trackweave.estimation.estimates import Estimates, SensorEstimate
 from trackweave.models.motion import (
     ConstantAcceleration,
     ConstantVelocity,

@@ -4,7 +4,7 @@ import pytest
 
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
-from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.errors import InvalidInputError
 

@@ -6,7 +6,7 @@ import pytest
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates, SensorEstimate
+from trackweave.estimation.estimates import Estimates, SensorEstimate
 from trackweave.presets import wiranto_2018
 from trackweave.solvers import AntSystem
 

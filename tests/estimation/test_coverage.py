@@ -5,7 +5,7 @@ import pytest
 
 from estimation.test_estimate import table
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import covered, fields_of_view
+from trackweave.estimation.coverage import covered, fields_of_view
 from trackweave.models.coverage import FieldOfView
 
 PLACES = np.array([[0.0, 0.0], [3000.0, 0.0]])

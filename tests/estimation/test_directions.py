@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from estimation.test_estimate import table
-from trackweave.estimation import Followed, bearing_sensor, estimate, with_components
+from trackweave.estimation.directions import bearing_sensor, with_components
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.refine import Followed
 
 
 def passing(n_scans: int = 40) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,8 @@ import pytest
 from estimation.test_estimate import scene, table
 from trackweave.config import load_configuration
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates, without_echoes
+from trackweave.estimation.echoes import without_echoes
+from trackweave.estimation.estimates import Estimates
 from trackweave.run.refining import estimates_for
 
 

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates, estimate
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
 
 

@@ -6,9 +6,11 @@ import numpy as np
 
 from estimation.test_estimate import scene, table
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates, believable, estimate
 from trackweave.estimation.covering import covered_by
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
+from trackweave.estimation.plausibility import believable
 
 
 def believed(reports: ReportTable, *, speed: float = 0.0, sigma: float = 0.0) -> Estimates:

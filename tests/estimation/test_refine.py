@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from estimation.test_estimate import table
-from trackweave.estimation import Estimates, Followed, SensorEstimate, refined
+from trackweave.estimation.estimates import Estimates, SensorEstimate
+from trackweave.estimation.refine import Followed, refined
 
 LOOKS = np.arange(100.0)
 SENSOR = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from estimation.test_estimate import table
-from trackweave.estimation import Estimates, SensorEstimate, with_standing
+from trackweave.estimation.estimates import Estimates, SensorEstimate
+from trackweave.estimation.standing import with_standing
 
 SIGMA = (50.0, 0.001)
 SENSOR = SensorEstimate(4.0, SIGMA, 0.9, 1e-6, 1e10, 8.0)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from estimation.test_estimate import table
-from trackweave.estimation import Estimates, Followed, SensorEstimate, with_tails
-from trackweave.estimation.tails import fitted_persistence, fitted_tails
+from trackweave.estimation.estimates import Estimates, SensorEstimate
+from trackweave.estimation.refine import Followed
+from trackweave.estimation.tails import fitted_persistence, fitted_tails, with_tails
 
 SENSOR = SensorEstimate(1.0, 10.0, 0.9, 1e-9, 1e8, 8.0, density=8e-8)
 GUESS = Estimates({"A": SENSOR}, 0.1, 100.0, 1e-9, 1e-8)

@@ -14,7 +14,7 @@ from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.grouping import Grouping, Scene
 from trackweave.fusion.histories import Histories
 from trackweave.fusion.statistic import Statistic
-from trackweave.run.local_pictures import local_pictures
+from trackweave.run.fusion_record import local_pictures
 from trackweave.solvers import Exact
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.association.chain_rule import TrackEstimates
-from trackweave.fusion.practice import nearest_neighbour, pairwise_sequential
+from trackweave.studies.huo_methods import nearest_neighbour, pairwise_sequential
 
 
 def at(*places: float) -> TrackEstimates:

@@ -10,9 +10,9 @@ import pytest
 import trackweave
 from trackweave.cli.app import app
 from trackweave.config.schema import tables
-from trackweave.config.search import METHODS
 from trackweave.config.sections import ConfigurationSection
 from trackweave.keys import Key
+from trackweave.solvers import METHODS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

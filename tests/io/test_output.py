@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from trackweave.errors import OutputError
+from trackweave.io.encoding import encode_json
 from trackweave.io.output import RECORD, STAGING_PREFIX, OutputDirectory
-from trackweave.io.run_json import encode_json
 
 OLD = {"tracks.csv": b"old tracks", "history.csv": b"old history"}
 NEW = {"tracks.csv": b"new tracks", "assignments.csv": b"new assignments"}

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackweave.io.run_json import encode_json
+from trackweave.io.encoding import encode_json
 
 
 class Colour(Enum):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackweave.io.times import datetime_column, iso_text, read_times, with_common_times
+from trackweave.io.columns import datetime_column, iso_text, read_times, with_common_times
 
 NOON = 1714564800.0  # 2024-05-01T12:00:00Z
 

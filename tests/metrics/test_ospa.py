@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from oracles import metrics as oracle
 from trackweave.errors import InvalidInputError
-from trackweave.metrics.ospa import ospa
+from trackweave.metrics.gospa import ospa
 
 COORDINATES = st.floats(-100, 100).map(lambda value: round(value, 3))
 SETS = st.lists(st.tuples(COORDINATES, COORDINATES), max_size=4)

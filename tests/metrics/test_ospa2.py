@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from metrics.test_pairing_over_time import moments, on_line, scenes
 from oracles import metrics as oracle
 from trackweave.errors import InvalidInputError
-from trackweave.metrics.ospa import ospa
+from trackweave.metrics.gospa import ospa
 from trackweave.metrics.ospa2 import ospa2
 
 CUTOFF = 10.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackweave.plotting._labels import CHARACTER_POINTS, LINE_POINTS, label_offsets
+from trackweave.plotting._canvas import CHARACTER_POINTS, LINE_POINTS, label_offsets
 
 NOTHING = np.empty((0, 2))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._looks import COLOURS, Look, looks_of
+from trackweave.plotting._canvas import COLOURS, Look, looks_of
 
 
 def path(x: float, y: float) -> FloatArray:

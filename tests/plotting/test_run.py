@@ -13,7 +13,7 @@ import pytest
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.domain.truth import TruthTable
-from trackweave.plotting import _looks
+from trackweave.plotting import _canvas
 from trackweave.plotting import run as module
 from trackweave.plotting._canvas import Canvas, open_canvas
 from trackweave.plotting.run import Scene, picture_of_run
@@ -165,7 +165,7 @@ def test_very_many_tracks_go_without_identifiers(canvas: Iterator[list[Canvas]])
 def test_neighbouring_colours_differ_in_a_grey_print() -> None:
     # Luminance, which is what a grey print keeps.
     weights = np.array([0.299, 0.587, 0.114])
-    rgb = np.array([mpl.colors.to_rgb(colour) for colour in _looks.COLOURS])
+    rgb = np.array([mpl.colors.to_rgb(colour) for colour in _canvas.COLOURS])
     grey = rgb @ weights
     assert np.abs(grey - np.roll(grey, 1)).min() > 0.1
 

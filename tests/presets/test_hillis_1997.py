@@ -7,7 +7,7 @@ import pytest
 from trackweave.metrics import assignment_quality
 from trackweave.presets import hillis, hillis_1997
 from trackweave.run import track
-from trackweave.solvers.islands import islands
+from trackweave.solvers import islands
 
 CONFIG = {
     "motion": {"process_noise": 0.1, "max_speed": 20.0},

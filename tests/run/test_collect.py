@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
-from trackweave.run.collect import IN_A_BLOCK, Assigned, Rows
+from trackweave.run.record import IN_A_BLOCK, Assigned, Rows
 
 
 def rows(time: float, n_tracks: int) -> TrackTable:

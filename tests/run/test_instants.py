@@ -3,7 +3,7 @@
 import pytest
 
 from oracles.scenes import scan
-from trackweave.run.instants import instants_of
+from trackweave.run.scans import instants_of
 
 
 def grouped(times, within):

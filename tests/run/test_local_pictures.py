@@ -6,7 +6,7 @@ import pytest
 from oracles.local_tracks import NOISE, sensor_tracks
 from trackweave.domain.tracks import TrackTable
 from trackweave.filters.kalman import predicted
-from trackweave.run.local_pictures import local_pictures
+from trackweave.run.fusion_record import local_pictures
 
 
 def tracks() -> TrackTable:

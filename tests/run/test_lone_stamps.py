@@ -6,7 +6,7 @@ import pytest
 
 import trackweave as tw
 from trackweave.formats.reading import read_reports
-from trackweave.run.lone_stamps import is_lone
+from trackweave.run.doubles import is_lone
 
 DAY = 86_400.0
 CONFIG = {

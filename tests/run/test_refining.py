@@ -8,7 +8,7 @@ import pytest
 import trackweave as tw
 from estimation.test_estimate import ODD, numbers, scene, table
 from trackweave.config import load_configuration
-from trackweave.estimation import estimate
+from trackweave.estimation.estimate import estimate
 from trackweave.metrics import assignment_quality
 from trackweave.run.refining import estimates_for
 from trackweave.simulation import simulate

@@ -7,7 +7,7 @@ import pytest
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
-from trackweave.run.slant_range import laid
+from trackweave.run.polar_to_cartesian import laid
 
 NAN = np.nan
 

@@ -6,8 +6,14 @@ import pytest
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.rotation import FollowedRotation, Rotation
-from trackweave.run.scans import complete_scans, scan_ends
-from trackweave.run.turns import N_SECTORS, Sectors, turn_ends, with_turns
+from trackweave.run.scans import (
+    N_SECTORS,
+    Sectors,
+    complete_scans,
+    scan_ends,
+    turn_ends,
+    with_turns,
+)
 
 TURN = Rotation(4.0)
 

@@ -12,10 +12,10 @@ from oracles.assignment import (
     sequence,
 )
 from trackweave.association.problem import AssignmentProblem
-from trackweave.solvers import climbing
+from trackweave.solvers import dual
 from trackweave.solvers._kernels import cheapest_first
-from trackweave.solvers.climbing import STRETCHES, Stretch, climb
 from trackweave.solvers.components import Components
+from trackweave.solvers.dual import STRETCHES, Stretch, climb
 
 SHORT = [Stretch(40, False), Stretch(40, True)]
 
@@ -64,7 +64,7 @@ def test_ends_with_a_better_bound_and_an_answer_no_dearer(stretch: Stretch) -> N
 @pytest.mark.parametrize("stretch", SHORT, ids=["subgradients", "smoothed"])
 def test_a_stop_is_seen_between_slices(stretch: Stretch, monkeypatch) -> None:
     problem = hard_tuples(1, 200, 9)
-    monkeypatch.setattr(climbing, "SLICE_WORK", 5 * problem.n_nodes)
+    monkeypatch.setattr(dual, "STRETCH_WORK", 5 * problem.n_nodes)
     components = answered(problem)
     bounds, stopped = climb(components, 0, stretch, lambda: True)
     assert stopped
@@ -77,7 +77,7 @@ def test_looks_at_the_clock_change_nothing(stretch: Stretch, monkeypatch) -> Non
     problem = hard_tuples(2, 200, 9)
     blind, looking = answered(problem), answered(problem)
     climb(blind, 0, stretch, None)
-    monkeypatch.setattr(climbing, "SLICE_WORK", 3 * problem.n_nodes)
+    monkeypatch.setattr(dual, "STRETCH_WORK", 3 * problem.n_nodes)
     climb(looking, 0, stretch, lambda: False)
     assert looking.lower.tolist() == blind.lower.tolist()
     assert looking.taken.tolist() == blind.taken.tolist()

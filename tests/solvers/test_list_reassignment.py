@@ -10,7 +10,7 @@ from trackweave.solvers._kernels import Component, improve, repair, selection_co
 from trackweave.solvers._list_reassignment import assign_rows, local_search, relist
 from trackweave.solvers.components import Components
 from trackweave.solvers.lists import Lists, lists_of
-from trackweave.solvers.polishing import owner_of, polish
+from trackweave.solvers.metaheuristic import owner_of, polish
 
 PROBLEMS = [random_problem(np.random.default_rng([12, seed])) for seed in range(120)]
 

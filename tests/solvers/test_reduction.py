@@ -9,7 +9,7 @@ from oracles.assignment import in_ones, least_cost, random_problem, sequence
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Dual, Hint
 from trackweave.solvers.components import Components
-from trackweave.solvers.reduction import Reduction
+from trackweave.solvers.relaxation import Reduction
 
 
 def bounded(problem: AssignmentProblem, iterations: int) -> Components:

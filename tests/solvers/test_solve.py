@@ -6,7 +6,7 @@ import pytest
 from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Auto, Dual, Genetic, solve
-from trackweave.solvers.solve import patient
+from trackweave.solvers.solving import patient
 
 PROBLEM = AssignmentProblem.from_tuples([(1, 1), (1, 2)], [-1.0, -2.0])
 

@@ -6,7 +6,7 @@ import pytest
 from oracles.assignment import in_ones, least_cost, random_problem
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers import Dual
-from trackweave.solvers._variable_fixing import Narrowed, narrowed, whole, write_taken
+from trackweave.solvers._reduction import Narrowed, narrowed, whole, write_taken
 from trackweave.solvers.components import Components
 
 Case = tuple[AssignmentProblem, Components, Narrowed]

@@ -7,7 +7,7 @@ import pytest
 
 from trackweave.association.problem import Status
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
-from trackweave.solvers.solve import solve
+from trackweave.solvers.solving import solve
 from trackweave.trackers import divisions
 from trackweave.trackers.divisions import divisions_of
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from trackweave.config.search import METHODS
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.run import track
 from trackweave.run.small_recordings import recording_of
+from trackweave.solvers import METHODS
 from trackweave.warming.covering import KINDS, PARTS, tasks_of
 
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association._beliefs import find_edges, log_weights
-from trackweave.association._pruned import Cut, add_above
-from trackweave.association._pruning import accumulate_prices
+from trackweave.association._pruning import Cut, accumulate_prices, add_above
 from trackweave.association.beliefs import Beliefs
 from trackweave.association.certificate import Certificate, Status
 from trackweave.association.tree import AssociationTree

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Candidates, Families, Misses, Nodes
-from trackweave.association._pruned import Cut
-from trackweave.association._pruning import rank_bounds, rank_offer
+from trackweave.association._pruning import Cut, rank_bounds, rank_offer
 from trackweave.association.growth_limits import GrowthLimits
 
 __all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered"]

@@ -22,8 +22,8 @@ from trackweave.association._nodes import (
     part_of,
     workspace,
 )
-from trackweave.association._pruned import Cut
 from trackweave.association._pruning import (
+    Cut,
     behind_best,
     best_of,
     crossings,

@@ -10,12 +10,11 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.reading import load
 from trackweave.formats.registry import format_named, formats
-from trackweave.io.columns import typed_column
+from trackweave.io.columns import datetime_column, read_times, typed_column
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import RECORD, OutputFile, write_folder
 from trackweave.io.run_files import TABLES, read_run
 from trackweave.io.tables import RawTable, load_table, with_our_names
-from trackweave.io.times import datetime_column, read_times
 
 __all__ = ["run_convert"]
 

@@ -114,7 +114,7 @@ def _complain(message: str, status: int) -> None:
 
 def show_json(result: Any) -> None:
     """Print a result as one JSON object."""
-    from trackweave.io.run_json import encode_json
+    from trackweave.io.encoding import encode_json
 
     with named_output():
         typer.echo(encode_json(result).decode("utf-8"), nl=False)

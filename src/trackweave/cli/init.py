@@ -17,8 +17,7 @@ from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
-from trackweave.run.facts import with_facts
-from trackweave.run.observing import settle
+from trackweave.run.observing import settle, with_facts
 
 __all__ = ["run_init", "run_learn"]
 

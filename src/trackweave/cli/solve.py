@@ -10,15 +10,15 @@ from trackweave import solvers
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.cli.edge import Voice
 from trackweave.config.plugins import plugin_class
-from trackweave.config.search import DEFAULT_METHOD, METHODS, instead_of
+from trackweave.config.search import DEFAULT_METHOD, instead_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputFile
 from trackweave.io.problem_file import ProblemTable, answer_frame, read_problem
 from trackweave.io.tables import file_ending
-from trackweave.solvers import Solver
+from trackweave.solvers import METHODS, Solver
 from trackweave.solvers.protocol import require_solver
-from trackweave.solvers.solve import patient
+from trackweave.solvers.solving import patient
 from trackweave.solvers.warming import warm_up
 
 __all__ = ["run_solve"]

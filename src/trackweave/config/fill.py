@@ -6,9 +6,7 @@ from typing import Any, Literal
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.load import Configuration, without_deadline
-from trackweave.config.messages import suggest
 from trackweave.config.moving import motion_of
-from trackweave.config.observed import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.config.plots import (
     PlotSettings,
     TrackerSettings,
@@ -23,10 +21,11 @@ from trackweave.config.sections import (
     MotionSection,
     OutputSection,
 )
-from trackweave.config.sensing import require_places, sensor_of
+from trackweave.config.sensing import UNKNOWN_SENSOR, ObservedSensor, require_places, sensor_of
 from trackweave.config.sources import ANY_SENSOR, Sources, value_at
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.estimation import Estimates
+from trackweave.estimation.estimates import Estimates
+from trackweave.keys import suggest
 from trackweave.models.foreign_motion import AnyMotion
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle

@@ -8,11 +8,12 @@ from typing import Any
 
 from trackweave.config.plugins import NO_PLUGINS, Plugins, taken_apart
 from trackweave.config.search import check_search
-from trackweave.config.sections import KINDS, MODELS, ConfigurationSection
+from trackweave.config.sections import KINDS, ConfigurationSection
 from trackweave.config.sources import ANY_SENSOR, value_at
 from trackweave.config.tables import checked
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key
+from trackweave.models.motion import MODELS
 from trackweave.toml_file import read_toml
 
 __all__ = ["Configuration", "load_configuration", "without_deadline"]

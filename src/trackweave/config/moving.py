@@ -1,30 +1,26 @@
 """From the keys of ``[motion]`` to how objects move."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from trackweave.config.sections import MODELS
 from trackweave.config.sources import Sources, value_at
 from trackweave.errors import InvalidInputError
 from trackweave.models.motion import (
-    ConstantAcceleration,
+    MODELS,
+    USUAL_PROCESS,
+    USUAL_SPEED,
     ConstantVelocity,
     CoordinatedTurn,
     Imm,
     Mode,
     Motion,
-    RandomWalk,
 )
 
 __all__ = ["motion_of"]
 
-_VELOCITY, _ACCELERATION, _TURN, _WALK = MODELS
-# What is taken where neither the file nor the reports tell: a vehicle's.
-USUAL_SPEED, USUAL_PROCESS = 50.0, 1.0
-USUAL_TURN_RATE = 0.2
+_VELOCITY, _TURN = ConstantVelocity.word, CoordinatedTurn.word
 USUAL_STAY, USUAL_MANOEUVRE = 60.0, 15.0
-# An object reaches its greatest speed in about so many seconds, and a manoeuvre fades in so many.
-SPEED_UP, FADE = 10.0, 10.0
 
 
 def motion_of(
@@ -76,8 +72,21 @@ def _mode(
     sources: Sources, path: Sequence[str], kind: str, period: float, noise: float | None = None
 ) -> Mode:
     """Return one way to move; what its table leaves out is as in ``[motion]``, or usual."""
+    return MODELS[kind].told(_Told(sources, path, period, noise))
 
-    def choose(key: str, usual: float) -> float:
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What the table of a way to move tells, and the process noise estimated for it."""
+
+    sources: Sources
+    path: Sequence[str]
+    period: float
+    noise: float | None
+
+    def above(self, key: str, usual: float) -> float:
+        """Return the value of a key, of ``[motion]`` where its own table leaves it out."""
+        sources, path = self.sources, self.path
         known = value_at(sources.values, (*path, key)) if len(path) == 1 else None
         if known is not None:
             return float(known)
@@ -86,20 +95,6 @@ def _mode(
             above = value_at(sources.file, ("motion", key))
         return float(sources.choose((*path, key), default=usual if above is None else above))
 
-    speed = choose("max_speed", USUAL_SPEED)
-    if kind == _VELOCITY:
-        return ConstantVelocity(choose("process_noise", USUAL_PROCESS), speed)
-    if kind == _TURN:
-        rate = choose("max_turn_rate", USUAL_TURN_RATE)
-        # A turn rate that is spread evenly up to its greatest and fades has this noise.
-        turn_noise = choose("turn_noise", 2 * rate**2 / 3 / FADE)
-        return CoordinatedTurn(choose("process_noise", USUAL_PROCESS), turn_noise, speed, rate)
-    # The process noise of [motion] is in another unit than these two's, unless it is their own.
-    own = ("process_noise",)
-    if kind == _ACCELERATION:
-        acceleration = choose("max_acceleration", speed / SPEED_UP)
-        jerk = 2 * acceleration**2 / 5 / FADE
-        shaken = sources.choose((*path, *own), noise, jerk)
-        return ConstantAcceleration(float(shaken), speed, acceleration)
-    walk = sources.choose((*path, *own), noise, speed**2 * period / 9)
-    return RandomWalk(float(walk), speed)
+    def own(self, key: str, usual: float) -> float:
+        """Return the value of a key whose unit is another than in ``[motion]``."""
+        return float(self.sources.choose((*self.path, key), self.noise, usual))

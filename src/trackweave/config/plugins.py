@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
-from trackweave.config.messages import suggest
 from trackweave.config.sources import ANY_SENSOR, Sources
 from trackweave.config.tables import Table, checked, entries_of
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.errors import InvalidInputError
+from trackweave.keys import suggest
 from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.plugin_faults import told_as_theirs
 

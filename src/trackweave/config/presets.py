@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from trackweave.config.messages import suggest
 from trackweave.errors import InvalidInputError
+from trackweave.keys import suggest
 
 __all__ = ["FUSION_PRESETS", "PRESETS", "preset_notes", "preset_values"]
 

@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from trackweave.config.search import METHODS, options_of
+from trackweave.config.search import options_of
 from trackweave.config.sections import ConfigurationSection
 from trackweave.keys import Key
+from trackweave.solvers import METHODS
 
 __all__ = ["json_schema", "tables"]
 

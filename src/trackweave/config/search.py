@@ -5,30 +5,14 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from trackweave.config.kinds import kind_of
-from trackweave.config.messages import suggest
 from trackweave.config.plugins import plugin_class
-from trackweave.config.tables import Entry, Table, checked
+from trackweave.config.tables import Entry, Table, checked, kind_of
 from trackweave.errors import InvalidInputError
-from trackweave.keys import Key
+from trackweave.keys import Key, suggest
+from trackweave.solvers import METHODS
 
-__all__ = ["METHODS", "check_search", "instead_of", "make_solver", "options_of"]
+__all__ = ["check_search", "instead_of", "make_solver", "options_of"]
 
-
-# What ``[search] method`` may name, and the class in trackweave.solvers behind it.
-METHODS = {
-    "auto": "Auto",
-    "greedy": "Greedy",
-    "exact": "Exact",
-    "dual": "Dual",
-    "genetic": "Genetic",
-    "list-genetic": "ListGenetic",
-    "ant-system": "AntSystem",
-    "annealing": "Annealing",
-    "islands": "Islands",
-    "tabu": "TabuSearch",
-    "m-best": "MBest",
-}
 DEFAULT_METHOD = "auto"
 SEARCHES = Annotated[
     list[str | dict[str, Any]],

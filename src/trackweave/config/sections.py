@@ -12,13 +12,7 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
-from trackweave.models.motion import (
-    PROCESS_NOISE,
-    ConstantAcceleration,
-    ConstantVelocity,
-    CoordinatedTurn,
-    RandomWalk,
-)
+from trackweave.models.motion import MODELS, PROCESS_NOISE
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
 from trackweave.trackers.clock_guard import MAX_AHEAD
@@ -26,7 +20,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
 __all__ = [
-    "KINDS", "MODELS",
+    "KINDS",
     "ConfigurationSection", "FieldOfViewSection", "FrameSection", "FusionSection",
     "GrowthSection", "ImmSection", "LifecycleSection", "LiveSection", "ModeSection",
     "MotionSection", "OutputSection", "PlotsSection", "SearchSection", "SensorSection",
@@ -34,12 +28,6 @@ __all__ = [
     "TrackerSection", "WindowSection",
 ]  # fmt: skip
 
-MODELS = {
-    "constant-velocity": ConstantVelocity,
-    "constant-acceleration": ConstantAcceleration,
-    "coordinated-turn": CoordinatedTurn,
-    "random-walk": RandomWalk,
-}
 _WAYS = tuple(MODELS)
 _KINDS = [kind for kind in MeasurementKind if kind is not MeasurementKind.RANGE_RATE]
 KINDS = tuple(kind.word for kind in _KINDS)

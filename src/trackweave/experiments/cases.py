@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from trackweave.config import Configuration, load_configuration
-from trackweave.config.messages import show_value, suggest
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
 from trackweave.experiments.likelihood import log_likelihood
 from trackweave.experiments.study_file import LIKELIHOOD, MEASURES, Plan, StudyPlan
 from trackweave.experiments.sweeps import Point, merged, nested
+from trackweave.keys import show_value, suggest
 from trackweave.run.judging import evaluate, truth_on
 from trackweave.run.tracking import report_table, track
 from trackweave.simulation import Scenario, SimulatedSensor, scenario_of, simulate

@@ -8,12 +8,11 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from trackweave.config.messages import suggest
 from trackweave.config.presets import preset_values
 from trackweave.config.tables import Section, checked
 from trackweave.errors import InvalidInputError
 from trackweave.experiments.sweeps import Sweep, merged, sweeps_of
-from trackweave.keys import COUNT, POSITIVE, SECONDS, Key
+from trackweave.keys import COUNT, POSITIVE, SECONDS, Key, suggest
 from trackweave.metrics import Evaluation
 from trackweave.toml_file import read_toml
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.config.messages import show_value
 from trackweave.errors import InvalidInputError
+from trackweave.keys import show_value
 
 __all__ = ["Point", "Sweep", "merged", "nested", "sweeps_of"]
 

@@ -8,9 +8,8 @@ import polars as pl
 
 from trackweave.errors import DataFormatError
 from trackweave.formats.lines import Lines
-from trackweave.io.columns import read_numbers, read_text
+from trackweave.io.columns import read_numbers, read_text, read_times
 from trackweave.io.tables import OURS, RawTable, with_our_names
-from trackweave.io.times import read_times
 
 __all__ = ["CsvDecoder"]
 

@@ -91,7 +91,7 @@ def _as_number(cell: Any) -> float | int | None:
 
 
 def _write(output: Output) -> dict[str, bytes]:
-    from trackweave.io.times import iso_text
+    from trackweave.io.columns import iso_text
 
     rows = output.tracks
     dated = [n for n, kind in rows.schema.items() if isinstance(kind, pl.Datetime)]

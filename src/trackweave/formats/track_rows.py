@@ -11,7 +11,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Output
-from trackweave.io.times import datetime_column
+from trackweave.io.columns import datetime_column
 
 __all__ = [
     "EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "family_of", "framed_rows",

@@ -11,12 +11,11 @@ from trackweave.association.problem import Certificate
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_number, settle
 from trackweave.fusion._statistic import evaluate_all
-from trackweave.fusion.changes import Evidence, described
 from trackweave.fusion.complete import group_completely, require_equal_lists
 from trackweave.fusion.confirmation import Confirmation
 from trackweave.fusion.grouping import Grouping, Groups, Scene
 from trackweave.fusion.histories import Histories
-from trackweave.fusion.objects import Change, renumber
+from trackweave.fusion.objects import Change, Evidence, described, renumber
 from trackweave.fusion.pictures import LocalPicture
 from trackweave.fusion.statistic import Statistic
 from trackweave.keys import Key

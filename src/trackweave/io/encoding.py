@@ -1,17 +1,21 @@
-"""Data frames become bytes: the same frame always the same bytes."""
+"""Tables and records become bytes: the same always the same bytes."""
 
 import gzip
-from collections.abc import Callable
+import json
+import math
+from collections.abc import Callable, Mapping
+from enum import Enum
 from io import BytesIO
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
+import numpy as np
 import polars as pl
 
+from trackweave.io.columns import iso_text
 from trackweave.io.tables import file_ending
-from trackweave.io.times import iso_text
 
-__all__ = ["encode_table", "to_native"]
+__all__ = ["encode_json", "encode_table", "to_native"]
 
 
 def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
@@ -101,3 +105,63 @@ def _printable(column: pl.Series) -> pl.Series:
 def _as_text(column: pl.Series) -> pl.Series:
     texts = [None if value is None else str(value) for value in column.to_list()]
     return pl.Series(column.name, texts, dtype=pl.String)
+
+
+def encode_json(document: Mapping[str, Any]) -> bytes:
+    """Return a document as JSON text: the same document always the same bytes.
+
+    Keys keep their order. Numbers that are not finite become null; NumPy's numbers and arrays,
+    enumerations and paths become numbers, lists and text. A list of objects, such as that of the
+    scans, takes one line per object.
+
+    Parameters
+    ----------
+    document
+        The document.
+
+    Returns
+    -------
+    UTF-8 text that ends in a line break.
+    """
+    lines = [f"  {_dump(str(key))}: {_value(item)}" for key, item in document.items()]
+    # Lone surrogates, which file names may have, survive only as escapes.
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode("utf-8", "backslashreplace")
+
+
+def _value(item: Any) -> str:
+    # Object by object: a long run lists tens of thousands of scans.
+    if isinstance(item, list) and item and all(isinstance(entry, Mapping) for entry in item):
+        return "[\n    " + ",\n    ".join(_dump(_plain(entry)) for entry in item) + "\n  ]"
+    plain = _plain(item)
+    if isinstance(plain, dict) and plain:
+        entries = [f"    {_dump(key)}: {_dump(entry)}" for key, entry in plain.items()]
+        return "{\n" + ",\n".join(entries) + "\n  }"
+    return _dump(plain)
+
+
+_AS_IT_IS = frozenset({bool, int, str})
+_dump = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
+
+
+def _plain(item: Any) -> Any:
+    """Return the same value made of what JSON knows."""
+    # What nearly everything is comes first: a long run lists a million numbers.
+    if item is None or type(item) in _AS_IT_IS:
+        return item
+    if isinstance(item, Enum):
+        return _plain(item.value)
+    if isinstance(item, np.ndarray | np.generic):
+        return _plain(item.tolist())
+    if isinstance(item, float):
+        return item if math.isfinite(item) else None
+    if isinstance(item, (dict, Mapping)):
+        return {str(_plain(key)): _plain(value) for key, value in item.items()}
+    if isinstance(item, list | tuple):
+        return [_plain(entry) for entry in item]
+    if isinstance(item, set | frozenset):
+        return sorted(_plain(entry) for entry in item)
+    if isinstance(item, int | str):
+        return item
+    if isinstance(item, PurePath):
+        return str(item)
+    raise TypeError(f"{type(item).__name__}: expected something that JSON knows")

@@ -12,8 +12,8 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import STATUSES, TrackTable
 from trackweave.domain.truth import TruthTable
+from trackweave.io.columns import datetime_column
 from trackweave.io.positions import NO_LATITUDE, NO_LONGITUDE
-from trackweave.io.times import datetime_column
 from trackweave.io.tracks_in import covariance_names, state_names
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from trackweave.errors import InvalidInputError, OutputError
-from trackweave.io.run_json import encode_json
+from trackweave.io.encoding import encode_json
 
 __all__ = ["FILES", "RECORD", "OutputDirectory", "OutputFile", "write_folder"]
 

@@ -14,15 +14,19 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
-from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import numbered, read_numbers, read_text, text_array, typed_column
-from trackweave.io.foreign import read_all_measured
-from trackweave.io.measured import Measured
-from trackweave.io.platforms import read_platforms
-from trackweave.io.plausible import ask_back, questions
+from trackweave.io.checks import Range, RowChecks, ask_back, questions
+from trackweave.io.columns import (
+    numbered,
+    read_numbers,
+    read_text,
+    text_array,
+    typed_column,
+    with_common_times,
+)
+from trackweave.io.measured import Measured, read_all_measured
+from trackweave.io.polar import read_platforms
 from trackweave.io.positions import choose_frame, frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, with_our_names
-from trackweave.io.times import with_common_times
 
 __all__ = ["ONLY_SENSOR", "reports_in", "with_heeded_scans"]
 

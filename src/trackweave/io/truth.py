@@ -10,10 +10,9 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.domain.truth import TruthTable
 from trackweave.io.checks import Range, RowChecks
-from trackweave.io.columns import BoolArray, numbered, read_numbers, text_array
+from trackweave.io.columns import BoolArray, numbered, read_numbers, read_times, text_array
 from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
 from trackweave.io.tables import TableSource, load_table, with_our_names
-from trackweave.io.times import read_times
 from trackweave.io.tracks_in import read_status
 
 __all__ = [

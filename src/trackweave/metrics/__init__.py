@@ -3,11 +3,10 @@
 from trackweave.metrics.assignments import AssignmentQuality, assignment_quality
 from trackweave.metrics.clear_mot import ClearMot, clear_mot
 from trackweave.metrics.evaluate import Evaluation, evaluate
-from trackweave.metrics.gospa import Gospa, gospa
+from trackweave.metrics.gospa import Gospa, gospa, ospa
 from trackweave.metrics.hota import Hota, hota
 from trackweave.metrics.identity import Identity, identity
 from trackweave.metrics.moments import Moment, Moments, align
-from trackweave.metrics.ospa import ospa
 from trackweave.metrics.ospa2 import Ospa2, ospa2
 from trackweave.metrics.pairing import Pairs, pair_over_time
 from trackweave.metrics.targets import TargetRecord, target_records

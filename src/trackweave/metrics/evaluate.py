@@ -12,11 +12,10 @@ from trackweave.errors import InvalidInputError
 from trackweave.metrics._distances import check_cutoff, check_order
 from trackweave.metrics.assignments import AssignmentQuality
 from trackweave.metrics.clear_mot import clear_mot_of_pairs
-from trackweave.metrics.gospa import Gospa, gospa_from_distances
+from trackweave.metrics.gospa import Gospa, gospa_from_distances, ospa_from_distances
 from trackweave.metrics.hota import hota
 from trackweave.metrics.identity import identity
 from trackweave.metrics.moments import Moments, align
-from trackweave.metrics.ospa import ospa_from_distances
 from trackweave.metrics.ospa2 import ospa2
 from trackweave.metrics.pairing import pair_over_time
 from trackweave.metrics.targets import (

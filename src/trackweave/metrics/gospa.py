@@ -1,4 +1,4 @@
-"""The generalised optimal sub-pattern assignment metric."""
+"""GOSPA and OSPA."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.errors import InvalidInputError
 from trackweave.metrics._distances import check_cutoff, check_order, distances, places
 
-__all__ = ["Gospa", "gospa", "gospa_from_distances"]
+__all__ = ["Gospa", "gospa", "gospa_from_distances", "ospa", "ospa_from_distances"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,3 +56,29 @@ def gospa_from_distances(distance: FloatArray, cutoff: float, order: float) -> G
     localisation, missed, false = cutoff * parts ** (1 / order)
     total = cutoff * float(parts.sum()) ** (1 / order)
     return Gospa(total, float(localisation), float(missed), float(false), n_missed, n_false)
+
+
+def ospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: float = 2.0) -> float:
+    """Return the mean distance per object of tracks from the true set [m], at most the cutoff."""
+    # Schuhmacher, Vo, Vo, *A consistent metric for performance evaluation of multi-object
+    # filters*, 2008, eq. (3). doi:10.1109/TSP.2008.920469. The cutoff is the greatest distance of
+    # a pair, and the price of an object too many or too few.
+    check_cutoff(cutoff)
+    check_order(order)
+    true, tracked = places(truth, "truth"), places(tracks, "tracks")
+    if len(true) and len(tracked) and true.shape[1] != tracked.shape[1]:
+        raise InvalidInputError(
+            f"tracks: {tracked.shape[1]} dimensions; expected {true.shape[1]}, as truth has"
+        )
+    return ospa_from_distances(distances(true, tracked), cutoff, order)
+
+
+def ospa_from_distances(distance: FloatArray, cutoff: float, order: float) -> float:
+    """Return OSPA of checked distances, shape (targets, tracks)."""
+    more, fewer = max(distance.shape), min(distance.shape)
+    if more == 0:
+        return 0.0
+    capped = np.minimum(distance / cutoff, 1.0) ** order
+    paired = float(capped[linear_sum_assignment(capped)].sum())
+    share = (paired + more - fewer) / more
+    return float(cutoff * share ** (1 / order))

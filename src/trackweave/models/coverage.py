@@ -1,5 +1,6 @@
-"""Where a sensor can see."""
+"""Where a sensor can see, and objects that cannot be seen for a while."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from trackweave.arrays import FloatArray, float_array, require_finite
 from trackweave.errors import InvalidInputError
 from trackweave.fields import Limit, settle
 
-__all__ = ["Coverage", "FieldOfView", "everywhere"]
+__all__ = ["Coverage", "FieldOfView", "everywhere", "hiding"]
 
 
 class Coverage(NamedTuple):
@@ -99,3 +100,14 @@ class FieldOfView:
 def everywhere() -> Coverage:
     """Return the coverage of a sensor that sees the whole plane."""
     return Coverage(True, np.zeros(2), np.zeros(4), np.empty((0, 2)))
+
+
+def hiding(share: float, mean_silence: float, waited: float) -> tuple[float, float]:
+    """Return how probably an object in sight is hidden some time later, and the other way."""
+    # A chain of two states in continuous time, so that two steps are as one over both. ``share``
+    # is that of the time for which objects are hidden, ``mean_silence`` for how long on average
+    # [s], ``waited`` the time [s].
+    if share <= 0.0:
+        return 0.0, 0.0
+    mixed = -math.expm1(-waited / (mean_silence * (1.0 - share)))
+    return share * mixed, (1.0 - share) * mixed

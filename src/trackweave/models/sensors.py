@@ -11,8 +11,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
 from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
-from trackweave.models.coverage import FieldOfView
-from trackweave.models.hiding import hiding
+from trackweave.models.coverage import FieldOfView, hiding
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel

@@ -1,15 +1,149 @@
 """A sheet with equal axes in m or km, whose places on paper are known before it is drawn."""
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
+import matplotlib as mpl
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
 
-__all__ = ["LEGEND_TOP_IN", "Canvas", "open_canvas"]
+__all__ = [
+    "COLOURS",
+    "LEGEND_TOP_IN",
+    "METADATA",
+    "Canvas",
+    "Look",
+    "encoded",
+    "label_offsets",
+    "looks_of",
+    "open_canvas",
+    "own_style",
+    "png_of",
+]
+
+# Okabe and Ito's colours, told apart by colour-blind people; dark and light ones take turns so
+# that neighbours differ in grey too, and each use of a colour has another kind of line.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#333333", "#D55E00", "#56B4E9")
+LINES: tuple[tuple[float, ...], ...] = ((), (7, 1.6), (9, 1.6, 1.6, 1.6), (3, 1.2))
+MOST_COMPARED = 200
+POINTS_OF_A_PATH = 24
+
+
+class Look(NamedTuple):
+    """How a track is drawn: its colour and its dashes, none for a solid line."""
+
+    colour: str
+    dashes: tuple[float, ...]
+
+
+def looks_of(paths: list[FloatArray]) -> list[Look]:
+    """Return a look for each track, such that no neighbours look alike."""
+    # Paths run in one unit along both axes, each of shape (places, 2). The colour is that whose
+    # last use lies farthest from the track, the first of equals; of very many tracks, which are
+    # hairlines, the colours go in turn.
+    if len(paths) > MOST_COMPARED:
+        return [Look(COLOURS[number % len(COLOURS)], ()) for number in range(len(paths))]
+    drawn: list[list[FloatArray]] = [[] for _ in COLOURS]
+    looks = []
+    for path in paths:
+        places = path[np.linspace(0, len(path) - 1, POINTS_OF_A_PATH).round().astype(int)]
+        colour = int(np.argmax([_distance(places, others) for others in drawn]))
+        looks.append(Look(COLOURS[colour], LINES[len(drawn[colour]) % len(LINES)]))
+        drawn[colour].append(places)
+    return looks
+
+
+def _distance(places: FloatArray, others: list[FloatArray]) -> float:
+    """Return how near other paths come, infinity for none."""
+    if not others:
+        return np.inf
+    apart = places[:, None] - np.concatenate(others)[None]
+    return float(np.sum(apart**2, axis=2).min())
+
+
+CHARACTER_POINTS, LINE_POINTS = 6.6, 12.0  # with the frame around the text
+REACH_POINTS = 10.0
+# Turns from the direction of movement, in the order of preference [degrees].
+TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+SIZES = (1.0, 1.8, 2.8)
+
+
+def label_offsets(
+    anchors: FloatArray, directions: FloatArray, texts: list[str], obstacles: FloatArray
+) -> FloatArray:
+    """Return where the middle of each text goes, relative to its anchor [points]."""
+    # It is for each text in turn the candidate that covers the fewest others, the first of equals.
+    # Obstacles are places on paper that texts should rather not cover; directions are where texts
+    # would like to lie from their anchors, of any length.
+    offsets = np.zeros((len(texts), 2))
+    boxes = np.empty((0, 4))
+    for number, words in enumerate(texts):
+        half = np.array([CHARACTER_POINTS * len(words), LINE_POINTS]) / 2
+        tries = _candidates(directions[number], half)
+        centres = anchors[number] + tries
+        trial = np.concatenate([centres - half, centres + half], axis=1)
+        price = 20.0 * _overlaps(trial, boxes) + _covered(trial, obstacles)
+        best = int(np.argmin(price + 0.1 * np.arange(len(tries))))
+        offsets[number] = tries[best]
+        boxes = np.concatenate([boxes, trial[best : best + 1]])
+    return offsets
+
+
+def _candidates(direction: FloatArray, half: FloatArray) -> FloatArray:
+    angle = np.arctan2(direction[1], direction[0])
+    turned = angle + np.radians(np.array(TURNS_DEG))
+    unit = np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    # The text's own half width and height keep its edge, not its middle, at the reach.
+    return np.concatenate([unit * (half + size * REACH_POINTS) for size in SIZES])
+
+
+def _overlaps(trial: FloatArray, boxes: FloatArray) -> FloatArray:
+    """Return how many boxes each trial box touches."""
+    apart = (trial[:, None, :2] >= boxes[None, :, 2:]) | (trial[:, None, 2:] <= boxes[None, :, :2])
+    return np.asarray((~apart.any(axis=2)).sum(axis=1), dtype=np.float64)
+
+
+def _covered(trial: FloatArray, obstacles: FloatArray) -> FloatArray:
+    """Return how many obstacles each trial box covers."""
+    inside = (obstacles[None] > trial[:, None, :2]) & (obstacles[None] < trial[:, None, 2:])
+    return np.asarray(inside.all(axis=2).sum(axis=1), dtype=np.float64)
+
+
+DOTS_PER_INCH = 150
+# Without versions and dates in the file, its bytes depend on what is drawn alone.
+METADATA = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+@contextmanager
+def own_style() -> Iterator[None]:
+    """Keep the user's own style files from changing the picture."""
+    with matplotlib.style.context("default"), mpl.rc_context({"svg.hashsalt": "trackweave"}):
+        yield
+
+
+def encoded(figure: Figure, file_format: str, dots_per_inch: float = DOTS_PER_INCH) -> bytes:
+    """Return a figure as a file, with nothing in it of who drew it."""
+    file = io.BytesIO()
+    figure.savefig(file, format=file_format, dpi=dots_per_inch, metadata=METADATA[file_format])
+    return file.getvalue()
+
+
+def png_of(figure: Figure) -> bytes:
+    """Return a figure that has no canvas yet as PNG."""
+    FigureCanvasAgg(figure)
+    return encoded(figure, "png")
+
 
 LEAST_WIDTH_IN, GREATEST_WIDTH_IN = 7.0, 9.6
 LEAST_HEIGHT_IN, GREATEST_HEIGHT_IN = 4.2, 9.6

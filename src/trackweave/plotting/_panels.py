@@ -11,8 +11,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
-from trackweave.plotting._canvas import Canvas
-from trackweave.plotting._looks import Look
+from trackweave.plotting._canvas import Canvas, Look
 from trackweave.plotting._plan import TrackLine
 from trackweave.plotting.scene import ScanSeries
 

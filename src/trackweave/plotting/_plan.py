@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import COASTING, CONFIRMED, TrackTable
 from trackweave.domain.truth import TruthTable
-from trackweave.plotting._canvas import Canvas
-from trackweave.plotting._labels import label_offsets
-from trackweave.plotting._looks import COLOURS, Look
+from trackweave.plotting._canvas import COLOURS, Canvas, Look, label_offsets
 
 __all__ = [
     "MOST_DECORATED",

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._png import own_style, png_of
+from trackweave.plotting._canvas import own_style, png_of
 
 __all__ = ["CoursePanel", "Layer", "Look", "picture_of_courses"]
 

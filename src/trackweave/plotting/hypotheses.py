@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackweave.arrays import FloatArray
-from trackweave.plotting._png import own_style, png_of
+from trackweave.plotting._canvas import own_style, png_of
 
 __all__ = ["Drawing", "picture_of_hypotheses"]
 

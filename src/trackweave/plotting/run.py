@@ -9,8 +9,15 @@ from matplotlib.lines import Line2D
 
 from trackweave.arrays import FloatArray
 from trackweave.errors import InvalidInputError
-from trackweave.plotting._canvas import Canvas, open_canvas
-from trackweave.plotting._looks import COLOURS, looks_of
+from trackweave.plotting._canvas import (
+    COLOURS,
+    METADATA,
+    Canvas,
+    encoded,
+    looks_of,
+    open_canvas,
+    own_style,
+)
 from trackweave.plotting._panels import Curves, draw_panels
 from trackweave.plotting._plan import (
     MOST_DECORATED,
@@ -23,7 +30,6 @@ from trackweave.plotting._plan import (
     legend_of_tracks,
     track_lines,
 )
-from trackweave.plotting._png import METADATA, encoded, own_style
 from trackweave.plotting.scene import ScanSeries, Scene, paths_of_sensors, places_of_reports
 
 __all__ = ["FORMATS", "figure_of_run", "picture_of_run", "small_png"]

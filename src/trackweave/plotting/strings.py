@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from trackweave.plotting._png import own_style, png_of
+from trackweave.plotting._canvas import own_style, png_of
 
 __all__ = ["StringRow", "picture_of_strings"]
 

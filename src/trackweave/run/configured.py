@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import told_rotation
+from trackweave.config.sensing import ObservedSensor, told_rotation
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
@@ -15,8 +14,7 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
-from trackweave.run.facts import with_facts
-from trackweave.run.observing import needs_place, settle
+from trackweave.run.observing import needs_place, settle, with_facts
 from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:

@@ -12,13 +12,13 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.association.certificate import Status
 from trackweave.domain.reports import ReportTable
+from trackweave.io.encoding import encode_json
 from trackweave.io.run_files import AssignedReports, RunFiles
-from trackweave.io.run_json import encode_json
 from trackweave.plotting import ScanSeries, Scene, figure_of_run
 from trackweave.plotting.run import small_png
 from trackweave.run.judging import Truth, truth_on
+from trackweave.run.polar_to_cartesian import laid
 from trackweave.run.result import TrackingResult
-from trackweave.run.slant_range import laid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -27,9 +27,7 @@ from trackweave.io.frames_out import associations_frame, tracks_frame
 from trackweave.io.tracks_in import LocalTracks, read_local_tracks
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.consistency import on_one_plane, require_agreement
-from trackweave.run.fusion_log import FusionLog
-from trackweave.run.fusion_record import fusion_record
-from trackweave.run.local_pictures import local_pictures
+from trackweave.run.fusion_record import FusionLog, fusion_record, local_pictures
 from trackweave.run.result import Result, Table, named
 from trackweave.summaries import counted, summary
 

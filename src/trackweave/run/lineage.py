@@ -11,9 +11,9 @@ from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.randomness import RandomSource
-from trackweave.run.attempts import rotations_in
-from trackweave.run.collect import Assigned
+from trackweave.run.course import rotations_in
 from trackweave.run.history import smoothed_history
+from trackweave.run.record import Assigned
 from trackweave.run.scans import scan_ends
 from trackweave.trackers.divisions import Division, Divisions, divisions_of
 

@@ -9,10 +9,10 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
-from trackweave.config.messages import show_value
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import digits
+from trackweave.estimation.estimates import digits
+from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import scatter_of, without_motion
 

@@ -6,11 +6,10 @@ import numpy as np
 
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period, sense_of
+from trackweave.config.sensing import ObservedSensor, is_period, sense_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import Estimates
+from trackweave.estimation.estimates import Estimates
 from trackweave.models.coverage import FieldOfView
 from trackweave.run.polar_to_cartesian import platforms_of
 

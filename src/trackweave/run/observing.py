@@ -9,23 +9,92 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
-from trackweave.config.observed import ObservedSensor
-from trackweave.config.sensing import is_period, told_rotation, view_keys
+from trackweave.config.sensing import ObservedSensor, is_period, told_rotation, view_keys
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation import Estimates, fields_of_view
+from trackweave.estimation.coverage import fields_of_view
+from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
 from trackweave.run.noting import note_on_speed, notes_on_sensors
-from trackweave.run.polar_to_cartesian import in_turns, placed, platforms_of
-from trackweave.run.refining import Directions, estimates_for
-from trackweave.run.required import require_told
-from trackweave.run.slant_range import laid
+from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
 
-__all__ = ["filled", "needs_place", "observe", "positions_in", "settle"]
+__all__ = [
+    "filled",
+    "needs_place",
+    "observe",
+    "positions_in",
+    "require_told",
+    "settle",
+    "with_facts",
+]
+
+
+def with_facts(configuration: Configuration, reports: ReportTable) -> Configuration:
+    """Return a configuration with what the recording tells of places and turns of its sensors."""
+    sensors: dict[str, dict[str, Any]] = {}
+    for name in reports.sensors:
+        told, own = configuration.sensor(name), dict[str, Any]()
+        place = reports.facts.places.get(name)
+        if place is not None and "position" not in told and reports.frame is not None:
+            angles = np.array([[place.latitude_deg], [place.longitude_deg], [place.altitude_m]])
+            on_plane = reports.frame.to_plane(*angles)[0, : 2 if reports.dim == 2 else 3]
+            own["position"] = [round(float(number), 3) for number in on_plane]
+        period = reports.facts.scan_periods.get(name)
+        if period is not None and "scan_period" not in told:
+            own["scan_period"] = period
+        if own:
+            sensors[name] = own
+    if not sensors:
+        return configuration
+    given = configuration.table("sensors")
+    merged = {name: {**given.get(name, {}), **own} for name, own in sensors.items()}
+    return configuration.changed(sensors={**given, **merged})
+
+
+def require_told(reports: ReportTable, configuration: Configuration) -> None:
+    """Refuse a configuration that leaves open what no report of a kind from outside can tell."""
+    kinds = dict(zip(reports.sensors, reports.kinds, strict=False))
+    foreign = {name: kind for name, kind in kinds.items() if isinstance(kind, ForeignKind)}
+    missing = []
+    for index, name in enumerate(reports.sensors):
+        if name in foreign:
+            own = reports.sigma[reports.sensor == index][:, : foreign[name].n_components(2)]
+            missing += _missing(
+                configuration, name, foreign[name], is_sigma_told=not np.isnan(own).any()
+            )
+    if foreign and len(foreign) == len(reports.sensors):
+        motion = configuration.table("motion")
+        if configuration.plugins.motion is None:
+            keys = ("process_noise", "max_speed")
+            missing += [f"motion.{key}" for key in keys if key not in motion]
+        if configuration.said("lifecycle", "new_target_density") is None:
+            missing.append("lifecycle.new_target_density")
+    if missing:
+        words = sorted({kind.word for kind in foreign.values()})
+        raise InvalidInputError(
+            f"{configuration.name}: {', '.join(missing)} left out; expected to be told, because "
+            f"nothing can be estimated from reports of measurement {', '.join(words)}, which is a "
+            "plug-in"
+        )
+
+
+def _missing(
+    configuration: Configuration, name: str, kind: ForeignKind, *, is_sigma_told: bool
+) -> list[str]:
+    """Return the keys of a sensor that are left out."""
+    own = configuration.sensor(name)
+    given = {
+        "sigma": "sigma" in own or is_sigma_told or kind.has_own_covariance,
+        "detection_probability": "detection_probability" in own,
+        "clutter_density": "clutter_density" in own or "clutter_per_scan" in own,
+        "scan_period (or scans = false)": "scan_period" in own or "scans" in own,
+    }
+    return [f"sensors.{name}.{key}" for key, is_given in given.items() if not is_given]
+
 
 # From so many moments on it can be told whether reports come one by one.
 FEWEST_MOMENTS = 20
@@ -68,6 +137,9 @@ def settle(
         table = in_turns(table, rotations)
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
+        # A complete configuration takes nothing of what estimates.
+        from trackweave.run.refining import Directions, estimates_for
+
         directions = None
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)

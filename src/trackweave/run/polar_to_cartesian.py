@@ -1,4 +1,4 @@
-"""Reports of every kind as positions, as far as they tell any."""
+"""Reports on the plane: as positions as far as they tell any, and slant ranges corrected."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,13 +7,14 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import to_position
 from trackweave.models.rotation import Rotation
-from trackweave.run.turns import turn_ends, with_turns
+from trackweave.run.scans import turn_ends, with_turns
 
-__all__ = ["in_turns", "placed", "platforms_of"]
+__all__ = ["in_turns", "laid", "placed", "platforms_of"]
 
 
 def platforms_of(
@@ -88,3 +89,134 @@ def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
         kinds=(),
         space=0,
     )
+
+
+_EARTH_RADIUS_M = 6_371_000.0
+# A direction is carried over by a point so far away [m].
+_NEARBY_M = 1_000.0
+# Nearer to overhead than this share of the range, nothing is told of the place on the ground.
+_STEEPEST = 1e-3
+# No aircraft flies higher [m], but many fly as many feet high.
+_HIGHEST_M = 20_000.0
+
+
+def laid(
+    reports: ReportTable, places: Mapping[str, Sequence[float]]
+) -> tuple[ReportTable, list[str]]:
+    """Return reports whose ranges and directions are those on the plane, and what was assumed."""
+    # ``places`` are where sensors stand whose rows do not say: x, y[, z] [m].
+    # In two dimensions a slant range becomes the distance on the ground where the row tells the
+    # object's height, and is taken for that distance where it does not. Where the plane is one of
+    # the Earth's, ranges and directions follow the Earth's curve, and count from the plane's north
+    # instead of the sensor's.
+    notes = _notes_on_heights(reports)
+    if not reports.kinds:
+        return reports, notes
+    platform = platforms_of(reports, places)
+    measurement = reports.measurement.copy()
+    for index, kind in enumerate(reports.kinds):
+        rows = np.flatnonzero(reports.sensor == index)
+        if kind is MeasurementKind.POSITION or isinstance(kind, ForeignKind) or rows.size == 0:
+            continue
+        height = None if reports.height is None else reports.height[rows]
+        is_flat = kind.has_range and not kind.has_elevation and reports.dim == 2
+        if is_flat:
+            notes += _notes_on_ranges(reports.sensors[index], measurement[rows, 0], height)
+        measured = measurement[rows]
+        if reports.frame is not None:
+            measurement[rows] = _on_earth(measured, kind, platform[rows], height, reports.frame)
+        elif is_flat and height is not None:
+            climb = height - platform[rows, 2]
+            ground = np.sqrt(np.maximum(measured[:, 0] ** 2 - climb**2, 0.0))
+            measurement[rows] = _with_range(measured, kind, ground, ~np.isnan(climb))
+    return replace(reports, measurement=measurement), notes
+
+
+def _with_range(
+    measured: FloatArray, kind: MeasurementKind, ground: FloatArray, where: np.ndarray
+) -> FloatArray:
+    """Return measurements with other ranges, and with the rates of these in level motion."""
+    result, slant = measured.copy(), measured[:, 0]
+    ground = np.maximum(ground, _STEEPEST * slant)
+    result[where, 0] = ground[where]
+    if kind.has_rate:
+        result[where, 2] *= slant[where] / np.maximum(ground[where], 1e-9)
+    return result
+
+
+def _on_earth(
+    measured: FloatArray,
+    kind: MeasurementKind,
+    platform: FloatArray,
+    height: FloatArray | None,
+    frame: LocalFrame,
+) -> FloatArray:
+    """Return measurements from the plane's place of a sensor on the Earth."""
+    import pymap3d
+
+    latitude, longitude, altitude = frame.to_geodetic(np.ascontiguousarray(platform[:, :3]))
+    at = 1 if kind.has_range else 0
+    azimuth = np.degrees(measured[:, at])
+    if kind is MeasurementKind.BEARING:
+        slant, elevation = np.full(len(measured), _NEARBY_M), np.zeros(len(measured))
+    elif kind.has_elevation:
+        slant, elevation = measured[:, 0], measured[:, 2]
+    else:
+        slant = measured[:, 0]
+        level = altitude if height is None else np.where(np.isnan(height), altitude, height)
+        low, high = _EARTH_RADIUS_M + altitude, _EARTH_RADIUS_M + level
+        sine = (high**2 - low**2 - slant**2) / np.maximum(2 * slant * low, 1e-9)
+        elevation = np.arcsin(np.clip(sine, -1.0, 1.0))
+    there = pymap3d.aer2geodetic(
+        azimuth, np.degrees(elevation), slant, latitude, longitude, altitude
+    )
+    offset = frame.to_plane(*(np.asarray(part) for part in there)) - platform[:, :3]
+    result = measured.copy()
+    result[:, at] = np.arctan2(offset[:, 0], offset[:, 1]) % (2 * np.pi)
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    if kind.has_elevation:
+        result[:, 0] = np.linalg.norm(offset, axis=1)
+        result[:, 2] = np.arctan2(offset[:, 2], distance)
+    elif kind.has_range:
+        told = np.zeros(len(measured), bool) if height is None else ~np.isnan(height)
+        # The plane's scale alone does not change how fast an object comes nearer.
+        result = _with_range(result, kind, distance, told)
+        result[~told, 0] = distance[~told]
+    return result
+
+
+def _notes_on_ranges(name: str, slant: FloatArray, height: FloatArray | None) -> list[str]:
+    """Return what is assumed where heights are missing, and doubts about those there are."""
+    if height is None or np.isnan(height).all():
+        return [
+            f"sensor {name}: no height_m, so that its ranges are taken for distances on the ground"
+        ]
+    missing = int(np.isnan(height).sum())
+    notes = []
+    if missing:
+        notes.append(
+            f"sensor {name}: {missing} of {height.size} rows have no height_m; their ranges are "
+            "taken for distances on the ground"
+        )
+    above = int(np.sum(np.abs(height) > slant))
+    if above:
+        notes.append(
+            f"sensor {name}: {above} of {height.size} rows have a height_m beyond their range, as "
+            "heights in feet have; they count as overhead"
+        )
+    return notes
+
+
+def _notes_on_heights(reports: ReportTable) -> list[str]:
+    """Return a doubt about the unit of heights."""
+    heights = [] if reports.height is None else [reports.height]
+    if reports.dim == 3 and not reports.kinds and reports.frame is not None:
+        heights.append(reports.measurement[:, 2])
+    for height in heights:
+        told = height[~np.isnan(height)]
+        if told.size and np.quantile(told, 0.95) > _HIGHEST_M:
+            return [
+                f"heights of {np.quantile(told, 0.95):.0f} m and more: taken as metres, although "
+                "they look like feet"
+            ]
+    return []

@@ -1,19 +1,203 @@
-"""The record of a run, as in run.json."""
+"""What a run leaves behind scan by scan, and its record, as in run.json."""
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.certificate import Status, relative_gap
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.run.collect import ScanLog
+from trackweave.domain.scans import Scan
+from trackweave.domain.tracks import TrackTable
+from trackweave.trackers.hypothesis import Assignments, Hypothesis
 
-__all__ = ["certainty_of", "record_of", "timing_of", "with_file", "with_seed"]
+__all__ = [
+    "Assigned",
+    "Rows",
+    "ScanLog",
+    "certainty_of",
+    "record_of",
+    "timing_of",
+    "with_file",
+    "with_seed",
+]
+
+if TYPE_CHECKING:
+    from trackweave.trackers.fused_plots import FusedHypothesis
+
+
+IN_A_BLOCK = 1000
+"""So many scans' rows are put into one table."""
+
+
+@dataclass
+class Rows:
+    """Rows of tracks as they become known; of scans that end together, the last word."""
+
+    # Least time between scans after which rows are written [s], None for every scan. After the
+    # last they always are.
+    period: float | None = None
+    _blocks: list[TrackTable] = field(default_factory=list)
+    _parts: list[TrackTable] = field(default_factory=list)
+    _waiting: TrackTable | None = None
+    _time: float = 0.0
+    _written: float | None = None
+
+    def wants(self, time: float, following: float | None) -> bool:
+        """Tell whether rows at a time are written if the next come at a following one, if any."""
+        if self._waiting is not None and time > self._time:
+            self._write()
+        return following is None or (following > time and self._is_due(time))
+
+    def add(self, tracks: TrackTable, time: float) -> None:
+        """Take the rows after a scan that ends at ``time``."""
+        if self._waiting is not None and time > self._time:
+            self._write()
+        self._waiting, self._time = tracks, time
+
+    def table(self, dim: int) -> TrackTable:
+        """Return all rows, the last whenever they are; ``dim`` serves a run without any."""
+        if self._waiting is not None:
+            self._write(always=True)
+        return TrackTable.concatenate([*self._blocks, *self._parts], dim)
+
+    def _write(self, *, always: bool = False) -> None:
+        if not (always or self._is_due(self._time)):
+            return
+        if self._waiting is not None:
+            self._parts.append(self._waiting)
+        if len(self._parts) >= IN_A_BLOCK:
+            # A table of a row or two takes many times the room of its numbers.
+            self._blocks.append(TrackTable.concatenate(self._parts, self._parts[0].dim))
+            self._parts = []
+        self._waiting, self._written = None, self._time
+
+    def _is_due(self, time: float) -> bool:
+        # Times are sums of periods, so that a row due may come a rounding error early.
+        wait = 0.0 if self.period is None else self.period * (1 - 1e-9)
+        return self._written is None or time >= self._written + wait
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assigned:
+    """The track of each row of the reports, and how probable that is."""
+
+    track: IntArray  # -1 for a false alarm, shape (reports,)
+    probability: FloatArray  # NaN where the method tells none, shape (reports,)
+
+    @classmethod
+    def nothing(cls, n_reports: int) -> "Assigned":
+        """Return the state before the first scan: every report a false alarm."""
+        return cls(np.full(n_reports, -1, dtype=np.int64), np.full(n_reports, np.nan))
+
+    def enter(self, known: Assignments) -> None:
+        """Enter what a tracker says of some reports."""
+        self.track[known.report] = known.track
+        self.probability[known.report] = known.probability
+
+    def at(self, place: IntArray) -> "Assigned":
+        """Return what is known of rows, some of which may be asked for again."""
+        return Assigned(self.track[place], self.probability[place])
+
+    def drop_all_but(self, known: Container[int]) -> None:
+        """Make false alarms of the reports of tracks that are not among those known."""
+        unknown = [track for track in np.unique(self.track).tolist() if track not in known]
+        dropped = np.isin(self.track, unknown)
+        self.track[dropped] = -1
+        self.probability[dropped] = np.nan
+
+    def by_row(self) -> dict[int, int]:
+        """Return the track of each row that has one."""
+        rows = np.flatnonzero(self.track >= 0)
+        return dict(zip(rows.tolist(), self.track[rows].tolist(), strict=True))
+
+
+@dataclass
+class ScanLog:
+    """What each scan cost and how sure its answer is."""
+
+    scans: list[dict[str, Any]] = field(default_factory=list)
+    amendments: list[dict[str, Any]] = field(default_factory=list)
+    timing: list[dict[str, float]] = field(default_factory=list)
+    late: list[int] = field(default_factory=list)
+    n_thinned: int = 0
+    """Instants at which tuples had to be left out."""
+    n_crowded: int = 0
+    """Scans in which gates held more reports than a sequence can look at."""
+
+    def add(self, scans: Sequence[Scan], hypothesis: Hypothesis, cpu: float, wall: float) -> None:
+        """Enter a scan or those of an instant, the hypothesis after, and the time it took [s]."""
+        certificate, pruned = hypothesis.certificate, hypothesis.pruned_probability
+        time = max(scan.time for scan in scans)
+        fused = {}
+        plots = _of_plots(hypothesis)
+        if plots is not None:
+            fused = {"tuples": plots.n_tuples, "fused": plots.n_fused}
+            self.n_thinned += not plots.is_complete
+        self.n_crowded += hypothesis.is_crowded
+        self.scans.append(
+            {
+                "time": time,
+                "sensor": "+".join(dict.fromkeys(scan.sensor for scan in scans)),
+                "reports": sum(len(scan) for scan in scans),
+                **fused,
+                "tracks": hypothesis.n_tracks,
+                "sequences": hypothesis.n_sequences,
+                "pruned": hypothesis.n_pruned,
+                "pruned_by_deadline": hypothesis.n_pruned_by_deadline,
+                "pruned_probability": None if pruned is None else pruned._asdict(),
+                "evaluations": hypothesis.evaluations,
+                "cost": certificate.cost,
+                "lower_bound": certificate.lower_bound,
+                "gap": certificate.gap,
+                "deadline_gap": hypothesis.deadline_gap,
+                "status": certificate.status,
+                "stop_reason": hypothesis.stop_reason,
+                "amendments": len(hypothesis.amendments),
+            }
+        )
+        self.amendments += [
+            {
+                "time": time,
+                "report": amendment.report,
+                "before": amendment.before,
+                "after": amendment.after,
+            }
+            for amendment in hypothesis.amendments
+        ]
+        self.late += hypothesis.late
+        self.timing.append({"cpu_ms": round(cpu * 1e3, 3), "wall_ms": round(wall * 1e3, 3)})
+
+    def notes(self) -> list[str]:
+        """Return sentences on what had to be left out because there was too much, if anything."""
+        notes = []
+        if self.n_thinned:
+            notes.append(
+                f"plots.max_tuples: at {self.n_thinned} of {len(self.scans)} instants more tuples "
+                "lie in the gate; plots were joined with their nearest only, and nothing is "
+                "proven there"
+            )
+        if self.n_crowded:
+            notes.append(
+                f"growth: at {self.n_crowded} of {len(self.scans)} scans more reports lie in a "
+                "gate than a sequence can try; only the nearest were tried, and no bound speaks "
+                "of the others"
+            )
+        return notes
+
+
+def _of_plots(hypothesis: Hypothesis) -> "FusedHypothesis | None":
+    """Return a hypothesis as one of fused plots, None where no plots were fused."""
+    if type(hypothesis) is Hypothesis:
+        return None
+    from trackweave.trackers.fused_plots import FusedHypothesis
+
+    return hypothesis if isinstance(hypothesis, FusedHypothesis) else None
 
 
 def record_of(

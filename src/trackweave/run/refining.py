@@ -10,31 +10,22 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
-from trackweave.config.observed import ObservedSensor
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation import (
-    Estimates,
-    Followed,
-    SensorEstimate,
-    bearing_sensor,
-    believable,
-    digits,
-    estimate,
-    refined,
-    stretch_of,
-    sure_tracks,
-    with_components,
-    with_standing,
-    with_strengths,
-    with_tails,
-    without_echoes,
-)
+from trackweave.estimation.directions import bearing_sensor, with_components
+from trackweave.estimation.echoes import without_echoes
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.plausibility import believable
+from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
+from trackweave.estimation.standing import with_standing
+from trackweave.estimation.strengths import with_strengths
+from trackweave.estimation.tails import with_tails
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.collect import Assigned
-from trackweave.run.scans import complete_scans, missing_times
-from trackweave.run.turns import turn_ends, with_turns
+from trackweave.run.record import Assigned
+from trackweave.run.scans import complete_scans, missing_times, turn_ends, with_turns
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.scan_preparation import USUAL_MISSES
 from trackweave.trackers.window import Window

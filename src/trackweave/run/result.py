@@ -18,11 +18,11 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.formats.format import Output
 from trackweave.formats.track_rows import framed_rows, parents
+from trackweave.io.columns import datetime_column, iso_text
 from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import assignments_frame, tracks_frame, with_parents
 from trackweave.io.marking import marked
 from trackweave.io.output import OutputDirectory
-from trackweave.io.times import datetime_column, iso_text
 from trackweave.summaries import counted, summary
 
 if TYPE_CHECKING:

@@ -26,16 +26,14 @@ from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
 from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
-from trackweave.run.attempts import Attempt, attempt_of
-from trackweave.run.collect import Assigned, Rows, ScanLog
 from trackweave.run.consistency_checks import ConsistencyChecks
+from trackweave.run.course import Attempt, attempt_of
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
-from trackweave.run.facts import with_facts
 from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
-from trackweave.run.observing import settle
-from trackweave.run.record import record_of, with_file, with_seed
+from trackweave.run.observing import settle, with_facts
+from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 

@@ -15,8 +15,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.scans import MOST_MISSING, missing_times
-from trackweave.run.turns import N_SECTORS, Sectors
+from trackweave.run.scans import MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import Block, joined, keys_of, scan_of, without_copies
 
 __all__ = ["Cutter", "SensorCut"]

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.domain.frames import LocalFrame
-from trackweave.io.times import datetime_column
+from trackweave.io.columns import datetime_column
 from trackweave.randomness import generator_of
 from trackweave.simulation import Area, RandomTargets, Scenario, demo_scenario, simulate
 

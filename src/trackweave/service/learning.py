@@ -20,8 +20,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.run.doubles import doubles_of
-from trackweave.run.facts import with_facts
-from trackweave.run.observing import settle
+from trackweave.run.observing import settle, with_facts
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
 

@@ -1,4 +1,4 @@
-"""Rows of tracks as they become known live; see ``trackweave.run.collect.Rows``."""
+"""Rows of tracks as they become known live; see ``trackweave.run.record.Rows``."""
 
 from dataclasses import dataclass, field
 

@@ -11,7 +11,7 @@ from trackweave.errors import TrackweaveError
 from trackweave.io.reports import ONLY_SENSOR, reports_in
 from trackweave.io.tables import RawTable, with_our_names
 from trackweave.models.sensors import Sensor
-from trackweave.run.slant_range import laid
+from trackweave.run.polar_to_cartesian import laid
 from trackweave.service.spec import Spec
 
 __all__ = ["SortedIn", "checked_rows", "sorted_in"]

@@ -1,13 +1,11 @@
 """Solvers of the assignment problem: any of them solves any problem.
 
-Each but the default is imported when it is first used: a run takes one of them.
+Each is imported when it is first used: a run takes one of them. A new one is a module and its
+rows here; configuration, schema and commands follow.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
-
-# At once: the function has the name of its module, which would come in its place.
-from trackweave.solvers.solve import solve as solve
 
 if TYPE_CHECKING:
     from trackweave.solvers.ants import AntSystem as AntSystem
@@ -26,52 +24,50 @@ if TYPE_CHECKING:
     from trackweave.solvers.protocol import Solver as Solver
     from trackweave.solvers.protocol import Stop as Stop
     from trackweave.solvers.resumable import SearchState as SearchState
+    from trackweave.solvers.solving import solve as solve
 
-# Where each public name lives.
+# What ``[search] method`` may name, and the class behind it.
+METHODS = {
+    "auto": "Auto",
+    "greedy": "Greedy",
+    "exact": "Exact",
+    "dual": "Dual",
+    "genetic": "Genetic",
+    "list-genetic": "ListGenetic",
+    "ant-system": "AntSystem",
+    "annealing": "Annealing",
+    "islands": "Islands",
+    "tabu": "TabuSearch",
+    "m-best": "MBest",
+}
+# In which module each public name lives.
 _HOMES = {
-    "Annealing": "trackweave.solvers.local",
-    "AntSystem": "trackweave.solvers.ants",
-    "Auto": "trackweave.solvers.auto",
-    "Dual": "trackweave.solvers.dual",
-    "Exact": "trackweave.solvers.exact",
-    "Genetic": "trackweave.solvers.genetic",
-    "Greedy": "trackweave.solvers.greedy",
-    "Hint": "trackweave.solvers.protocol",
-    "Islands": "trackweave.solvers.islands",
-    "ListGenetic": "trackweave.solvers.genetic",
-    "MBest": "trackweave.solvers.m_best",
-    "Ranking": "trackweave.solvers.m_best",
-    "SearchState": "trackweave.solvers.resumable",
-    "Solver": "trackweave.solvers.protocol",
-    "Stop": "trackweave.solvers.protocol",
-    "TabuSearch": "trackweave.solvers.local",
+    "Annealing": "local",
+    "AntSystem": "ants",
+    "Auto": "auto",
+    "Dual": "dual",
+    "Exact": "exact",
+    "Genetic": "genetic",
+    "Greedy": "greedy",
+    "Hint": "protocol",
+    "Islands": "islands",
+    "ListGenetic": "genetic",
+    "MBest": "m_best",
+    "Ranking": "m_best",
+    "SearchState": "resumable",
+    "Solver": "protocol",
+    "Stop": "protocol",
+    "TabuSearch": "local",
+    "solve": "solving",
 }
 
-__all__ = [
-    "Annealing",
-    "AntSystem",
-    "Auto",
-    "Dual",
-    "Exact",
-    "Genetic",
-    "Greedy",
-    "Hint",
-    "Islands",
-    "ListGenetic",
-    "MBest",
-    "Ranking",
-    "SearchState",
-    "Solver",
-    "Stop",
-    "TabuSearch",
-    "solve",
-]
+__all__ = sorted([*_HOMES, "METHODS"])
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
 

@@ -20,7 +20,7 @@ from trackweave.solvers._kernels import (
     selection_cost,
 )
 from trackweave.solvers._pricing import bound_at, choices_at, choose, price_nodes
-from trackweave.solvers._variable_fixing import narrowed, whole, write_taken
+from trackweave.solvers._reduction import narrowed, whole, write_taken
 
 LARGE, FEW = 20_000, 25
 """In a component of more sequences an answer, which takes long, is made once in so many bounds."""

@@ -9,9 +9,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.randomness import RandomSource
 from trackweave.solvers.dual import Dual
-from trackweave.solvers.exact.branching import Branching, BranchingLimits
-from trackweave.solvers.exact.exact import begin, branch, go_on
-from trackweave.solvers.local import Annealing
+from trackweave.solvers.exact.exact import Branching, BranchingLimits, begin, branch, go_on
 from trackweave.solvers.protocol import Hint, Stop, child_of
 from trackweave.solvers.relaxation import Relaxation
 
@@ -114,6 +112,9 @@ class _Effort:
 
     def search(self, moves: int) -> int:
         """Anneal what is open until nothing better comes; return the moves left of a budget."""
+        # Prices prove most answers, and what they prove takes no search.
+        from trackweave.solvers.local.annealing import Annealing
+
         method = Annealing(evaluations=moves)
         last = self.relaxation.left_of(self.hint)
         seeds = [self.relaxation.rest.taken.copy(), *([] if last is None else [last])]

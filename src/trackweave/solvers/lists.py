@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.solvers._kernels import Component
-from trackweave.solvers._lists import layers
+from trackweave.solvers._kernels import Component, layers
 
 __all__ = ["Lists", "lists_of"]
 

@@ -11,9 +11,8 @@ from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.fields import settle
 from trackweave.randomness import RandomSource
 from trackweave.solvers._pricing import bound_at
-from trackweave.solvers.climbing import STRETCHES, climb
 from trackweave.solvers.components import Components
-from trackweave.solvers.dual import Dual
+from trackweave.solvers.dual import STRETCHES, Dual, climb
 from trackweave.solvers.murty import Partitioning
 from trackweave.solvers.partial_solutions import Enumeration, PartialSolutions, Piece, combine
 from trackweave.solvers.protocol import (

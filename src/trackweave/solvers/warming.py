@@ -8,15 +8,13 @@ import numpy as np
 from trackweave.association.problem import AssignmentProblem
 from trackweave.solvers._dual import bound_components
 from trackweave.solvers._kernels import cheapest_first
-from trackweave.solvers.climbing import Stretch, climb
 from trackweave.solvers.components import Components
-from trackweave.solvers.dual import Dual
-from trackweave.solvers.exact.branching import BranchingLimits
-from trackweave.solvers.exact.exact import branch
+from trackweave.solvers.dual import Dual, Stretch, climb
+from trackweave.solvers.exact.exact import BranchingLimits, branch
 from trackweave.solvers.greedy import Greedy
 from trackweave.solvers.islands import Islands
 from trackweave.solvers.lists import lists_of
-from trackweave.solvers.polishing import polish
+from trackweave.solvers.metaheuristic import polish
 from trackweave.solvers.protocol import Solver
 
 __all__ = ["warm_up"]

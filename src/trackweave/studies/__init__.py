@@ -11,9 +11,9 @@ from importlib import import_module
 
 import numpy as np
 
-from trackweave.config.messages import suggest
 from trackweave.config.presets import FUSION_PRESETS, PRESETS
 from trackweave.errors import InvalidInputError
+from trackweave.keys import suggest
 from trackweave.studies.judging import Verdict
 from trackweave.studies.writing import Table
 

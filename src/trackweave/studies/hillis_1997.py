@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackweave.plotting._png import png_of
+from trackweave.plotting._canvas import png_of
 from trackweave.plotting.hypotheses import Drawing, picture_of_hypotheses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Claim, Part, Study, WriteUp
@@ -19,11 +19,13 @@ from trackweave.studies.hillis_search import (
     CLOSE,
     DEFAULT,
     GRID,
+    METHODS,
+    arriving,
+    by_depth,
     on_islands,
     searching,
     stopping,
 )
-from trackweave.studies.hillis_windows import METHODS, arriving, by_depth
 from trackweave.studies.judging import mean_curve, mean_of, share_of
 from trackweave.studies.writing import Table, claims_text, frame, numbers, text_table
 

@@ -13,7 +13,7 @@ from trackweave.metrics import evaluate
 from trackweave.metrics.assignments import assignment_quality
 from trackweave.models.motion import ConstantVelocity
 from trackweave.models.sensors import Sensor
-from trackweave.run.collect import Assigned, Rows
+from trackweave.run.record import Assigned, Rows
 from trackweave.run.scans import complete_scans
 from trackweave.simulation import (
     Area,

@@ -13,7 +13,7 @@ from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.association.scan_plots import plots_of
 from trackweave.presets.wiranto_2018 import CONFIGURATION
 from trackweave.solvers import AntSystem, Auto, Exact, Greedy
-from trackweave.solvers.ants.points import most_visited
+from trackweave.solvers.ants.ant_system import most_visited
 from trackweave.solvers.protocol import Solver
 from trackweave.studies import Tick
 from trackweave.studies.wiranto_scenes import SIDE, SKIES, RadarSky, draw_sky

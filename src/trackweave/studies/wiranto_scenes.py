@@ -10,8 +10,7 @@ from trackweave.domain.scans import Scan
 from trackweave.domain.truth import TruthTable
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.sensors import Sensor
-from trackweave.run.instants import instants_of
-from trackweave.run.scans import complete_scans
+from trackweave.run.scans import complete_scans, instants_of
 from trackweave.simulation import Area, Manoeuvre, Scenario, SimulatedSensor, Target, simulate
 
 __all__ = [

@@ -18,7 +18,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import AssignmentProblem, Certificate
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.randomness import RandomSource
-from trackweave.solvers.solve import solve
+from trackweave.solvers.solving import solve
 
 __all__ = ["Division", "Divisions", "divisions_of"]
 

@@ -6,7 +6,7 @@ from typing import Annotated
 from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.keys import COUNT, DENSITY, PROBABILITY, SECONDS, Key
-from trackweave.models.hiding import hiding
+from trackweave.models.coverage import hiding
 
 __all__ = ["Lifecycle"]
 

@@ -20,7 +20,7 @@ from trackweave.fields import settle
 from trackweave.randomness import RandomSource, generator_of
 from trackweave.solvers.auto import Auto
 from trackweave.solvers.protocol import Solver, Stop, require_solver
-from trackweave.solvers.solve import solve
+from trackweave.solvers.solving import solve
 from trackweave.summaries import summary
 
 __all__ = ["FoundObjects", "ObjectFinder"]

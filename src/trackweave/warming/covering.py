@@ -14,12 +14,12 @@ import trackweave
 from trackweave import solvers
 from trackweave.association.problem import AssignmentProblem
 from trackweave.config.presets import PRESETS
-from trackweave.config.search import METHODS
 from trackweave.randomness import generator_of
 from trackweave.run import track
 from trackweave.run.fusing import fuse
 from trackweave.run.small_recordings import Recording, recording_of
 from trackweave.simulation import demo_configuration, demo_scenario, simulate
+from trackweave.solvers import METHODS
 from trackweave.solvers.warming import warm_up
 
 __all__ = ["PARTS", "Task", "tasks_of"]

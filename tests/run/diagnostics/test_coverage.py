@@ -3,7 +3,7 @@
 import numpy as np
 
 from run.diagnostics.scenes import case_of, positions
-from trackweave.run.diagnostics.coverage import out_of_view
+from trackweave.run.diagnostics.told import out_of_view
 
 
 def two_radars(reach: float):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from run.diagnostics.scenes import case_of, positions
-from trackweave.run.diagnostics.repeats import copied_sensors, single_times
+from trackweave.run.diagnostics.scans import copied_sensors, single_times
 
 
 def test_identical_times_of_all_reports_are_one_scan_and_told() -> None:

@@ -24,8 +24,7 @@ from trackweave.solvers.ants._tours import (
     nearest_tour,
     selection_of,
 )
-from trackweave.solvers.ants.ant_system import AntSearch
-from trackweave.solvers.ants.points import make_points, most_visited
+from trackweave.solvers.ants.ant_system import AntSearch, make_points, most_visited
 from trackweave.solvers.components import Components
 from trackweave.solvers.resumable import Start, View
 

@@ -20,9 +20,8 @@ from trackweave.association.problem import AssignmentProblem, Status
 from trackweave.solvers import Dual
 from trackweave.solvers._kernels import cheapest_first
 from trackweave.solvers.components import Components
-from trackweave.solvers.exact import branching
-from trackweave.solvers.exact.branching import Branching, BranchingLimits, _Decision
-from trackweave.solvers.exact.exact import branch
+from trackweave.solvers.exact import exact
+from trackweave.solvers.exact.exact import Branching, BranchingLimits, _Decision, branch
 from trackweave.solvers.exact.linear import Fraction
 
 MANY = 10_000
@@ -179,12 +178,12 @@ def test_a_stop_leaves_an_answer_and_a_bound_that_hold(patience: int) -> None:
 def test_a_program_solved_badly_proves_nothing_false(monkeypatch) -> None:
     # As if its prices were off by some thousandths: no such error may end up in a claim.
     rng = np.random.default_rng(4)
-    whole = branching.LinearProgram._certified
+    whole = exact.LinearProgram._certified
 
     def careless(self: Any, dual: np.ndarray, *args: Any) -> Fraction:
         return whole(self, dual * rng.uniform(0.99, 1.01, dual.shape[0]), *args)
 
-    monkeypatch.setattr(branching.LinearProgram, "_certified", careless)
+    monkeypatch.setattr(exact.LinearProgram, "_certified", careless)
     reasons = set()
     for problem in PROBLEMS[60:80]:
         components, optimum = answered(problem, whole=True), least_cost(problem)

@@ -18,9 +18,13 @@ from trackweave.solvers import (
     ListGenetic,
     TabuSearch,
 )
-from trackweave.solvers.islands.archipelago import Archipelago, Island
-from trackweave.solvers.islands.islands import _n_processors, _shares
-from trackweave.solvers.islands.together import run_together
+from trackweave.solvers.islands import (
+    Archipelago,
+    Island,
+    _n_processors,
+    _shares,
+    run_together,
+)
 from trackweave.solvers.resumable import Start, View, _view
 
 HARD = hard_tuples(4, 1500, 20)

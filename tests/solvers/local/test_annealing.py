@@ -10,8 +10,8 @@ from trackweave.association.problem import AssignmentProblem
 from trackweave.errors import InvalidInputError
 from trackweave.solvers import Annealing, Greedy, Hint
 from trackweave.solvers.components import Components
-from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of, list_moves
+from trackweave.solvers.local._tabu import anneal
 from trackweave.solvers.local.annealing import LEVELS, AnnealingState
 
 UNSEEDED = Annealing(

@@ -5,7 +5,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from trackweave.formats.asterix.category import Part
-from trackweave.io.times import datetime_column
+from trackweave.io.columns import datetime_column
 
 __all__ = ["DayClock", "ShortClock"]
 

@@ -5,17 +5,23 @@ from dataclasses import replace
 
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.case import Case, Check, Finding
-from trackweave.run.diagnostics.coverage import out_of_view
-from trackweave.run.diagnostics.leftover import is_random
-from trackweave.run.diagnostics.repeats import copied_sensors, single_times
 from trackweave.run.diagnostics.scans import (
+    copied_sensors,
     lone_reports,
     reporting_objects,
+    single_times,
     sparse_scans,
     unseen_turns,
 )
 from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
-from trackweave.run.diagnostics.told import clutter, detection, motion, noise
+from trackweave.run.diagnostics.told import (
+    clutter,
+    detection,
+    is_random,
+    motion,
+    noise,
+    out_of_view,
+)
 from trackweave.run.diagnostics.units import azimuths_in_radians
 
 __all__ = ["CHECKS", "diagnose"]

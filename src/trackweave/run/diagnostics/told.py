@@ -1,18 +1,168 @@
 """What a configuration tells, against what tracks show."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.measurements import MeasurementKind
+from trackweave.estimation.coverage import covered
 from trackweave.models.motion import ConstantVelocity
-from trackweave.run.diagnostics.case import Case, Finding
-from trackweave.run.diagnostics.chances import chances_of
+from trackweave.run.diagnostics.case import Case, Finding, Path
 from trackweave.run.diagnostics.scatter import Scatter, scatter_of, without_motion
 from trackweave.run.observing import filled
 
-__all__ = ["clutter", "detection", "expected_false", "motion", "noise", "scans_of"]
+__all__ = [
+    "Chances",
+    "chances_of",
+    "clutter",
+    "detection",
+    "expected_false",
+    "is_random",
+    "motion",
+    "noise",
+    "out_of_view",
+    "scans_of",
+]
+
+MOST_PATHS, MOST_LOOKS = 120, 200
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chances:
+    """A sensor's looks while tracks were there, between their first and last reports."""
+
+    place: FloatArray  # Where the track was [m], shape (chances, 2)
+    is_hit: NDArray[np.bool_]  # Whether the sensor reported it, shape (chances,)
+
+
+def chances_of(case: Case, index: int) -> Chances:
+    """Return the chances that a sensor had to see the tracks; none if nobody knows its looks."""
+    places, hits, times = [np.empty((0, 2))], [np.empty(0, dtype=bool)], [np.empty(0)]
+    for path in case.paths[:MOST_PATHS]:
+        looks, near = _looks(case, index, path)
+        if looks.size == 0:
+            continue
+        own = path.rows[case.reports.sensor[path.rows] == index]
+        time = case.reports.time[own]
+        at = np.searchsorted(time, looks - near)
+        hits.append((at < time.size) & (time[np.minimum(at, time.size - 1)] <= looks + near)
+                    if time.size else np.zeros(looks.size, dtype=bool))  # fmt: skip
+        places.append(path.at(looks))
+        times.append(looks)
+    place, is_hit = np.concatenate(places), np.concatenate(hits)
+    known = ~np.isnan(place[:, 0])
+    view = case.sensors[index].field_of_view
+    if view is not None:
+        known &= covered(place, _platform(case, index, np.concatenate(times)), view.coverage())
+    return Chances(place[known], is_hit[known])
+
+
+def _platform(case: Case, index: int, time: FloatArray) -> FloatArray:
+    """Return where a sensor was at some times [m]."""
+    rows = case.rows[index]
+    where = [np.interp(time, case.reports.time[rows], axis) for axis in case.platform[rows].T]
+    return np.stack(where, axis=1)
+
+
+def _looks(case: Case, index: int, path: Path) -> tuple[FloatArray, float]:
+    """Return when a sensor looked at a track's place, and how far off a report's time may be."""
+    sensor, time = case.sensors[index], case.reports.time[path.rows]
+    first, last = float(time[0]), float(time[-1])
+    period = sensor.scan_period
+    if sensor.rotation is not None and period:
+        # Once in a turn, whenever its report comes.
+        return np.arange(first + 1.5 * period, last - 1.5 * period, period), 0.5 * period
+    if period is None or sensor.name not in case.looks:
+        return np.empty(0), 0.0
+    looks = case.looks[sensor.name]
+    # The first and the last report are why the track is there, and say nothing.
+    looks = looks[np.searchsorted(looks, first, "right") : np.searchsorted(looks, last)]
+    # A numbered scan ends after its reports.
+    near = 0.5 * period if case.reports.scan is not None else 1e-9 * max(abs(last), 1.0)
+    return looks[:: -(-max(looks.size, 1) // MOST_LOOKS)], near
+
+
+FEWEST_OUTSIDE, OUTSIDE_SHARE, MOST_LOOKED_AT = 10, 0.1, 600
+
+
+def out_of_view(case: Case) -> Iterator[Finding]:
+    """Yield sensors whose reports come from outside their own field of view."""
+    for index in case.examined:
+        sensor, rows = case.sensors[index], case.rows[index]
+        rows = rows[~np.isnan(case.position[rows, 0])]
+        view = sensor.field_of_view
+        if view is None or rows.size == 0:
+            continue
+        some = rows[:: -(-rows.size // MOST_LOOKED_AT)]
+        outside = ~covered(case.position[some], case.platform[some], view.coverage())
+        count = int(outside.sum())
+        if count < max(FEWEST_OUTSIDE, OUTSIDE_SHARE * some.size):
+            continue
+        away = np.linalg.norm((case.position - case.platform)[some], axis=1)
+        reach = "" if not np.isfinite(view.max_range) else f" of {view.max_range:g} m"
+        yield Finding(
+            "field of view",
+            sensor.name,
+            f"sensor {sensor.name}: {count / some.size:.0%} of its {rows.size} reports lie "
+            f"outside its own field_of_view{reach}; they come from {np.min(away):.3g} m to "
+            f"{np.max(away):.3g} m: correct the field_of_view, or its position",
+            weight=90.0 * count / some.size,
+            told=float(view.max_range),
+            seen=float(np.max(away)),
+        )
+
+
+# Where fewer than one report in so many is in a track, there is none to judge by.
+HARDLY_ANY = 10
+MOST_REPORTS = 1500
+# Two are near one another where noise puts two reports of what is as fast as most tracks.
+REACH_SIGMAS = 4.0
+# So many standard deviations more pairs than by chance, and this share of the reports in them,
+# are objects.
+DEVIATIONS, LEFT_SHARE = 4.0, 0.1
+
+
+def is_random(case: Case) -> bool:
+    """Tell whether reports in no track follow on one another no more often than by chance."""
+    left = case.track < 0
+    if (len(case.reports) - np.count_nonzero(left)) * HARDLY_ANY < len(case.reports):
+        return False
+    speeds = [float(np.median(path.speed)) for path in case.paths]
+    fast = float(np.quantile(speeds, 0.75)) if speeds else 0.0
+    return not any(
+        _follow_on(case, index, left[rows], fast)
+        for index, rows in enumerate(case.rows)
+        if index in case.examined and case.tells_place(index)
+    )
+
+
+def _follow_on(case: Case, index: int, left: NDArray[np.bool_], speed: float) -> bool:
+    """Tell whether a sensor's reports in no track follow on one another as objects' do."""
+    own = case.rows[index][left]
+    own = own[np.argsort(case.reports.time[own], kind="stable")][:MOST_REPORTS]
+    time, place = case.reports.time[own], case.position[own]
+    moments = np.unique(case.reports.time[case.rows[index]])
+    if own.size < HARDLY_ANY or moments.size < HARDLY_ANY:
+        return False
+    period = case.sensors[index].scan_period or float(np.median(np.diff(moments)))
+    wait = time[None, :] - time[:, None]
+    reach = REACH_SIGMAS * case.plane_sigma(index) + speed * period
+    is_next = (wait > 0.5 * period) & (wait < 1.5 * period)
+    low, high = place.min(axis=0), place.max(axis=0)
+    counts = []
+    for mirrored in ((), (0,), (1,), (0, 1)):
+        other = place.copy()
+        for axis in mirrored:
+            other[:, axis] = low[axis] + high[axis] - other[:, axis]
+        apart = np.linalg.norm(place[:, None] - other[None, :], axis=2)
+        counts.append(int(np.count_nonzero(is_next & (apart < reach))))
+    chance = float(np.mean(counts[1:]))
+    more = counts[0] - chance
+    return bool(more > max(DEVIATIONS * np.sqrt(chance + 1.0), LEFT_SHARE * own.size))
+
 
 FEWEST_TRIPLES, FEWEST_CHANCES, FEWEST_ROWS = 30, 50, 30
 # Steps over which noise is told from motion.

@@ -1,14 +1,14 @@
-"""Units that the numbers alone give away."""
+"""Units and senses of directions that the numbers and the other sensors give away."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.run.diagnostics.case import Case, Finding
-from trackweave.run.diagnostics.senses import NARROW
 
-__all__ = ["azimuths_in_radians"]
+__all__ = ["NARROW", "azimuths_in_radians", "sense_of", "senses_of"]
 
 # So many directions that fill all that radians can be, and nothing else, are radians.
 FEWEST, FILLED = 60, 0.97
@@ -38,3 +38,80 @@ def azimuths_in_radians(case: Case) -> Iterator[Finding]:
                 weight=WEIGHT,
                 seen=float(high),
             )
+
+
+# So many directions are compared, with so many positions nearest in time.
+MOST_COMPARED, MOST_BESIDE, FEWEST_COMPARED = 300, 40, 20
+LONGEST_APART_S = 5.0
+CLOSE_SIGMAS, LEAST_SIGMA, LARGEST_SIGMA = 3.0, np.radians(0.5), np.radians(3.0)
+# A sense is wrong where another explains so many directions, and so many times more.
+FITTING_SHARE, FITTING_TIMES = 0.3, 2.5
+# Radians taken for degrees all point about north.
+NARROW = np.radians(2 * np.pi + 0.01)
+OTHER_SENSES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    "counter-clockwise from north": lambda angle: -angle,
+    "counter-clockwise from east": lambda angle: np.pi / 2 - angle,
+    "clockwise from south": lambda angle: angle + np.pi,
+    "radians": lambda angle: np.degrees(_about_north(angle)),
+}
+
+
+def _about_north(angle: FloatArray) -> FloatArray:
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def senses_of(angle: FloatArray) -> dict[str, FloatArray]:
+    """Return directions [rad] clockwise from north, by the sense in which they may be meant."""
+    is_narrow = float(np.abs(_about_north(angle)).max(initial=0.0)) < NARROW
+    return {
+        name: turned(angle)
+        for name, turned in OTHER_SENSES.items()
+        if name != "radians" or is_narrow
+    }
+
+
+def sense_of(case: Case, index: int) -> tuple[str, float, float] | None:
+    """Return the sense in which a sensor's directions fit the others' positions."""
+    # With it come the share of directions that fit so, and as they are. It is None where they fit
+    # as they are or nothing tells.
+    beside = np.flatnonzero((case.reports.sensor != index) & ~np.isnan(case.position[:, 0]))
+    rows = case.rows[index]
+    rows = rows[:: max(1, rows.size // MOST_COMPARED)]
+    if beside.size == 0 or rows.size < FEWEST_COMPARED:
+        return None
+    at = 1 if case.reports.kind_of(index).has_range else 0
+    sigma = float(case.sensors[index].sigmas(case.reports.dim)[at])
+    sigma = float(np.clip(sigma, LEAST_SIGMA, LARGEST_SIGMA))
+    angle = case.reports.measurement[rows, at]
+    senses = senses_of(angle)
+    right, shares = _shares(
+        (np.stack([angle, *senses.values()]), case.reports.time[rows], case.platform[rows]),
+        (case.position[beside], case.reports.time[beside]),
+        CLOSE_SIGMAS * sigma,
+    )
+    best = int(np.argmax(shares))
+    if shares[best] <= max(FITTING_SHARE, FITTING_TIMES * right):
+        return None
+    return list(senses)[best], float(shares[best]), right
+
+
+def _shares(
+    seen: tuple[FloatArray, FloatArray, FloatArray],
+    known: tuple[FloatArray, FloatArray],
+    close: float,
+) -> tuple[float, FloatArray]:
+    """Return the share of directions that point to a position, as they are and in each sense."""
+    angles, times, platforms = seen
+    first = np.clip(
+        np.searchsorted(known[1], times) - MOST_BESIDE // 2,
+        0, max(known[1].size - MOST_BESIDE, 0),
+    )  # fmt: skip
+    near = np.minimum(first[:, None] + np.arange(MOST_BESIDE), known[1].size - 1)
+    when = np.abs(known[1][near] - times[:, None]) <= LONGEST_APART_S
+    offset = known[0][near] - platforms[:, None, :]
+    towards = np.arctan2(offset[..., 0], offset[..., 1])
+    apart = np.abs(_about_north(towards - angles[..., None]))
+    hit = np.any((apart <= close) & when, axis=2)
+    count = int(np.count_nonzero(when.any(axis=1)))
+    share = hit.sum(axis=1) / max(count, 1) if count >= FEWEST_COMPARED else np.zeros(len(hit))
+    return float(share[0]), np.asarray(share[1:])

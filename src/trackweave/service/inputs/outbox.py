@@ -15,9 +15,9 @@ import polars as pl
 
 from trackweave.domain.facts import Facts
 from trackweave.errors import DataFormatError
+from trackweave.io.columns import read_times
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.io.tables import RawTable, with_our_names
-from trackweave.io.times import read_times
 from trackweave.service.records import packed_reports
 
 __all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]

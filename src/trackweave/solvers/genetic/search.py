@@ -10,7 +10,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.solvers._kernels import Component
 from trackweave.solvers.lists import Lists, lists_of
-from trackweave.solvers.polishing import polish
+from trackweave.solvers.metaheuristic import polish
 from trackweave.solvers.resumable import Start
 
 __all__ = ["Coding", "Evolution", "Offspring", "items_of"]

@@ -8,11 +8,10 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.fields import settle
 from trackweave.solvers._kernels import Component
-from trackweave.solvers.local._annealing import anneal
 from trackweave.solvers.local._moves import begin_holding, cost_of
+from trackweave.solvers.local._tabu import anneal
 from trackweave.solvers.local.starts import CHUNK, SearchStart, search_start
-from trackweave.solvers.metaheuristic import Metaheuristic
-from trackweave.solvers.polishing import polish
+from trackweave.solvers.metaheuristic import Metaheuristic, polish
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 

@@ -11,8 +11,7 @@ from trackweave.solvers._kernels import Component
 from trackweave.solvers.local._moves import cost_of
 from trackweave.solvers.local._tabu import seek
 from trackweave.solvers.local.starts import CHUNK, SearchStart, search_start
-from trackweave.solvers.metaheuristic import Metaheuristic
-from trackweave.solvers.polishing import polish
+from trackweave.solvers.metaheuristic import Metaheuristic, polish
 from trackweave.solvers.protocol import refuse_parameters
 from trackweave.solvers.resumable import Start, View
 

@@ -1,20 +1,151 @@
 """The island model: searches side by side, on threads, that exchange answers."""
 
 import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from functools import partial
+from threading import Event
+from typing import Any, TypeVar
 
 import numpy as np
 
+from trackweave.arrays import IntArray
 from trackweave.fields import settle
-from trackweave.solvers.islands.archipelago import Archipelago, Island
-from trackweave.solvers.islands.together import run_together
 from trackweave.solvers.local import Annealing, TabuSearch
 from trackweave.solvers.metaheuristic import Metaheuristic
 from trackweave.solvers.protocol import Stop, refuse_parameters
 from trackweave.solvers.resumable import Resumable, Start, View
 
-__all__ = ["Islands"]
+__all__ = ["Archipelago", "Island", "Islands", "run_together"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Island:
+    """A method and where its search stands; ``place`` is its start before it has begun."""
+
+    method: Metaheuristic
+    place: Any
+
+    @property
+    def evaluations(self) -> int:
+        """How many answers were tried."""
+        return 0 if isinstance(self.place, Start) else int(self.place.evaluations)
+
+    @property
+    def best(self) -> float:
+        """The least cost so far."""
+        return float(self.place.cost if isinstance(self.place, Start) else self.place.best)
+
+    def is_through(self, view: View, chunks: int) -> bool:
+        """Tell whether so many chunks of evaluations lie behind."""
+        return self.method.is_through(view, self.place, chunks)
+
+    def advance(self, view: View, chunks: int, evaluations: float, stop: Stop) -> "Island":
+        """Return the island after so many chunks; see ``Metaheuristic.go_through``."""
+        place = self.method.go_through(
+            view, self.place, chunks, evaluations=evaluations, stop=stop
+        )
+        return replace(self, place=place)
+
+    def admit(self, view: View, other: "Island") -> "Island":
+        """Return the island with another's best answer taken in."""
+        place = self.method.admit(view, self.place, other.place.selection, other.best)
+        return replace(self, place=place)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Archipelago:
+    """Where the search of a component stands; it is replaced, never changed.
+
+    So many epochs as ``idle`` counts, in a row, found nothing better; ``known`` is the least cost
+    before the present one. Islands are ``at_rest`` when an epoch is complete.
+    """
+
+    islands: tuple[Island, ...]
+    epoch: int
+    idle: int
+    known: float
+    at_rest: bool
+
+    @property
+    def evaluations(self) -> int:
+        """How many answers were tried."""
+        return sum(island.evaluations for island in self.islands)
+
+    @property
+    def best(self) -> float:
+        """The least cost so far."""
+        return self._first.best
+
+    @property
+    def selection(self) -> IntArray:
+        """What costs that."""
+        found: IntArray = self._first.place.selection
+        return found
+
+    @property
+    def _first(self) -> Island:
+        return min(self.islands, key=lambda island: island.best)
+
+    def migrated(self, view: View, neighbours: int) -> "Archipelago":
+        """Return the islands at the next epoch, each's best sent to so many after it on a ring."""
+        # What was their best before any of them took something in.
+        count, best = len(self.islands), self.best
+        islands = []
+        for number, island in enumerate(self.islands):
+            for back in range(1, neighbours + 1):
+                island = island.admit(view, self.islands[(number - back) % count])
+            islands.append(island)
+        gained = best < self.known - 1e-9 * abs(self.known)
+        return Archipelago(
+            islands=tuple(islands),
+            epoch=self.epoch + 1,
+            idle=0 if gained else self.idle + 1,
+            known=best,
+            at_rest=True,
+        )
+
+
+LOOK = 0.002
+"""Time between two looks at the clock while others work [s]."""
+
+Result = TypeVar("Result")
+
+
+def run_together(
+    tasks: Sequence[Callable[[Stop], Result]], n_threads: int, stop: Stop | None
+) -> tuple[list[Result], bool]:
+    """Run tasks on so many threads; return what they return, and if a stop was asked for."""
+    # Each task takes a stop of its own. The given one is asked in the caller's thread alone, and
+    # never again when it has said to stop.
+    halt = Event()
+    if n_threads == 1:
+
+        def asked() -> bool:
+            if stop is not None and not halt.is_set() and stop():
+                halt.set()
+            return halt.is_set()
+
+        return [task(asked) for task in tasks], halt.is_set()
+    with ThreadPoolExecutor(n_threads) as pool:
+        try:
+            running = [pool.submit(task, halt.is_set) for task in tasks]
+            look = None if stop is None else LOOK
+            while wait(running, look, FIRST_EXCEPTION).not_done and not halt.is_set():
+                # With nothing to ask, only a failure wakes before all are done.
+                if stop is None or stop() or _has_failed(running):
+                    halt.set()
+        except BaseException:
+            # Not to wait for the end of all tasks when the stop fails, or the user breaks off.
+            halt.set()
+            raise
+    return [task.result() for task in running], halt.is_set()
+
+
+def _has_failed(running: Sequence[Future[Result]]) -> bool:
+    """Tell whether a task ended by an error."""
+    return any(task.done() and task.exception() is not None for task in running)
 
 
 @dataclass(frozen=True, slots=True)
