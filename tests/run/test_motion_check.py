@@ -111,12 +111,3 @@ def test_a_model_that_is_told_stays() -> None:
     motion = track(few_turning(1), told).run["configuration"]["motion"]
     assert motion["model"] == "constant-velocity"
     assert "imm" not in motion
-
-
-def test_what_was_learned_and_then_told_gives_way_too() -> None:
-    free = track(few_turning(2))
-    quiet = free.run["configuration"]["motion"]["imm"]["quiet"]["process_noise"]
-    told = track(few_turning(2), {"motion": {"process_noise": quiet}})
-    assert told.assignments.equals(free.assignments)
-    assert "objects that change between it and" in told.run["notes"][0]
-    assert told.run["told"][0]["used"] > 10.0

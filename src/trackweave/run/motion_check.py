@@ -62,14 +62,13 @@ class MotionDoubts:
         self._doubted = self._tried = 0.0
         self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
         self._is_told = self._is_on_trial = self._is_used = False
-        self._has_ways = self._has_ways_left = False  # To move, of which breaks speak
 
     def applied(self, configuration: Configuration) -> Configuration:
         """Return what the next attempt takes: with another process noise than is doubted."""
         if not (self._is_on_trial or self._is_used):
             return configuration
         motion = dict(configuration.table("motion"))
-        if not self._has_ways:
+        if self._is_told:
             del motion["process_noise"]
         else:
             noises = (self._doubted, digits(self._broken.process, 3))
@@ -84,7 +83,7 @@ class MotionDoubts:
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        if not (self._is_used and self._has_ways):
+        if not self._is_used or self._is_told:
             return settings
         own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
         return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
@@ -94,12 +93,8 @@ class MotionDoubts:
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
         process = _process(settings)
-        enough = max(TIMES * self._doubted, LEAST)
-        if self._is_on_trial and process < enough:
-            # What is learned is as little as what was told; the breaks may speak of more.
-            self._has_ways = self._has_ways_left and self._broken.process >= enough
-            self._has_ways_left = False
-            return self._has_ways or self._settle(is_used=False)
+        if self._is_on_trial and process < max(TIMES * self._doubted, LEAST):
+            return self._settle(is_used=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
             return False
@@ -120,11 +115,10 @@ class MotionDoubts:
         ):
             return False
         self._is_told = settings.sources.get(KEY) == "file"
-        self._has_ways_left = settings.sources.get(MODEL) == "default"
         is_too_little = found.process >= max(TIMES * process, LEAST)
         if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
             return False
-        self._doubted, self._is_on_trial, self._has_ways = process, True, not self._is_told
+        self._doubted, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
         return True
 
@@ -137,16 +131,13 @@ class MotionDoubts:
         """Return a sentence where another process noise is used than was told."""
         if not (self._is_used and self._is_told):
             return []
-        used = f"the {self._tried:g} of which reports speak: that is used"
-        if self._has_ways:
-            used = f"objects that change between it and {self._tried:g}: so it is"
         return [
             Finding(
                 "process_noise",
                 None,
                 f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken.number} of "
                 f"{self._tracks} tracks break off where another begins, and {self._left} with "
-                f"{used}; correct it, or "
+                f"the {self._tried:g} of which reports speak: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
                 weight=WEIGHT + abs(float(np.log(self._tried / max(self._doubted, LEAST)))),
                 told=self._doubted,
@@ -174,7 +165,8 @@ def _process(settings: Settings) -> float:
 def _is_open(case: Case) -> bool:
     """Tell whether the process noise was learned, or told by a file and may give way."""
     settings = case.settings
-    if not isinstance(settings.motion, ConstantVelocity):
+    if not isinstance(settings.motion, ConstantVelocity) or settings.divide:
+        # Where objects divide, tracks end where others begin.
         return False
     if settings.sources.get(KEY) == "estimated":
         return settings.sources.get(MODEL) == "default"
@@ -207,14 +199,16 @@ def _breaks(case: Case) -> _Breaks:
     moved = [np.linalg.norm(way + step * reach[..., None], axis=2) <= reach for step in moves]
     chance = float(np.mean([(fits & near).any(axis=1).sum() for near in moved]))
     # A deviation d along two axes after a time T is that of a process noise of 3 d²/(2 T³).
-    late = np.maximum(late, pause[:, None])
+    steps = np.concatenate([np.diff(time[own]) for own in groups])
+    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
+    late = np.maximum(late, usual)
     last = np.array([own[-2] for own in groups])
     velocity = (place[ends] - place[last]) / np.maximum(time[ends] - time[last], LEAST)[:, None]
     beside = np.linalg.norm(way - velocity[:, None] * late[..., None], axis=2) / DEVIATIONS
     process = np.where(is_near, 1.5 * beside**2 / late**3, np.inf).min(axis=1)
     broken = is_near.any(axis=1)
     spoken = float(np.median(process[broken])) if broken.any() else 0.0
-    return _Breaks(int(broken.sum()), chance, spoken, float(np.median(pause)))
+    return _Breaks(int(broken.sum()), chance, spoken, usual)
 
 
 def _speed(time: FloatArray, place: FloatArray) -> float:
