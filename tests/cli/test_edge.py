@@ -20,7 +20,8 @@ COMMANDS = ("convert", "demo", "formats", "track", "simulate", "evaluate", "solv
 LIGHT = {
     "trackweave", "trackweave.cli", "trackweave.cli.app", "trackweave.cli.converting",
     "trackweave.cli.edge", "trackweave.cli.fusing", "trackweave.cli.letting_in",
-    "trackweave.cli.options", "trackweave.cli.serving", "trackweave.cli.studying", "trackweave.cli.signals",
+    "trackweave.cli.options", "trackweave.cli.serving", "trackweave.cli.signals",
+    "trackweave.cli.studying",
 }  # fmt: skip
 HEAVY = {
     "highspy", "matplotlib", "narwhals", "numba", "numpy", "pandas", "polars", "pyarrow",
