@@ -112,3 +112,10 @@ def test_what_is_told_otherwise_takes_what_belongs_to_it_along() -> None:
     assert both.table("sensors", "north")["detection_probability"] == 0.8
     assert "sensors.north.sigma" in both.learned
     assert "motion.model" not in both.learned
+
+
+def test_too_little_to_learn_from_is_refused(tmp_path: Path, run: Run) -> None:
+    done = run("init", recording(tmp_path / "r.csv", 1, scans=2), "--learn", tmp_path / "l.toml")
+    assert done.exit_code == 2
+    assert "are in tracks; expected at least 40 to learn from" in " ".join(done.stderr.split())
+    assert not (tmp_path / "l.toml").exists()

@@ -27,6 +27,12 @@ def test_values_of_a_list_or_a_range(given: Any, wanted: tuple[Any, ...]) -> Non
     assert values == wanted or values == pytest.approx(wanted)
 
 
+def test_a_range_of_whole_numbers_is_of_whole_numbers() -> None:
+    (values,) = sweeps_of({"depth": {"from": 2, "to": 4, "count": 3}}, {}, "sweep").keys.values()
+    assert values == (2, 3, 4)
+    assert [type(value) for value in values] == [int] * 3
+
+
 def test_points_are_the_product_with_the_last_key_the_fastest() -> None:
     sweep = sweeps_of({"a": [1, 2], "b": {"c": [3, 4, 5]}}, {}, "sweep")
     found = [nested(point) for point in sweep.points()]

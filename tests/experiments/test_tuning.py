@@ -55,6 +55,14 @@ def test_finds_the_best_with_fewer_runs_than_all(runs: list, objective: str) -> 
     assert len(set(runs)) <= len(runs)
 
 
+def test_says_so_where_no_candidate_is_better_than_none(runs: list) -> None:
+    worse = {"window": {"depth": [15, 16, 17]}}
+    found = tuned(runs, changed("configurations.window.sweep", worse), objective="gospa")
+    assert "window" not in found.best
+    assert found.trials["candidate"][0] == 0
+    assert "No candidate is better than candidate 0; the last that was left is 1." in found.report
+
+
 def test_every_round_has_the_best_of_the_one_before_on_the_same_draws(runs: list) -> None:
     found = tuned(runs, changed("study.seeds", 9, SWEPT), keep=2, first=2)
     ran = dict(zip(found.trials["window.depth"], found.trials["runs"], strict=True))

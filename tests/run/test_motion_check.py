@@ -111,3 +111,9 @@ def test_a_model_that_is_told_stays() -> None:
     motion = track(few_turning(1), told).run["configuration"]["motion"]
     assert motion["model"] == "constant-velocity"
     assert "imm" not in motion
+
+
+def test_no_process_noise_at_all_may_be_told() -> None:
+    far = reports(turning=True).with_columns(pl.col("x") * 40.0, pl.col("y") * 40.0)
+    run = track(far, told(0.0, trust=True)).run
+    assert process_in(run) == 0.0

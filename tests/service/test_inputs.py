@@ -115,6 +115,16 @@ def test_standard_input_is_read_to_its_end(name: str) -> None:
     assert all(table["sensor"].null_count() == 0 for table in found.tables)
 
 
+def test_standard_input_hands_on_what_came_while_nothing_more_comes() -> None:
+    with listening("stdin:?format=csv&sensor=pier") as found:
+        assert found.process.stdin is not None
+        for lap in range(1, 3):
+            found.process.stdin.write(b"time,x,y\n1,2,3\n2,3,4\n" if lap == 1 else b"3,4,5\n")
+            found.process.stdin.flush()
+            found.read(enough(lap + 1))
+    assert found.reports() == 3
+
+
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_a_connection_may_split_anywhere_and_come_again(name: str) -> None:
     (data, count), port = SAMPLES[name], free_port()

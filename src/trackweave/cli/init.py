@@ -12,6 +12,7 @@ from trackweave.config.learned import learned_keys
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError, OutputError
+from trackweave.estimation.refine import LEAST_CHAINS_REPORTS
 from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
@@ -69,6 +70,12 @@ def run_learn(
     table = _read(reports, told, on_bad_row)
     with voice.progress("tracking") as progress:
         result = track(table, progress=progress)
+    assigned = result.run["totals"]["assigned_reports"]
+    if assigned < LEAST_CHAINS_REPORTS:
+        raise InvalidInputError(
+            f"{reports[0]}: {assigned} of {len(table)} reports are in tracks; expected at least "
+            f"{LEAST_CHAINS_REPORTS} to learn from"
+        )
     settings = result.values.settings
     values = learned_keys(settings.values, settings.sources)
     if table.frame is not None:

@@ -5,6 +5,7 @@ from time import perf_counter
 from typing import Any
 
 from trackweave.cli.edge import Voice, shown
+from trackweave.errors import InvalidInputError
 from trackweave.experiments import study, tune
 
 __all__ = ["run_study_file", "run_tuning"]
@@ -34,6 +35,9 @@ def run_study_file(
         ],
     )
     voice.say(f"{len(found.runs):,} runs, {failed:,} of them failed: {out / 'report.md'}")
+    if failed == len(found.runs):
+        why = found.runs["error"][0]
+        raise InvalidInputError(f"{source}: every run failed, the first with: {why}")
     return {
         "runs": len(found.runs),
         "failed": failed,

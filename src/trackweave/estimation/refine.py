@@ -18,6 +18,7 @@ from trackweave.models.coverage import FieldOfView
 
 __all__ = [
     "DETECTION_RANGE",
+    "LEAST_CHAINS_REPORTS",
     "Followed",
     "Track",
     "platform_of",
@@ -35,6 +36,7 @@ SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
 SEEN = 0.6
 LEAST_CHAINS_REPORTS = 40
+"""Fewer reports in tracks tell nothing of noise."""
 MOST_CHAINS = 80
 LONGEST_CHAIN = 60
 # What is believed beforehand of the chance of detection, as if seen so often.

@@ -123,7 +123,7 @@ def _told(value: Any) -> str:
     return json.dumps(value, sort_keys=True, default=str)
 
 
-def _range(given: Mapping[str, Any], name: str) -> tuple[float, ...]:
+def _range(given: Mapping[str, Any], name: str) -> tuple[int | float, ...]:
     said = show_value(given)
     ends = [given.get("from"), given.get("to")]
     step, count, scale = given.get("step"), given.get("count"), given.get("scale", "linear")
@@ -144,7 +144,10 @@ def _range(given: Mapping[str, Any], name: str) -> tuple[float, ...]:
             )
         return tuple(float(each) for each in np.geomspace(low, high, int(count or 0)))
     if step is None:
-        return tuple(float(each) for each in np.linspace(low, high, int(count or 0)))
+        even = np.linspace(low, high, int(count or 0))
+        # Whole numbers stay so, for keys that are.
+        is_whole = all(type(end) is int for end in ends) and bool(np.all(even == np.rint(even)))
+        return tuple(even.astype(np.int64).tolist() if is_whole else even.tolist())
     if not 0 < step <= high - low or (high - low) / step >= MOST_VALUES:
         raise InvalidInputError(
             f"{name}: {said}; expected a step above 0, from one to {MOST_VALUES:,} times"

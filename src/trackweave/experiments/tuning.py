@@ -225,8 +225,11 @@ def _means(search: _Search, log: Log, candidate: int, used: int) -> tuple[float,
     return (-math.inf if math.isnan(mean) else sign * mean), mean
 
 
-def _result(search: _Search, log: Log, best: int, used: Sequence[int]) -> TuningResult:
+def _result(search: _Search, log: Log, last: int, used: Sequence[int]) -> TuningResult:
     """Return what the search found; ``used`` is how many draws each candidate had."""
+    # The last that is left has to be better than what nothing was changed of, on the same draws.
+    shared = used[last]
+    best = max(0, last, key=lambda one: (_means(search, log, one, shared)[0], one))
     study, objective = search.study, search.study.tuning.objective
     name = search.draws[0].configuration
     if math.isnan(_means(search, log, best, used[best])[1]):
@@ -244,14 +247,17 @@ def _result(search: _Search, log: Log, best: int, used: Sequence[int]) -> Tuning
     trials = pl.DataFrame(rows, schema=head, orient="row", strict=False)
     order = [pl.col("candidate") != best, -pl.col("runs"), -pl.col("score"), "candidate"]
     trials = trials.sort(order).drop("score")
-    shared = used[best]
-    gain = mean_of(_values(search, log, best, shared) - _values(search, log, 0, shared))
+    gain = mean_of(_values(search, log, last, shared) - _values(search, log, 0, shared))
+    found = f"The best is candidate {best}."
+    if best == 0:
+        found = f"No candidate is better than candidate 0; the last that was left is {last}."
     report = "\n\n".join([
         "# Search",
         f"{len(search.points) - 1} candidates of {name}, by {objective}, of which "
         f"{'more' if objective in MORE_IS_BETTER else 'less'} is better. Candidate 0 is the "
         "configuration without its sweep.",
-        f"The best is candidate {best}. From candidate 0, on the same {shared} draws: {gain}. "
+        f"{found} From candidate 0 to it, on the same {shared} draws: {gain}. "
+        "Those of fewer runs were behind on these; their means do not compare with others'. "
         "The best of many looks better than it is: judge it on draws that the search has not had, "
         "by `trackweave study` with another `first_seed` or recording.",
         text_table(trials.columns, trials.rows()),

@@ -98,7 +98,8 @@ def _ratios(case: Case, guessed: Mapping[str, Any]) -> Iterator[tuple[str, tuple
     """Yield each key that was told, with its value and the one that reports tell."""
     used = case.settings.values
     for key in OF_MOTION:
-        if case.is_told(f"motion.{key}") and guessed["motion"].get(key):
+        is_told = case.is_told(f"motion.{key}") and used["motion"].get(key)
+        if is_told and guessed["motion"].get(key):
             yield f"motion.{key}", (float(used["motion"][key]), float(guessed["motion"][key]))
     for sensor in case.sensors:
         own, other = used["sensors"][sensor.name], guessed["sensors"][sensor.name]

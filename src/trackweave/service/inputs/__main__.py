@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import signal
 import sys
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from collections.abc import Callable
 from trackweave.errors import TrackweaveError
 from trackweave.formats.format import Decoder
 from trackweave.formats.reading import chosen
-from trackweave.service.inputs.outbox import Outbox
+from trackweave.service.inputs.outbox import SOON, Outbox
 from trackweave.service.inputs.recordings import replay
 from trackweave.service.inputs.sockets import CHUNK, Feed, listen_tcp, listen_udp, visit_tcp
 from trackweave.service.inputs.source import Source, source_of
@@ -52,7 +53,13 @@ def _serve(source: Source, outbox: Outbox) -> None:
 
 def _read_all(make: Callable[[], Decoder], outbox: Outbox) -> None:
     feed = Feed(make, outbox)
-    while data := os.read(0, CHUNK):
+    while True:
+        if not select.select([0], [], [], SOON)[0]:
+            outbox.flush()
+            continue
+        data = os.read(0, CHUNK)
+        if not data:
+            break
         feed.take(data)
     feed.end()
 
