@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from trackweave import track
+from trackweave.simulation import demo_scenario, simulate
 
 SIGMA, SCANS, N_OBJECTS = 3.0, 60, 8
 TURN_EVERY, TURN = 12, np.radians(50.0)
@@ -113,7 +114,13 @@ def test_a_model_that_is_told_stays() -> None:
     assert "imm" not in motion
 
 
-def test_no_process_noise_at_all_may_be_told() -> None:
-    far = reports(turning=True).with_columns(pl.col("x") * 40.0, pl.col("y") * 40.0)
-    run = track(far, told(0.0, trust=True)).run
+@pytest.mark.parametrize("far", [1.0, 40.0])
+def test_no_process_noise_at_all_may_be_told(far: float) -> None:
+    moved = reports(turning=True).with_columns(pl.col("x") * far, pl.col("y") * far)
+    run = track(moved, told(0.0, trust=True)).run
     assert process_in(run) == 0.0
+
+
+def test_no_process_noise_at_all_may_be_told_of_what_turns() -> None:
+    told = {"motion": {"process_noise": 0.0, "trust": True}}
+    assert process_in(track(simulate(demo_scenario(), rng=1).reports, told).run) == 0.0

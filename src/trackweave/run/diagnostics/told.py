@@ -172,7 +172,7 @@ SHORT, LONG = 1, 3
 NOISE_LARGER, NOISE_SMALLER = 3.0, 3.0
 MOSTLY_NOISE = 0.3
 # Process noise, and what it does to the scatter over long steps.
-PROCESS_TIMES, SCATTER_TIMES = 5.0, 3.0
+PROCESS_TIMES, SCATTER_TIMES, LEAST_PROCESS = 5.0, 3.0, 1e-12
 SPEED_OVER, SPEED_UNDER = 1.3, 8.0
 ODDS, SIGMAS, CORRELATED, LEAST_ERROR = 3.0, 4.0, 4.0, 0.005
 CLUTTER_TIMES, FEWEST_FALSE = 6.0, 20.0
@@ -288,15 +288,16 @@ def _process(case: Case) -> Iterator[Finding]:
     if not found:
         return
     seen = float(np.median(found))
-    if 1 / PROCESS_TIMES < seen / told < PROCESS_TIMES:
+    times = max(seen, LEAST_PROCESS) / max(told, LEAST_PROCESS)
+    if 1 / PROCESS_TIMES < times < PROCESS_TIMES:
         return
     word = "more" if seen > told else "less"
     yield Finding(
         "process_noise",
         None,
         f"motion.process_noise is told as {told:g} m²/s³, but tracks bend as with {seen:.2g}: "
-        f"{max(seen / told, told / seen):.3g} times {word}; correct it",
-        weight=WEIGHT - 10 + abs(float(np.log(told / seen))),
+        f"{max(times, 1 / times):.3g} times {word}; correct it",
+        weight=WEIGHT - 10 + abs(float(np.log(times))),
         told=told,
         seen=seen,
     )
