@@ -110,9 +110,10 @@ def init(
     """Write a commented configuration, estimated from a file of reports.
 
     Each key with its value, its unit and where the value came from. `track --config` with the
-    file does what `track` does without a configuration, until you change it. With --learn all
-    reports are tracked, and what they told of sensors and objects is written, for
-    `track --learned` and `serve --learned` to begin from.
+    file does what `track` does without a configuration, until you change it, but where tracks
+    break off in turns: what was only learned gives way then. With --learn all reports are
+    tracked, and what they told of sensors and objects is written, for `track --learned` and
+    `serve --learned` to begin from.
     """
     from trackweave.cli.init import run_init, run_learn
 
