@@ -107,8 +107,9 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         if sensors[name].scans is False:
             continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
-        if name not in estimates.doubts:
-            sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed)
+        # Where first estimates are in doubt, so is what lasts in a crowd: any sure track counts.
+        lasting = SURE_HITS if name in estimates.doubts else LASTING_HITS
+        sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed, lasting)
         found = _noise(sensors[name], tracks, (reports, index), is_wild=followed.is_wild)
         if found is not None:
             sigma = float(np.hypot(found[0], sensors[name].disagreement))
@@ -250,7 +251,11 @@ def _detection(
 
 
 def _clutter(
-    sensor: SensorEstimate, tracks: list[Track], of: tuple[ReportTable, int], followed: Followed
+    sensor: SensorEstimate,
+    tracks: list[Track],
+    of: tuple[ReportTable, int],
+    followed: Followed,
+    lasting: int,
 ) -> SensorEstimate:
     """Return a sensor with the false alarms that are left beside the sure tracks."""
     reports, index = of
@@ -259,7 +264,7 @@ def _clutter(
     total = int(np.count_nonzero(reports.sensor == index))
     # In a crowd false alarms line up for a while.
     n_looks = max(followed.looks[reports.sensors[index]].size, 1)
-    lasting = min(max(SURE_HITS, n_looks // 2), LASTING_HITS)
+    lasting = min(max(SURE_HITS, n_looks // 2), lasting)
     taken = sum(
         int(np.count_nonzero(reports.sensor[track.rows] == index))
         for track in tracks
