@@ -31,6 +31,8 @@ REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_den
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
 MOST_REPORTS = 4000
 MOST_REPORTS_PER_SCAN = 200
+# A stretch holds so many looks of a usual sensor, be it of a small part of the plane.
+LEAST_LOOKS, LEAST_PART = 30, 0.1
 # Tracks of so many reports are beyond doubt, and last.
 SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
@@ -76,17 +78,22 @@ class Track:
 def stretch_of(reports: ReportTable) -> ReportTable:
     """Return a part of the reports that is quick to track and tells as much as the whole."""
     # It is a middle part of the plane where it is crowded, and of the time.
-    keep = np.ones(len(reports), dtype=bool)
     number = reports.time if reports.scan is None else reports.scan
-    n_moments = np.unique(np.stack([number, reports.sensor]), axis=1).shape[1]
+    moments = np.unique(np.stack([number, reports.sensor]), axis=1)
     if len(reports) <= MOST_REPORTS:
         return reports
-    share = MOST_REPORTS_PER_SCAN * n_moments / len(reports)
-    if share < 1 and not reports.kinds:
-        centre = np.median(reports.measurement, axis=0)
-        scale = np.ptp(reports.measurement, axis=0) + 1e-9
-        distance = np.abs((reports.measurement - centre) / scale).max(axis=1)
-        keep = distance <= np.quantile(distance, share)
+    keep = np.ones(len(reports), dtype=bool)
+    if not reports.kinds:
+        looks = float(np.median(np.bincount(moments[1].astype(np.int64))))
+        # Many sensors fill a short stretch with few looks of each, which tell little of any.
+        lasting = min(1.0, LEAST_LOOKS / looks)
+        share = min(MOST_REPORTS_PER_SCAN * moments.shape[1], MOST_REPORTS / lasting)
+        share = max(share / len(reports), LEAST_PART)
+        if share < 1:
+            centre = np.median(reports.measurement, axis=0)
+            scale = np.ptp(reports.measurement, axis=0) + 1e-9
+            distance = np.abs((reports.measurement - centre) / scale).max(axis=1)
+            keep = distance <= np.quantile(distance, share)
     rows = np.flatnonzero(keep)
     skip = max(0, (rows.size - MOST_REPORTS) // 2)
     rows = rows[skip : skip + MOST_REPORTS]

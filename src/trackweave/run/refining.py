@@ -26,13 +26,15 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.record import Assigned
 from trackweave.run.scans import complete_scans, missing_times, turn_ends, with_turns
+from trackweave.solvers import Auto
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.scan_preparation import USUAL_MISSES
 from trackweave.trackers.window import Window
 
 __all__ = ["Directions", "estimates_for"]
 
-N_ROUNDS = 2
+# Of so many rounds the later are run only while what an object can do changes by such a factor.
+N_ROUNDS, MOST_ROUNDS, OTHER = 2, 4, 3.0
 # Tracks are followed patiently, or pauses would never be seen to end, and turns be two tracks.
 PATIENT_DETECTION, PATIENT_AMONG_OTHERS, PATIENT_MISSES = 0.85, 0.5, 15
 # So much more do objects turn then, as long as reports tell what they do from look to look: less
@@ -41,6 +43,8 @@ PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 # Some of what radars see is off by far, mostly the same objects', and beside others each sees
 # nothing at times: or the tracks would leave out the very reports that tell.
 PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0.9, 0.1
+# Where nearly nothing is known, proofs of what is best take minutes and tell nothing more.
+QUICK = Auto(evaluations=10_000, branches=0)
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -91,14 +95,22 @@ def estimates_for(
         # Threads have told it all; tracks would tell it no better.
         return estimates
     stretch = stretch_of(reports)
-    for _ in range(N_ROUNDS):
-        settings = fill(configuration, _patient(estimates), names)
+    for number in range(1, MOST_ROUNDS + 1):
+        settings, before = fill(configuration, _patient(estimates), names), estimates
         followed = _follow(stretch, settings, turning)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
+        if number >= N_ROUNDS and not _is_other(before, estimates):
+            break
     if directions is None:
         return with_tails(estimates, stretch, followed)
     return _directed(estimates, (reports, stretch), followed, directions)
+
+
+def _is_other(before: Estimates, after: Estimates) -> bool:
+    """Tell whether objects can do something else than they were followed by."""
+    ratios = [after.max_speed / before.max_speed, after.process_noise / before.process_noise]
+    return bool(np.abs(np.log(ratios)).max() > math.log(OTHER))
 
 
 def _directed(
@@ -245,6 +257,7 @@ def _follow(
         window=settings.window,
         lifecycle=replace(settings.lifecycle, delete_after_misses=misses),
         limits=settings.growth,
+        search=QUICK,
         estimate="best",
         max_ahead=None,
     )
