@@ -5,7 +5,7 @@ import pytest
 
 from estimation.test_estimate import table
 from trackweave.estimation.estimates import Estimates, SensorEstimate
-from trackweave.estimation.refine import Followed, refined
+from trackweave.estimation.refine import LEAST_LOOKS, MOST_REPORTS, Followed, refined, stretch_of
 
 LOOKS = np.arange(100.0)
 SENSOR = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
@@ -65,3 +65,26 @@ def process_noise(*, is_wild: bool) -> float:
 def test_bad_transponders_are_no_turns() -> None:
     assert process_noise(is_wild=True) < 0.1
     assert process_noise(is_wild=False) > 10.0
+
+
+def test_a_stretch_holds_many_looks_of_each_of_many_sensors() -> None:
+    rng = np.random.default_rng(1)
+    n_looks, n_sensors, n_objects = 60, 5, 100
+    shape = (n_looks, n_sensors, n_objects)
+    look, sensor, number = (axis.ravel() for axis in np.indices(shape))
+    start = rng.uniform(0, 1e5, (n_objects, 2))
+    place = start[number] + 10.0 * look[:, None]
+    reports = table(look + 0.1 * sensor, place, sensor, tuple("abcde"))
+    stretch = stretch_of(reports)
+    assert len(stretch) <= 1.1 * MOST_REPORTS
+    for index in range(n_sensors):
+        assert np.unique(stretch.time[stretch.sensor == index]).size >= LEAST_LOOKS - 2
+    # It is a part of the plane, of whose objects all reports of its time are there.
+    assert np.ptp(stretch.measurement[:, 0]) < 0.8 * np.ptp(reports.measurement[:, 0])
+
+
+def test_few_looks_in_all_keep_a_part_of_the_objects() -> None:
+    rng = np.random.default_rng(2)
+    place = rng.uniform(0, 1e5, (6 * 2000, 2))
+    stretch = stretch_of(table(np.repeat(np.arange(6.0), 2000), place))
+    assert 0 < len(stretch) <= MOST_REPORTS

@@ -31,6 +31,18 @@ def test_a_crowd_is_told_better_than_by_reports_alone() -> None:
     assert abs(sensor.detection_probability - 0.8) < abs(first.detection_probability - 0.8) + 0.01
 
 
+def test_false_alarms_in_a_crowd_are_told_from_objects() -> None:
+    # Six of seven reports are of nobody, and each lies where an object may have come to.
+    reports = scene(n_targets=10, clutter=60.0, detection=0.8)
+    assert estimate(reports).sensors["A"].clutter_density * 2000**2 < 1.0
+    found = estimates_for(reports, load_configuration(None))
+    assert found is not None
+    assert found.sensors["A"].clutter_density * 2000**2 == pytest.approx(60.0, rel=0.35)
+    assert found.sensors["A"].sigma == pytest.approx(10.0, rel=0.15)
+    assert found.sensors["A"].detection_probability == pytest.approx(0.8, abs=0.06)
+    assert found.max_speed < 40.0
+
+
 def test_the_same_reports_give_the_same_estimates() -> None:
     reports, nothing = scene(n_scans=15), load_configuration(None)
     assert estimates_for(reports, nothing) == estimates_for(reports, nothing)
