@@ -56,6 +56,10 @@ def cut(position: FloatArray, margin: float) -> list[Region]:
     more, and so on with each half (J. L. Bentley, Multidimensional binary search trees used for
     associative searching, Comm. ACM 18(9), 1975), as long as the halves have reports enough and
     are wide enough. That depends on the reports alone, never on how many workers there are.
+
+    Returns
+    -------
+    At least one region, without overlap.
     """
     everywhere = Region(np.full(2, -np.inf), np.full(2, np.inf))
     waiting, found = [(everywhere, np.arange(len(position)))], list[Region]()
@@ -144,6 +148,10 @@ def part_of(scan: Scan, wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> 
     """Return a scan with the reports that are wanted; without any it is an empty scan.
 
     ``wanted`` and ``place``, a report's number in the part, go by the report's number in the scan.
+
+    Returns
+    -------
+    The scan, of the same time.
     """
     # An empty scan is one of opportunity: it stays, with its time and where its sensor was.
     keep = wanted[scan.report]

@@ -1,4 +1,4 @@
-"""One picture of what regions found: one name for each object, each row and report by its owner."""
+"""One picture of what regions found: one name for each object, each row by its owner."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -36,6 +36,10 @@ def same_objects(parts: Sequence[Found], time: FloatArray) -> list[list[Key]]:
     ``time`` is that of every report [s]. Pairs are joined from those that share most reports
     down; two tracks of one region are never of one object while both have reports. A report is
     of one track in a region, so that true pairs hardly compete, and pairs chain over borders.
+
+    Returns
+    -------
+    The tracks of each object.
     """
     spans = {key: span for part in parts for key, span in _spans(part, time).items()}
     group = {key: [key] for key in spans}
@@ -100,11 +104,15 @@ def joined_rows(
     A row is its region's in which it lies. Where each of two regions has an object on the
     other's side, the row that lies less far outside counts; a row outside its region that no
     other region knows does not.
+
+    Returns
+    -------
+    The rows, and the number of a region for each.
     """
     tables, away, owner = [TrackTable.empty(dim)], [np.empty(0)], [np.empty(0, np.int64)]
     for part in parts:
-        known = np.array([name.get((part.number, each), -1) for each in part.tracks.track.tolist()],
-                         dtype=np.int64)  # fmt: skip
+        own = part.tracks.track.tolist()
+        known = np.array([name.get((part.number, each), -1) for each in own], dtype=np.int64)
         tables.append(replace(part.tracks, track=known))
         away.append(part.region.distance(part.tracks.mean[:, :2]))
         owner.append(np.full(len(known), part.number))
@@ -138,6 +146,10 @@ def owned_tracks(
     ``owner`` is the region in which each report lies, ``scan`` its scan's number. Where two
     regions have given one object two reports of a scan, the report counts of the region that
     gave it the last one before.
+
+    Returns
+    -------
+    Names, shape (reports,).
     """
     found = np.full(owner.size, -1, dtype=np.int64)
     for part in parts:
