@@ -3,7 +3,7 @@
 import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias, overload
@@ -34,7 +34,7 @@ from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
-from trackweave.run.regions import Engaged, engaged
+from trackweave.run.regions import Engaged, engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 
@@ -86,7 +86,7 @@ def track(
     engine: str | None = None,
     workers: int | None = None,
 ) -> TrackingResult[Table]: ...
-def track(  # noqa: PLR0913, PLR0915 the one function that users call with everything
+def track(  # noqa: PLR0913 the one function that users call with everything
     reports: Any,
     config: Config = None,
     *,
@@ -156,20 +156,18 @@ def track(  # noqa: PLR0913, PLR0915 the one function that users call with every
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
-    _require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
+    require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
     configuration = with_facts(configuration, every)
     begun = _prior_table(priors, every)
-    doubts, state, done = ConsistencyChecks(configuration), generator.bit_generator.state, None
-    with ExitStack() as stack:
-        regions = (
-            None if engine is None else stack.enter_context(closing(engaged(engine, workers)))
+    doubts = ConsistencyChecks(configuration)
+    with engaged(engine, workers) as regions:
+        attempt, done = _agreed(
+            lambda told: attempt_of(every, told, preset, begun),
+            doubts,
+            (generator, deadline, regions),
+            progress,
         )
-        while done is None:
-            # What is found out on the way counts from the first scan on.
-            generator.bit_generator.state = state
-            attempt = attempt_of(every, doubts.configuration, preset, begun)
-            done = _tracked(attempt, doubts, (generator, deadline, regions), progress)
     rows, log, assigned = done
     doubles, table, course = attempt.doubles, attempt.table, attempt.course
     settings = doubts.entered(attempt.settings)
@@ -193,10 +191,12 @@ def track(  # noqa: PLR0913, PLR0915 the one function that users call with every
     record = with_doubles(record, doubles, len(assignment))
     record["sources"] = learned_sources(record["sources"], configuration)
     if regions is not None:
-        record["regions"], record["timing"]["regions"] = regions.record, regions.timing
-    record["told"] = doubts.as_record()
-    record["diagnostics"] = [each.as_record() for each in found]
-    record["divisions"] = None if lineage is None else lineage.as_record()
+        record = regions.entered(record)
+    record |= {
+        "told": doubts.as_record(),
+        "diagnostics": [each.as_record() for each in found],
+        "divisions": None if lineage is None else lineage.as_record(),
+    }
     parent = None if lineage is None else lineage.parent
     shared = doubles.shared(merged) if settings.merge is not None else None
     values = RunValues(
@@ -224,18 +224,21 @@ def _handed_back(
     return TrackingResult(**native, run=record, values=values, inputs=inputs, _reports=marks)
 
 
-def _require_cuttable(engine: str | None, workers: int | None, given: Mapping[str, Any]) -> None:
-    """Refuse arguments that regions on workers cannot follow."""
-    if engine is None:
-        if workers is not None:
-            raise InvalidInputError(f"workers: {workers!r:.80}; expected an engine as well")
-        return
-    told = [name for name, value in given.items() if value is not None]
-    if told:
-        raise InvalidInputError(
-            f"engine: {engine!r:.80} with {', '.join(told)}, which regions on workers cannot "
-            "follow; expected one of both"
-        )
+def _agreed(
+    attempted: Callable[[Configuration], Attempt],
+    doubts: ConsistencyChecks,
+    search: "tuple[np.random.Generator, float | None, Engaged | None]",
+    progress: Progress | None,
+) -> tuple[Attempt, tuple[Rows, ScanLog, Assigned]]:
+    """Track until nothing that is told or learned is contradicted; return the last attempt."""
+    state = search[0].bit_generator.state
+    while True:
+        # What is found out on the way counts from the first scan on.
+        search[0].bit_generator.state = state
+        attempt = attempted(doubts.configuration)
+        done = _tracked(attempt, doubts, search, progress)
+        if done is not None:
+            return attempt, done
 
 
 def _tracked(

@@ -36,7 +36,8 @@ class Region:
 
     def holds(self, position: FloatArray) -> NDArray[np.bool_]:
         """Tell of each position whether it is in the region."""
-        return np.all((position >= self.low) & (position < self.high), axis=1)
+        inside: NDArray[np.bool_] = (position >= self.low) & (position < self.high)
+        return inside[:, 0] & inside[:, 1]
 
     def distance(self, position: FloatArray) -> FloatArray:
         """Return how far outside each position is [m], 0 inside and on a border."""

@@ -1,7 +1,8 @@
 """Regions given to workers and put together again, in place of a run's steps."""
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,7 +26,7 @@ from trackweave.run.regions.cutting import (
 from trackweave.run.regions.following import Followed, Part, ends_of, follow
 from trackweave.run.regions.joining import Found, Key, joined_rows, owned_tracks, same_objects
 
-__all__ = ["Engaged", "engaged"]
+__all__ = ["Engaged", "engaged", "require_cuttable"]
 
 Progress = Callable[[int, int], None]
 
@@ -46,7 +47,7 @@ class Engaged:
     ) -> tuple[Rows, ScanLog, Assigned] | None:
         """Track all regions of a recording; None where it is one, which needs no worker."""
         begin = clock.process_time()
-        _require_cuttable(attempt)
+        _require_places(attempt)
         table, steps = attempt.table, attempt.course.steps
         position = positions_of(table, attempt.settings)
         margin = margin_of(table, attempt.settings, steps)
@@ -85,9 +86,10 @@ class Engaged:
         }
         return joined[:3]
 
-    def close(self) -> None:
-        """End all workers."""
-        self.pool.close()
+    def entered(self, record: dict[str, Any]) -> dict[str, Any]:
+        """Return a run's record with what there is to tell of its regions."""
+        timing = {**record["timing"], "regions": self.timing}
+        return {**record, "regions": self.record, "timing": timing}
 
     def _note(self, number: int, n_reports: int, error: str | None) -> None:
         self.record["list"].append({"reports": n_reports, "error": error})
@@ -95,13 +97,31 @@ class Engaged:
             self.notes.append(f"engine: region {number} was left out, whose worker said: {error}")
 
 
-def engaged(name: str, workers: int | None) -> Engaged:
-    """Return an engine by its name; its pool is to be closed."""
-    pool = engine_of(name, workers)
-    return Engaged(name, pool.workers, pool)
+@contextmanager
+def engaged(name: str | None, workers: int | None) -> Iterator[Engaged | None]:
+    """Give an engine by its name and end its workers afterwards; None where none is named."""
+    if name is None:
+        yield None
+        return
+    with closing(engine_of(name, workers)) as pool:
+        yield Engaged(name, pool.workers, pool)
 
 
-def _require_cuttable(attempt: Attempt) -> None:
+def require_cuttable(engine: str | None, workers: int | None, given: Mapping[str, Any]) -> None:
+    """Refuse arguments that regions on workers cannot follow."""
+    if engine is None:
+        if workers is not None:
+            raise InvalidInputError(f"workers: {workers!r:.80}; expected an engine as well")
+        return
+    told = [name for name, value in given.items() if value is not None]
+    if told:
+        raise InvalidInputError(
+            f"engine: {engine!r:.80} with {', '.join(told)}, which regions on workers cannot "
+            "follow; expected one of both"
+        )
+
+
+def _require_places(attempt: Attempt) -> None:
     """Refuse what cannot be tracked in regions."""
     table, settings, course = attempt.table, attempt.settings, attempt.course
     unplaced = unplaced_sensors(table)
@@ -215,8 +235,9 @@ def _log(
         entry |= {key: sum(one[key] for one in each) for key in ("sequences", "pruned",
                   "pruned_by_deadline", "evaluations")}  # fmt: skip
         entry |= {"cost": None, "lower_bound": None, "gap": None, "status": Status.FEASIBLE}
-        entry["tracks"] = int(np.searchsorted(rows.time, end, "right")
-                              - np.searchsorted(rows.time, end, "left"))  # fmt: skip
+        there = int(np.diff(np.searchsorted(rows.time, [end, np.nextafter(end, np.inf)]))[0])
+        # Between two rows nobody has counted them.
+        entry["tracks"] = None if attempt.settings.period and not there else there
         entry["pruned_probability"] = None if not shares else {
             "worst": max(one["worst"] for one in shares),
             "sum": sum(one["sum"] for one in shares),
