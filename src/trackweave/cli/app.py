@@ -166,6 +166,11 @@ def track(
         str | None,
         typer.Option(help="Further formats to write, such as geojson,kml; `formats` lists them."),
     ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(help="Track regions on workers: local, ray, or ray://HOST for its cluster."),
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Regions at a time.")] = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -186,7 +191,7 @@ def track(
     carry_out(
         run_track, reports, out, json=json, quiet=quiet, config=config, preset=preset,
         priors=priors, seed=seed, deadline_ms=deadline_ms, on_bad_row=on_bad_row,
-        told=from_format, also=also, learned=learned,
+        told=from_format, also=also, learned=learned, engine=engine, workers=workers,
     )  # fmt: skip
 
 

@@ -32,6 +32,8 @@ def run_track(
     told: str | None = None,
     also: str | None = None,
     learned: Path | None = None,
+    engine: str | None = None,
+    workers: int | None = None,
 ) -> dict[str, Any]:
     """Track reports and write what was found; return the run's totals."""
     begin = perf_counter()
@@ -71,6 +73,8 @@ def run_track(
             rng=used,
             deadline=None if deadline_ms is None else deadline_ms / 1e3,
             progress=progress,
+            engine=engine,
+            workers=workers,
         )
     record = with_file(result.run, *reports, told=told)
     record = with_seed(record, used, None if seed is None else "command line")

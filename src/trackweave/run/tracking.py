@@ -34,6 +34,7 @@ from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
+from trackweave.run.regions import Engaged, engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 
@@ -54,6 +55,8 @@ def track(
     deadline: float | None = None,
     on_bad_row: OnBadRow = "fail",
     progress: Progress | None = None,
+    engine: str | None = None,
+    workers: int | None = None,
 ) -> TrackingResult[pl.DataFrame]: ...
 @overload
 def track(
@@ -66,6 +69,8 @@ def track(
     deadline: float | None = None,
     on_bad_row: OnBadRow = "fail",
     progress: Progress | None = None,
+    engine: str | None = None,
+    workers: int | None = None,
 ) -> TrackingResult[Any]: ...
 @overload
 def track(
@@ -78,6 +83,8 @@ def track(
     deadline: float | None = None,
     on_bad_row: OnBadRow = "fail",
     progress: Progress | None = None,
+    engine: str | None = None,
+    workers: int | None = None,
 ) -> TrackingResult[Table]: ...
 def track(  # noqa: PLR0913 the one function that users call with everything
     reports: Any,
@@ -89,6 +96,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     deadline: float | None = None,
     on_bad_row: OnBadRow = "fail",
     progress: Progress | None = None,
+    engine: str | None = None,
+    workers: int | None = None,
 ) -> TrackingResult[Any]:
     """Turn reports into tracks.
 
@@ -117,6 +126,11 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         track, and list them in ``run``.
     progress
         Called after each scan with the number of scans done and of all.
+    engine
+        ``local``, ``ray`` or ``ray://HOST`` to cut a large recording into regions of the plane
+        and track these on workers; None for this process alone.
+    workers
+        How many regions are tracked at a time; None for as many as there are processors.
 
     Returns
     -------
@@ -127,6 +141,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     ------
     InvalidInputError
         If a table, a configuration value or an argument cannot be used.
+    EngineError
+        If Ray is missing, no cluster answers, or every region failed.
 
     Examples
     --------
@@ -140,20 +156,24 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
+    require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
     configuration = with_facts(configuration, every)
     begun = _prior_table(priors, every)
-    doubts, state, done = ConsistencyChecks(configuration), generator.bit_generator.state, None
-    while done is None:
-        # What is found out on the way counts from the first scan on.
-        generator.bit_generator.state = state
-        attempt = attempt_of(every, doubts.configuration, preset, begun)
-        done = _followed(attempt, doubts, (generator, deadline), progress)
+    doubts = ConsistencyChecks(configuration)
+    with engaged(engine, workers) as regions:
+        attempt, done = _agreed(
+            lambda told: attempt_of(every, told, preset, begun),
+            doubts,
+            (generator, deadline, regions),
+            progress,
+        )
     rows, log, assigned = done
     doubles, table, course = attempt.doubles, attempt.table, attempt.course
     settings = doubts.entered(attempt.settings)
     tracks = rows.table(table.dim)
-    settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes()))
+    apart = () if regions is None else regions.notes
+    settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes(), *apart))
     tracks, history, assigned, lineage = with_divisions(
         table, (tracks, assigned), settings, begun, generator
     )
@@ -170,9 +190,13 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     assignment = assigned.by_row()
     record = with_doubles(record, doubles, len(assignment))
     record["sources"] = learned_sources(record["sources"], configuration)
-    record["told"] = doubts.as_record()
-    record["diagnostics"] = [each.as_record() for each in found]
-    record["divisions"] = None if lineage is None else lineage.as_record()
+    if regions is not None:
+        record = regions.entered(record)
+    record |= {
+        "told": doubts.as_record(),
+        "diagnostics": [each.as_record() for each in found],
+        "divisions": None if lineage is None else lineage.as_record(),
+    }
     parent = None if lineage is None else lineage.parent
     shared = doubles.shared(merged) if settings.merge is not None else None
     values = RunValues(
@@ -198,6 +222,39 @@ def _handed_back(
     native["assignments"] = with_index(native["assignments"], came, table)
     marks = None if came is None else marked(came, table, frames["assignments"])
     return TrackingResult(**native, run=record, values=values, inputs=inputs, _reports=marks)
+
+
+def _agreed(
+    attempted: Callable[[Configuration], Attempt],
+    doubts: ConsistencyChecks,
+    search: "tuple[np.random.Generator, float | None, Engaged | None]",
+    progress: Progress | None,
+) -> tuple[Attempt, tuple[Rows, ScanLog, Assigned]]:
+    """Track until nothing that is told or learned is contradicted; return the last attempt."""
+    state = search[0].bit_generator.state
+    while True:
+        # What is found out on the way counts from the first scan on.
+        search[0].bit_generator.state = state
+        attempt = attempted(doubts.configuration)
+        done = _tracked(attempt, doubts, search, progress)
+        if done is not None:
+            return attempt, done
+
+
+def _tracked(
+    attempt: Attempt,
+    doubts: ConsistencyChecks,
+    search: "tuple[np.random.Generator, float | None, Engaged | None]",
+    progress: Progress | None,
+) -> tuple[Rows, ScanLog, Assigned] | None:
+    """Take all steps, in regions where there is an engine and more than one of them."""
+    rng, limit, regions = search
+    found = None if regions is None else regions.followed(attempt, rng, progress)
+    if found is None:
+        return _followed(attempt, doubts, (rng, limit), progress)
+    if doubts.contradict(attempt.table, attempt.settings, found[2].track, at_end=True):
+        return None
+    return found
 
 
 def _followed(

@@ -1,0 +1,170 @@
+"""The plane in regions with about as many reports each, and how far each looks beyond itself."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+from trackweave.config.fill import Settings
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.scans import Scan
+from trackweave.models.measurements import to_position
+from trackweave.run.polar_to_cartesian import platforms_of
+
+__all__ = ["Region", "cut", "margin_of", "part_of", "positions_of", "unplaced_sensors"]
+
+LEAST = 5_000
+"""Reports of its own that a region has at least: fewer are not worth a worker."""
+MOST_REGIONS = 256
+NARROWEST = 4.0
+"""Margins that a region is wide at least, that most of what it tracks is its own."""
+WINDOWS, SIGMAS = 2.0, 10.0
+"""How many windows' flight and deviations of reports the margin holds: one window to begin a
+track and be sure of it, one for what its neighbours' reports depend on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """A rectangle of the plane; its lower borders are its own, the upper ones its neighbours'."""
+
+    low: FloatArray  # x, y [m], -inf where nothing bounds it
+    high: FloatArray
+
+    def holds(self, position: FloatArray) -> NDArray[np.bool_]:
+        """Tell of each position whether it is in the region."""
+        inside: NDArray[np.bool_] = (position >= self.low) & (position < self.high)
+        return inside[:, 0] & inside[:, 1]
+
+    def distance(self, position: FloatArray) -> FloatArray:
+        """Return how far outside each position is [m], 0 inside and on a border."""
+        beyond = np.maximum(np.maximum(self.low - position, position - self.high), 0.0)
+        away: FloatArray = np.hypot(beyond[:, 0], beyond[:, 1])
+        return away
+
+    def wider(self, margin: float) -> "Region":
+        """Return the region with a margin [m] on each side."""
+        return Region(self.low - margin, self.high + margin)
+
+
+def cut(position: FloatArray, margin: float) -> list[Region]:
+    """Return regions that cover the plane, each position in one of them.
+
+    The plane is halved at the median of the positions, along the axis on which they are spread
+    more, and so on with each half (J. L. Bentley, Multidimensional binary search trees used for
+    associative searching, Comm. ACM 18(9), 1975), as long as the halves have reports enough and
+    are wide enough. That depends on the reports alone, never on how many workers there are.
+
+    Returns
+    -------
+    At least one region, without overlap.
+    """
+    everywhere = Region(np.full(2, -np.inf), np.full(2, np.inf))
+    waiting, found = [(everywhere, np.arange(len(position)))], list[Region]()
+    while waiting:
+        region, rows = waiting.pop(0)
+        halves = None
+        if len(found) + len(waiting) + 2 <= MOST_REGIONS and rows.size >= 2 * LEAST:
+            halves = _halves(region, position[rows], margin)
+        if halves is None:
+            found.append(region)
+            continue
+        waiting += [(half, rows[half.holds(position[rows])]) for half in halves]
+    return found
+
+
+def _halves(region: Region, position: FloatArray, margin: float) -> tuple[Region, Region] | None:
+    """Return the two halves of a region, None where they would be too narrow."""
+    begin, end = position.min(axis=0), position.max(axis=0)
+    axis = int(np.argmax(end - begin))
+    at = float(np.median(position[:, axis]))
+    if min(at - begin[axis], end[axis] - at) < NARROWEST * margin:
+        return None
+    high, low = region.high.copy(), region.low.copy()
+    high[axis] = low[axis] = at
+    return Region(region.low, high), Region(low, region.high)
+
+
+def unplaced_sensors(reports: ReportTable) -> list[str]:
+    """Return the sensors whose reports tell no place."""
+    return [
+        name
+        for name, kind in zip(reports.sensors, reports.kinds, strict=False)
+        if isinstance(kind, ForeignKind) or not kind.gives_position(reports.dim)
+    ]
+
+
+def positions_of(reports: ReportTable, settings: Settings) -> FloatArray:
+    """Return where each report is on the plane [m], shape (reports, 2)."""
+    if not reports.kinds:
+        return np.ascontiguousarray(reports.measurement[:, :2])
+    places = {each.name: each.position for each in settings.sensors if each.position is not None}
+    platform = platforms_of(reports, places)
+    position = np.empty((len(reports), 2))
+    for index, kind in enumerate(reports.kinds):
+        rows = reports.sensor == index
+        if isinstance(kind, ForeignKind) or not rows.any():
+            continue
+        measured = reports.measurement[rows, : kind.n_components(reports.dim)]
+        there, _ = to_position(
+            kind, measured, np.zeros_like(measured), platform[rows], reports.dim
+        )
+        position[rows] = there[:, :2]
+    return position
+
+
+def margin_of(
+    reports: ReportTable, settings: Settings, steps: Sequence[tuple[Scan, ...]]
+) -> float:
+    """Return how far beyond itself a region looks [m]."""
+    periods = [each.scan_period for each in settings.sensors if each.scan_period is not None]
+    ends = np.unique([scans[-1].time for scans in steps])
+    usual = float(np.median(np.diff(ends))) if ends.size > 1 else 0.0
+    window = settings.window.depth * max(periods, default=usual)
+    noise = max(_noise(reports, settings, index) for index in range(len(reports.sensors)))
+    return WINDOWS * settings.motion.max_speed * window + SIGMAS * noise
+
+
+def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
+    """Return the standard deviation of a sensor's reports on the plane, the farthest ones' [m]."""
+    rows = reports.sensor == index
+    if not rows.any():
+        return 0.0
+    sensor = next(each for each in settings.sensors if each.name == reports.sensors[index])
+    kind = reports.kinds[index] if reports.kinds else MeasurementKind.POSITION
+    assert not isinstance(kind, ForeignKind)
+    size = kind.n_components(reports.dim)
+    told = reports.sigma[rows, :size]
+    sigma = np.where(np.isnan(told), sensor.sigmas(reports.dim)[:size], told)
+    if kind is MeasurementKind.POSITION:
+        return float(np.quantile(sigma[:, :2].max(axis=1), 0.99))
+    across = reports.measurement[rows, 0] * sigma[:, 1]
+    return float(np.quantile(np.hypot(sigma[:, 0], across), 0.99))
+
+
+def part_of(scan: Scan, wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Scan:
+    """Return a scan with the reports that are wanted; without any it is an empty scan.
+
+    ``wanted`` and ``place``, a report's number in the part, go by the report's number in the scan.
+
+    Returns
+    -------
+    The scan, of the same time.
+    """
+    # An empty scan is one of opportunity: it stays, with its time and where its sensor was.
+    keep = wanted[scan.report]
+    if not len(scan):
+        return scan
+    own = {
+        name: value[keep]
+        for name in ("measurement", "sigma", "moments", "identity", "strength", "covariance",
+                     "context")
+        if (value := getattr(scan, name)) is not None
+    }  # fmt: skip
+    if scan.platform is not None and scan.platform.ndim == 2:
+        mean: FloatArray = scan.platform.mean(axis=0)
+        own["platform"] = scan.platform[keep] if keep.any() else mean
+    return replace(scan, report=place[scan.report[keep]], **own)

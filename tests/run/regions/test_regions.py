@@ -1,0 +1,149 @@
+"""Regions on workers give one picture, whoever does the work."""
+
+import os
+import signal
+import threading
+import time
+from multiprocessing import active_children
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.errors import InvalidInputError
+from trackweave.run.regions import cutting
+
+SIDE, SPEED, SCANS = 20_000.0, 200.0, 12
+CONFIG = {
+    "motion": {"process_noise": 1.0, "max_speed": 300.0},
+    "sensors": {"default": {"sigma": 20.0, "detection_probability": 0.95, "scan_period": 1.0,
+                            "clutter_density": 1e-9}},
+    "lifecycle": {"new_target_density": 1e-9},
+}  # fmt: skip
+
+
+def lanes(n: int, *, east: bool) -> pl.DataFrame:
+    """Objects far apart on straight lines, flying north or, across the cut, east."""
+    rng = np.random.default_rng(3)
+    x = np.linspace(-SIDE, SIDE, n) + 137.0
+    y = rng.permutation(np.linspace(-SIDE / 8, SIDE / 8, n))
+    rows = []
+    for scan in range(SCANS):
+        move = SPEED * scan
+        at = np.column_stack([x + (move if east else 0.0), y + (0.0 if east else move)])
+        seen = rng.random(n) < 0.95
+        for number in np.flatnonzero(seen):
+            place = at[number] + rng.normal(0.0, 20.0, 2)
+            rows.append((float(scan), place[0], place[1], int(number)))
+    return pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Regions of few reports."""
+    monkeypatch.setattr(cutting, "LEAST", 100)
+
+
+def partition(result):
+    """Return the sets of reports of each track."""
+    sets = {}
+    for row, track in result.values.assignment.items():
+        sets.setdefault(track, set()).add(row)
+    return {frozenset(each) for each in sets.values()}
+
+
+def test_objects_that_cross_the_cut_keep_one_name(small):
+    reports = lanes(40, east=True)
+    alone = tw.track(reports, CONFIG)
+    apart = tw.track(reports, CONFIG, engine="local", workers=2)
+    assert apart.run["regions"]["count"] > 1
+    assert apart.run["regions"]["joined"] > 0
+    assert partition(apart) == partition(alone)
+    assert apart.history.height == alone.history.height
+    keys = ["time", "x", "y", "vx", "vy"]
+    one, two = alone.tracks.sort(keys[:3]), apart.tracks.sort(keys[:3])
+    assert one.height == two.height
+    np.testing.assert_allclose(one.select(keys), two.select(keys), atol=1e-6)
+
+
+def test_the_same_bytes_for_any_number_of_workers_and_after_a_kill(small):
+    reports = lanes(40, east=True)
+    first = tw.track(reports, CONFIG, engine="local", workers=1)
+    stop, killed = threading.Event(), []
+
+    def kill() -> None:
+        while not stop.is_set() and len(killed) < 1:
+            for child in active_children()[:1]:
+                time.sleep(0.3)
+                os.kill(child.pid, signal.SIGKILL)
+                killed.append(child.pid)
+            time.sleep(0.02)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    second = tw.track(reports, CONFIG, engine="local", workers=2)
+    stop.set()
+    thread.join()
+    assert killed
+    for name in ("tracks.csv", "assignments.csv", "history.csv"):
+        assert first.files()[name] == second.files()[name]
+
+
+def test_a_recording_of_one_region_is_as_without_an_engine():
+    reports = lanes(12, east=False)
+    alone, engine = tw.track(reports, CONFIG), tw.track(reports, CONFIG, engine="local", workers=2)
+    assert engine.run["regions"]["count"] == 1
+    for name in ("tracks.csv", "assignments.csv", "history.csv"):
+        assert alone.files()[name] == engine.files()[name]
+
+
+def test_regions_cover_the_plane_once_and_hold_alike_many():
+    rng = np.random.default_rng(1)
+    position = rng.normal(0.0, 1e6, (60_000, 2))
+    regions = cutting.cut(position, 100.0)
+    inside = np.array([region.holds(position) for region in regions])
+    assert len(regions) > 4
+    assert np.all(inside.sum(axis=0) == 1)
+    assert inside.sum(axis=1).min() >= cutting.LEAST
+    far = np.array([[1e9, -1e9], [-1e9, 0.0]])
+    assert np.all(sum(region.holds(far).astype(int) for region in regions) == 1)
+
+
+def test_a_scan_of_which_nothing_is_left_is_still_a_scan():
+    scan = tw.Scan(3.0, "a", [[1.0, 2.0], [5.0, 6.0]], report=[7, 4], moments=[2.0, 3.0])
+    wanted = np.zeros(8, dtype=bool)
+    place = np.cumsum(wanted) - 1
+    empty = cutting.part_of(scan, wanted, place)
+    assert (len(empty), empty.time, empty.sensor) == (0, 3.0, "a")
+    wanted[4] = True
+    one = cutting.part_of(scan, wanted, np.cumsum(wanted) - 1)
+    assert one.report.tolist() == [0]
+    assert one.measurement.tolist() == [[5.0, 6.0]]
+    assert one.moments.tolist() == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"engine": "cloud"}, "expected local, ray"),
+        ({"engine": "local", "workers": 0}, "workers: 0"),
+        ({"workers": 2}, "expected an engine"),
+        ({"engine": "local", "preset": "huo-2008"}, "preset"),
+        ({"engine": "local", "deadline": 1.0}, "deadline"),
+    ],
+)
+def test_refuses_what_regions_cannot_follow(given, told):
+    with pytest.raises(InvalidInputError, match=told):
+        tw.track(lanes(5, east=False), CONFIG, **given)
+
+
+def test_refuses_reports_without_a_place():
+    reports = pl.DataFrame({"time": [0.0, 1.0, 2.0], "bearing_deg": [1.0, 2.0, 3.0],
+                            "sensor_x": [0.0] * 3, "sensor_y": [0.0] * 3})  # fmt: skip
+    config = {"motion": CONFIG["motion"], "lifecycle": CONFIG["lifecycle"],
+              "sensors": {"default": {"sigma": {"bearing_deg": 0.1}, "clutter_density": 1e-3,
+                                      "detection_probability": 0.9, "scan_period": 1.0}},
+              }  # fmt: skip
+    with pytest.raises(InvalidInputError, match="tells no places"):
+        tw.track(reports, config, engine="local", workers=1)
