@@ -11,7 +11,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.run.course import Course
 from trackweave.run.record import Assigned, Rows, ScanLog
 
-__all__ = ["Followed", "Part", "follow"]
+__all__ = ["Followed", "Part", "ends_of", "follow"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +22,7 @@ class Part:
     n_reports: int  # Those in the scans are numbered from 0
     period: float | None  # Least time between rows [s]
     dim: int
-    seed: tuple[int, int]  # Of the run, and the region's number
+    rng: np.random.Generator  # The region's own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,14 +38,14 @@ class Followed:
 def follow(part: Part) -> Followed:
     """Track a region's reports, as a run does without regions."""
     begin = clock.process_time()
-    rng, course = np.random.default_rng(part.seed), part.course
+    course = part.course
     rows, log = Rows(part.period), ScanLog()
     assigned = Assigned.nothing(part.n_reports)
     ends = ends_of(course.steps)
     for scans, end, following in zip(course.steps, ends, [*ends[1:], None], strict=True):
         cpu, wall = clock.process_time(), clock.perf_counter()
         wanted = rows.wants(end, following)
-        hypothesis = course.take(scans, rng, None, tracks=wanted)
+        hypothesis = course.take(scans, part.rng, None, tracks=wanted)
         log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
         if wanted:
             rows.add(hypothesis.tracks, hypothesis.time)

@@ -13,6 +13,7 @@ from trackweave.association.certificate import Status
 from trackweave.domain.tracks import TrackTable
 from trackweave.engine import EngineError, Pool, engine_of
 from trackweave.errors import InvalidInputError
+from trackweave.randomness import generator_for
 from trackweave.run.course import Attempt
 from trackweave.run.record import Assigned, Rows, ScanLog
 from trackweave.run.regions.cutting import (
@@ -62,7 +63,8 @@ class Engaged:
         done: list[Followed] = []
         looked = [np.flatnonzero(each.wider(margin).holds(position)) for each in regions]
         for number, rows in enumerate(looked):
-            self.pool.submit(follow, _part(attempt, rows, (seed, number)))
+            chance = generator_for(seed, f"region {number}")
+            self.pool.submit(follow, _part(attempt, rows, chance))
         cut_cpu = clock.process_time() - begin
         for number, outcome in enumerate(self.pool.gather()):
             self._note(number, looked[number].size, outcome.error)
@@ -141,14 +143,14 @@ def _require_places(attempt: Attempt) -> None:
         )
 
 
-def _part(attempt: Attempt, rows: IntArray, seed: tuple[int, int]) -> Part:
+def _part(attempt: Attempt, rows: IntArray, rng: np.random.Generator) -> Part:
     """Return a region's part of a run: all scans, each with the reports that it looks at."""
     wanted = np.zeros(len(attempt.table), dtype=bool)
     wanted[rows] = True
     place = np.cumsum(wanted) - 1
     steps = [tuple(part_of(s, wanted, place) for s in scans) for scans in attempt.course.steps]
     course = replace(attempt.course, steps=steps)
-    return Part(course, rows.size, attempt.settings.period, attempt.table.dim, seed)
+    return Part(course, rows.size, attempt.settings.period, attempt.table.dim, rng)
 
 
 def _owner(regions: Sequence[Region], position: FloatArray) -> IntArray:
