@@ -41,6 +41,7 @@ SCRIPTS = {
     "inputs": ["inputs_hostile.py"],
     "scenes": ["eight_scenes.py"],
     "told": ["told_wrongly.py"],
+    "joins": ["joins.py"],
     "never-worse": ["never_worse.py", "--anew"],
     "contradictions": ["contradictions.py", "--seeds", "101", "111"],
     "memory": ["memory.py"],

@@ -70,6 +70,7 @@ class Settings:
     # None for each time by itself.
     together: float | None = None
     divide: bool = LifecycleSection.divide  # Whether tracks may end in two
+    join: bool = LifecycleSection.join  # Whether ends and later beginnings may be one object
     merge: float | None = None  # Nearer than this two tracks may share a report [m]
 
 
@@ -140,6 +141,7 @@ def fill(
     window = sources.filled("window", Window(), estimates)
     lifecycle = _lifecycle(sources, estimates)
     divide = sources.choose(("lifecycle", "divide"), default=LifecycleSection.divide)
+    join = sources.choose(("lifecycle", "join"), default=LifecycleSection.join)
     merge = sources.choose(("lifecycle", "merge"), None)
     search, deadline = _search(sources, configuration)
     max_ahead = sources.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
@@ -161,7 +163,7 @@ def fill(
         sources.choose(("output", "estimate"), default=OutputSection.estimate),
         None if deadline is None else deadline / 1000.0,
         period, sources.values, sources.sources, tuple(notes), unscented, tracker, plots,
-        max_ahead, estimates.together if estimates else None, divide, merge,
+        max_ahead, estimates.together if estimates else None, divide, join, merge,
     )  # fmt: skip
 
 

@@ -279,6 +279,11 @@ class LifecycleSection(Section, of=(Lifecycle,)):
     divide: Annotated[
         bool, "Whether a track may end in two, as cells do: looked for after the run."
     ] = False
+    join: Annotated[
+        bool,
+        "Whether tracks of one object, seen again after a silence, are brought under one name: "
+        "looked for after the run.",
+    ] = True
     merge: Annotated[float, NOISE, "Objects nearer than this may be one report of both [m]."]
 
 

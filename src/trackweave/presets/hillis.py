@@ -27,6 +27,7 @@ __all__ = ["CONFIGURATION"]
 
 CONFIGURATION: dict[str, Any] = {
     "window": {"depth": 5},
+    "lifecycle": {"join": False},
     "search": {
         "method": "genetic",
         "genotype": "permutation",

@@ -38,6 +38,7 @@ USABLE = "hillis"
 CONFIGURATION: dict[str, Any] = {
     "sensors": {"default": {"trust": True, "tail_share": 0.0, "hidden_share": 0.0, "echoes": []}},
     "window": {"depth": 5},
+    "lifecycle": {"join": False},
     "search": {
         "method": "genetic",
         "genotype": "permutation",

@@ -28,6 +28,7 @@ CONFIGURATION: dict[str, Any] = {
     "motion": {"model": "constant-velocity"},
     "tracker": {"kind": "nearest-neighbour", "pairing": "one-to-one"},
     "plots": {"fuse": True, "cost": "evidence", "within": "period", "keep_lone": True},
+    "lifecycle": {"join": False},
     "search": {
         "method": "ant-system",
         "pheromone_weight": 0.5,

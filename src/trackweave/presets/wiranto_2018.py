@@ -41,6 +41,7 @@ CONFIGURATION: dict[str, Any] = {
     "motion": {"model": "constant-velocity"},
     "tracker": {"kind": "nearest-neighbour", "pairing": "nearest"},
     "plots": {"fuse": True, "cost": "equation-1", "gate": 16.0},
+    "lifecycle": {"join": False},
     "search": {
         "method": "ant-system",
         "pheromone_weight": 0.5,

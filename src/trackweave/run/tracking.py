@@ -30,7 +30,7 @@ from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import Attempt, attempt_of
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
-from trackweave.run.lineage import with_divisions
+from trackweave.run.joining import in_hindsight
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
@@ -174,9 +174,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     tracks = rows.table(table.dim)
     apart = () if regions is None else regions.notes
     settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes(), *apart))
-    tracks, history, assigned, lineage = with_divisions(
-        table, (tracks, assigned), settings, begun, generator
-    )
+    seen = in_hindsight(table, (tracks, assigned), settings, begun, generator)
+    tracks, history, assigned = seen.tracks, seen.history, seen.assigned
     assignment = assigned.by_row()
     # Tracks by a document's letter are no judges of what was told.
     case = Case(table, settings, assigned.track, history, course.looks())
@@ -195,9 +194,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     record |= {
         "told": doubts.as_record(),
         "diagnostics": [each.as_record() for each in found],
-        "divisions": None if lineage is None else lineage.as_record(),
+        **seen.as_record(),
     }
-    parent = None if lineage is None else lineage.parent
+    parent = None if seen.lineage is None else seen.lineage.parent
     shared = doubles.shared(merged) if settings.merge is not None else None
     values = RunValues(
         table, tracks, history, assignment, settings, assigned.probability, parent, shared

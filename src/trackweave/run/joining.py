@@ -1,0 +1,170 @@
+"""What a run knows in hindsight: names, once it is over, and smoothed states."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
+from trackweave.randomness import RandomSource
+from trackweave.run.history import smoothed_history
+from trackweave.run.lineage import Lineage, with_divisions
+from trackweave.run.record import Assigned
+from trackweave.trackers.joining.joins import Joins, joins_of
+from trackweave.trackers.joining.segments import Segments, segments_of
+
+__all__ = ["Hindsight", "Joined", "in_hindsight", "with_joins"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joined:
+    """What was joined in a run, and under which names."""
+
+    joins: Joins
+    segments: Segments
+    name: IntArray
+    """The track that each segment belongs to now, -1 for none."""
+
+    def as_record(self) -> dict[str, Any]:
+        """Return what run.json says."""
+        joins, certificate = self.joins, self.joins.certificate
+        return {
+            "births": joins.births,
+            "deaths": joins.deaths,
+            "cost": certificate.cost,
+            "lower_bound": certificate.lower_bound,
+            "gap": certificate.gap,
+            "status": certificate.status,
+            "list": [
+                {
+                    "time": float(self.segments.begin[join.after]),
+                    "track": int(self.segments.track[join.after]),
+                    "into": int(self.name[join.before]),
+                    "silence": join.silence,
+                    "probability": join.probability,
+                }
+                for join in joins.found
+            ],
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hindsight:
+    """A run's results once it is over."""
+
+    tracks: TrackTable
+    history: TrackTable
+    assigned: Assigned
+    lineage: Lineage | None
+    joined: Joined | None
+
+    def as_record(self) -> dict[str, Any]:
+        """Return what run.json says."""
+        return {
+            "divisions": None if self.lineage is None else self.lineage.as_record(),
+            "joins": None if self.joined is None else self.joined.as_record(),
+        }
+
+
+def in_hindsight(
+    reports: ReportTable,
+    found: tuple[TrackTable, Assigned],
+    settings: Settings,
+    priors: TrackTable | None,
+    rng: RandomSource,
+) -> Hindsight:
+    """Return a run's tracks as known then, its history and assignments, under their last names."""
+    tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, rng)
+    joined = None
+    # Of objects that divide, what begins may be a daughter.
+    if settings.join and not settings.divide:
+        history, assigned, joined = with_joins(
+            reports, (tracks, history, assigned), settings, priors, rng
+        )
+    return Hindsight(tracks, history, assigned, lineage, joined)
+
+
+def with_joins(
+    reports: ReportTable,
+    found: tuple[TrackTable, TrackTable, Assigned],
+    settings: Settings,
+    priors: TrackTable | None,
+    rng: RandomSource,
+) -> tuple[TrackTable, Assigned, Joined | None]:
+    """Return history and assignments of a run whose tracks are joined, and what was joined."""
+    # ``found`` are the tracks as they were known, the history, and the assignments.
+    tracks, history, assigned = found
+    kept = np.unique(history.track[history.status > TENTATIVE])
+    if kept.size < 2 or np.ptp(reports.time[np.isin(assigned.track, kept)]) == 0.0:
+        return history, assigned, None
+    segments, of = segments_of(assigned.track, reports.time, kept.tolist())
+    states = _states(reports, found, (segments, of), settings)
+    joins = joins_of(segments, states, longest=settings.lifecycle.rejoin, rng=rng)
+    if joins is None or not joins.found:
+        return history, assigned, None
+    newest = max(int(history.track.max()), int(tracks.track.max(initial=0)))
+    name = _names(segments, joins, newest + 1)
+    row = np.flatnonzero(of >= 0)
+    named = assigned.track.copy()
+    named[row] = name[of[row]]
+    is_over = named != assigned.track
+    concerned = np.union1d(assigned.track[is_over], named[is_over])
+    probability = np.where(named < 0, np.nan, assigned.probability)
+    assigned = Assigned(named, probability)
+    again = Assigned(np.where(np.isin(named, concerned), named, -1), probability).by_row()
+    anew = smoothed_history(reports, again, tracks, settings, priors)
+    # A name that is new here has no rows of its own that say that it is believed.
+    status = np.where(
+        (anew.status == TENTATIVE) & (anew.track > newest), CONFIRMED, anew.status
+    )  # fmt: skip
+    rest = history.at(~np.isin(history.track, concerned))
+    both = TrackTable.concatenate([rest, replace(anew, status=status)], history.dim)
+    history = both.at(np.lexsort((both.track, both.time)))
+    return history, assigned, Joined(joins, segments, name)
+
+
+def _states(
+    reports: ReportTable,
+    found: tuple[TrackTable, TrackTable, Assigned],
+    cut: tuple[Segments, IntArray],
+    settings: Settings,
+) -> TrackTable:
+    """Return smoothed states of each segment by itself; tracks in one piece have theirs."""
+    tracks, history, _ = found
+    segments, of = cut
+    _, of_track, n = np.unique(segments.track, return_inverse=True, return_counts=True)
+    is_whole = n[of_track] == 1
+    number = np.full(int(history.track.max()) + 1, -1, dtype=np.int64)
+    number[segments.track[is_whole]] = np.flatnonzero(is_whole)
+    own = number[history.track]
+    whole = replace(history, track=own).at(own >= 0)
+    rows = np.flatnonzero(of >= 0)
+    rows = rows[~is_whole[of[rows]]]
+    if rows.size == 0:
+        return whole
+    # Numbers that no track has: each piece is found anew from its own reports.
+    beyond = number.size
+    pieces = dict(zip(rows.tolist(), (beyond + of[rows]).tolist(), strict=True))
+    parts = smoothed_history(reports, pieces, tracks, settings)
+    parts = replace(parts, track=parts.track - beyond)
+    return TrackTable.concatenate([whole, parts], history.dim)
+
+
+def _names(segments: Segments, joins: Joins, following: int) -> IntArray:
+    """Return the name of each segment: that of the first of its object, or a new one."""
+    name = np.full(len(segments), -1, dtype=np.int64)
+    followed = np.zeros(len(segments), dtype=np.bool_)
+    followed[joins.before[joins.before >= 0]] = True
+    for each in np.argsort(segments.begin, kind="stable").tolist():
+        before = int(joins.before[each])
+        if before >= 0:
+            name[each] = name[before]
+        elif segments.before[each] < 0:
+            name[each] = segments.track[each]
+        elif segments.count[each] > 1 or followed[each]:
+            # It was of a track that goes on elsewhere now.
+            name[each], following = following, following + 1
+    return name

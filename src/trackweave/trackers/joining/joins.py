@@ -1,0 +1,273 @@
+"""Which ends of tracks and which beginnings after them are one object, hidden in between.
+
+The field calls it track segment association, or track stitching [1]_: tracks with their smoothed
+states are items, an end has at most one beginning and a beginning at most one end, and the choice
+is an assignment problem with a bound. How often objects fall silent, end and begin, and where, is
+learned from the record itself, by expectation and maximisation over all pairs.
+
+References
+----------
+.. [1] S. Zhang, Y. Bar-Shalom, Track segment association for GMTI tracks of evasive move-stop-move
+   maneuvering targets, *IEEE Trans. Aerospace and Electronic Systems* 47 (3), 2011, pp. 1899-1914.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.problem import AssignmentProblem, Certificate
+from trackweave.domain.tracks import TrackTable
+from trackweave.randomness import RandomSource
+from trackweave.solvers.solving import solve
+from trackweave.trackers.joining.places import MOST, Places, Room
+from trackweave.trackers.joining.segments import Paths, Segments
+from trackweave.trackers.joining.straying import Straying
+
+__all__ = ["Join", "Joins", "joins_of"]
+
+EDGE = 4.0
+"""What is so many intervals from the record's end or beginning neither ends nor begins."""
+REACH, SIGMAS = 2.0, 6.0
+"""Nobody comes farther than so many times its speed before or after lets it, but for noise."""
+KNOWN_LINK = 2.0
+"""What speaks for two segments that the tracker held to be one object [nats]."""
+ROUNDS, MESSAGES = 20, 40
+SURE = 25.0
+"""Nothing is surer than this [nats]: of larger odds, differences would be lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Join:
+    """Two segments that are one object, hidden in between."""
+
+    before: int
+    after: int
+    silence: float
+    """How long nobody saw it [s]."""
+    probability: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joins:
+    """All joins of a record, and how sure they are.
+
+    Parameters
+    ----------
+    before
+        The segment before each one, -1 for none, shape (segments,).
+    found
+        Joins that the tracker had not made, in order of time.
+    births, deaths
+        Objects that are taken to begin after the record's beginning, and to end before its end.
+    certificate
+        Of the choice, against "no two segments are one object".
+    """
+
+    before: IntArray
+    found: tuple[Join, ...]
+    births: float
+    deaths: float
+    certificate: Certificate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pairs:
+    """Segments that end, those that begin, and which of them may be one; columns by pair."""
+
+    ends: IntArray  # Segments
+    begins: IntArray
+    end: IntArray  # Place in ``ends``
+    begin: IntArray  # Place in ``begins``
+    wait: FloatArray  # [s]
+
+
+def joins_of(
+    segments: Segments, states: TrackTable, *, longest: float | None = None, rng: RandomSource = 0
+) -> Joins | None:
+    """Return which segments of a finished record are one object's.
+
+    Parameters
+    ----------
+    segments
+        Pieces of tracks, of which each track's own follow one another.
+    states
+        Smoothed states of each piece by itself; ``track`` is its number.
+    longest
+        The longest silence [s]; None for any.
+    rng
+        A generator, or a seed.
+
+    Returns
+    -------
+    The joins; None where too little was seen to tell how objects move.
+    """
+    paths = Paths(states)
+    span = float(segments.end.max() - segments.begin.min())
+    least = float(np.median(segments.interval))
+    straying = Straying.learned(paths, segments, least) if span > 0.0 else None
+    if straying is None:
+        return None
+    pairs = _candidates(paths, segments, np.inf if longest is None else longest)
+    if pairs.wait.size == 0:
+        return None
+    lone = segments.count[pairs.begins[pairs.begin]] < 2
+    gain = straying.log_density(
+        paths, paths.last[pairs.ends[pairs.end]], paths.first[pairs.begins[pairs.begin]], lone
+    )
+    # Of how long a silence lasts nothing is known but its order.
+    gain -= np.log(np.maximum(pairs.wait, least) * np.log(max(span / least, 2.0)))
+    is_known = segments.before[pairs.begins[pairs.begin]] == pairs.ends[pairs.end]
+    gain += np.where(is_known, KNOWN_LINK, 0.0)
+    rates = _Rates(paths, segments, pairs, span)
+    gain, probability = rates.settled(pairs, gain)
+    before, found, certificate = _chosen(segments, pairs, (gain, probability), rng)
+    return Joins(before, found, rates.births, rates.deaths, certificate)
+
+
+def _candidates(paths: Paths, segments: Segments, longest: float) -> _Pairs:
+    """Return which ends and beginnings may be one object's, by how fast it is."""
+    first, last = float(segments.begin.min()), float(segments.end.max())
+    edge = EDGE * segments.interval
+    ends = np.flatnonzero(segments.end < last - edge)
+    begins = np.flatnonzero(segments.begin > first + edge)
+    states, dim = paths.states, paths.dim
+    place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
+    at_end, at_begin = paths.last[ends], paths.first[begins]
+    pace = np.exp(paths.speed(at_end, onwards=False)[0])
+    own, other, waits = [], [], []
+    for number, row in enumerate(at_begin.tolist()):
+        wait = segments.begin[begins[number]] - segments.end[ends]
+        later = np.exp(paths.speed(at_begin[number : number + 1], onwards=True)[0])
+        apart = np.sqrt(np.sum((place[at_end] - place[row]) ** 2, axis=1))
+        noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
+        fits = apart <= REACH * np.maximum(pace, later) * wait + noise
+        near = np.flatnonzero((wait > 0.0) & (wait <= longest) & fits)
+        own.append(near)
+        other.append(np.full(near.size, number))
+        waits.append(wait[near])
+    nothing = [np.empty(0, np.int64)]
+    return _Pairs(
+        ends, begins, np.concatenate(own or nothing), np.concatenate(other or nothing),
+        np.concatenate(waits or [np.empty(0)]),
+    )  # fmt: skip
+
+
+class _Kind:
+    """One kind of event, such as firm tracks that end: how many, and where."""
+
+    def __init__(
+        self, room: Room, places: Places, which: NDArray[np.bool_], lone: NDArray[np.bool_]
+    ) -> None:
+        self._which = which
+        rows = np.flatnonzero(which)
+        own = Places(places.position[rows], places.speed[rows])
+        some = np.unique(np.linspace(0, max(rows.size - 1, 0), min(rows.size, MOST)).astype(int))
+        samples = own if some.size == rows.size else Places(*(each[some] for each in own))
+        single = lone[rows]
+        self._near = room.near(samples, own, whatever_speed=single)
+        self._even = np.where(single, 1.0 / room.volume, room.even(own))
+        self._some, self._scale = rows[some], rows.size / max(some.size, 1)
+
+    def density(self, weight: FloatArray) -> tuple[float, FloatArray]:
+        """Return how many there are, each of some weight, and how dense they are at each."""
+        number = float(weight[self._which].sum()) + 0.5
+        near = self._near @ weight[self._some] * self._scale
+        return number, 0.5 * number * self._even + 0.5 * near
+
+
+class _Rates:
+    """How often segments begin and end for good, and how often as silences."""
+
+    def __init__(self, paths: Paths, segments: Segments, pairs: _Pairs, span: float) -> None:
+        self.births = self.deaths = 0.0
+        self._span, room = span, Room(paths)
+        begun = Places.of(paths, paths.first[pairs.begins], onwards=True)
+        ended = Places.of(paths, paths.last[pairs.ends], onwards=False)
+        firm_begin, firm_end = segments.is_firm[pairs.begins], segments.is_firm[pairs.ends]
+        one_begin, none = segments.count[pairs.begins] < 2, np.zeros(pairs.ends.size, np.bool_)
+        # Of segments of a few reports many are nobody's: they speak for themselves.
+        self._begins = [(w, _Kind(room, begun, w, one_begin)) for w in (firm_begin, ~firm_begin)]
+        self._ends = [(w, _Kind(room, ended, w, none)) for w in (firm_end, ~firm_end)]
+        self._presence = room.presence(ended)
+
+    def settled(self, pairs: _Pairs, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what speaks for each pair against two objects [nats], and its probability."""
+        # Begun where all are silences: what ends for good has to show.
+        begun, ended = np.full(pairs.begins.size, 0.9), np.full(pairs.ends.size, 0.9)
+        total, share = gain, np.zeros_like(gain)
+        for _ in range(ROUNDS):
+            new, odds = self._new(begun), self._odds(ended)
+            total = gain + np.log(odds)[pairs.end] - np.log(new)[pairs.begin]
+            share = _marginals(pairs, total)
+            ended = np.bincount(pairs.end, share, pairs.ends.size)
+            begun = np.bincount(pairs.begin, share, pairs.begins.size)
+        return total, share
+
+    def _new(self, begun: FloatArray) -> FloatArray:
+        """Return the density of beginnings that no silence went before, per second."""
+        density = np.empty_like(begun)
+        numbers = []
+        for which, kind in self._begins:
+            number, density[which] = kind.density(1.0 - begun)
+            numbers.append(number)
+        self.births = numbers[0] - 0.5
+        return density / self._span
+
+    def _odds(self, ended: FloatArray) -> FloatArray:
+        """Return how many times as often objects fall silent as they end, at each end."""
+        odds, numbers = np.empty_like(ended), []
+        for which, kind in self._ends:
+            number, over = kind.density(1.0 - ended)
+            odds[which] = (float(ended[which].sum()) + 0.5) * self._presence[which] / over
+            numbers.append(number)
+        self.deaths = numbers[0] - 0.5
+        return odds
+
+
+def _marginals(pairs: _Pairs, gain: FloatArray) -> FloatArray:
+    """Return how probable each pair is if each end and beginning is in one at most."""
+    # Belief propagation, exact where pairs make no circle: J. L. Williams, R. A. Lau, Approximate
+    # evaluation of marginal association probabilities with belief propagation, IEEE Trans.
+    # Aerospace and Electronic Systems 50 (4), 2014.
+    odds = np.exp(np.minimum(gain, SURE))
+    back: FloatArray = np.ones(odds.size)
+    for _ in range(MESSAGES):
+        wanted = odds * back
+        others = np.bincount(pairs.end, wanted, pairs.ends.size)[pairs.end] - wanted
+        offer = odds / (1.0 + np.maximum(others, 0.0))
+        rivals = np.bincount(pairs.begin, offer, pairs.begins.size)[pairs.begin] - offer
+        back = np.asarray(1.0 / (1.0 + np.maximum(rivals, 0.0)))
+    wanted = odds * back
+    return np.asarray(wanted / (1.0 + np.bincount(pairs.end, wanted, pairs.ends.size)[pairs.end]))
+
+
+def _chosen(
+    segments: Segments, pairs: _Pairs, odds: tuple[FloatArray, FloatArray], rng: RandomSource
+) -> tuple[IntArray, tuple[Join, ...], Certificate]:
+    """Return the best choice; of what it joins anew, what is more probable than not."""
+    gain, probability = odds
+    worth = np.flatnonzero(gain > 0.0)
+    tuples = np.stack([pairs.end[worth] + 1, pairs.begin[worth] + 1], axis=1)
+    problem = AssignmentProblem.from_tuples(tuples, -np.minimum(gain[worth], SURE))
+    answer = solve(problem, rng=rng)
+    assert problem.row is not None
+    rows = problem.row[answer.nodes]
+    before = np.full(len(segments), -1, dtype=np.int64)
+    followed = np.zeros(len(segments), dtype=np.bool_)
+    found = []
+    for row in np.sort(worth[rows[rows >= 0]]).tolist():
+        early, late = int(pairs.ends[pairs.end[row]]), int(pairs.begins[pairs.begin[row]])
+        if segments.before[late] != early:
+            if probability[row] <= 0.5:
+                continue
+            found.append(Join(early, late, float(pairs.wait[row]), float(probability[row])))
+        before[late], followed[early] = early, True
+    # What the tracker held to be one stays so, unless one of both is better joined otherwise.
+    for late in np.flatnonzero((segments.before >= 0) & (before < 0)).tolist():
+        early = int(segments.before[late])
+        if not followed[early]:
+            before[late], followed[early] = early, True
+    found.sort(key=lambda join: segments.begin[join.after])
+    return before, tuple(found), answer.certificate

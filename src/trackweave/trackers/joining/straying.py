@@ -1,0 +1,166 @@
+"""How far objects stray from straight flight, learned from as long a time in which they were seen.
+
+What an object does in a silence nobody saw. But what objects of the same record did in as long a
+time while they were followed is known, and no model of motion tells it as well: ships that turn
+now and then, aircraft that hold, people who stop.
+"""
+
+from dataclasses import dataclass
+from math import lgamma, log, pi
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.trackers.joining.segments import Paths, Segments
+
+__all__ = ["Straying", "student_log_density"]
+
+TAIL = 4.0
+"""Degrees of freedom of Student's t: some objects turn back, most go on."""
+N_LAGS, N_STARTS, N_SEGMENTS, FEWEST = 14, 12, 300, 10
+"""Times that are looked at, beginnings of such a time in one segment, segments, and how many
+cases tell of one time."""
+LEAST_STRAY, LEAST_CHANGE = 0.02, 0.05
+"""Nobody flies straighter, as a share of the way, or keeps its speed better (of its logarithm)."""
+SCALES = np.exp(np.linspace(-25.0, 5.0, 121))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Straying:
+    """How far objects come from where straight flight would have brought them, by time.
+
+    Along and across their way (and upwards) the distance is Student's t, with scales that are
+    shares of the way at the speed before; so is the change of the logarithm of the speed.
+    """
+
+    time: FloatArray  # Ascending [s], shape (times,)
+    squares: FloatArray  # Squared scales: along, across[, up], speed; shape (times, dim + 1)
+
+    @classmethod
+    def learned(cls, paths: Paths, segments: Segments, least: float) -> Self | None:
+        """Return what segments tell of times from a least one [s] on; None for nothing."""
+        length = paths.states.time[paths.last] - paths.states.time[paths.first]
+        firm = np.flatnonzero(segments.is_firm & (length > 0.0))
+        if firm.size == 0:
+            return None
+        # Evenly chosen, as a record's beginning is no better than its end.
+        firm = firm[np.linspace(0, firm.size - 1, min(firm.size, N_SEGMENTS)).astype(int)]
+        times, found = [], []
+        for lag in np.geomspace(least, max(float(length.max()), 2.0 * least), N_LAGS):
+            before, after = _cases(paths, firm[length[firm] >= lag], float(lag))
+            squares = _scales(paths, before, after)
+            if squares is not None:
+                times.append(lag)
+                found.append(squares)
+        return cls(np.array(times), np.array(found)) if times else None
+
+    def log_density(
+        self, paths: Paths, before: IntArray, after: IntArray, lone: NDArray[np.bool_]
+    ) -> FloatArray:
+        """Return how likely segments that end in some states go on in others, pair by pair."""
+        # The logarithm of the density of the place [m⁻ᵈ] and of the logarithm of the speed; of
+        # the place alone where ``lone`` is true.
+        wait = paths.states.time[after] - paths.states.time[before]
+        off, covariance, pace = _off(paths, before, after)
+        scales = self._at(wait)
+        dim = paths.dim
+        diagonal = np.arange(dim)
+        covariance[:, diagonal, diagonal] += (
+            (scales[:, :dim] + LEAST_STRAY**2) * (pace * wait**2)[:, np.newaxis]
+        )  # fmt: skip
+        place = student_log_density(off, covariance)
+        change, unsure = _change(paths, before, after)
+        spread = unsure + scales[:, dim] + LEAST_CHANGE**2
+        kept = student_log_density(change[:, np.newaxis], spread[:, np.newaxis, np.newaxis])
+        return place + np.where(lone, 0.0, kept)
+
+    def _at(self, wait: FloatArray) -> FloatArray:
+        logs = np.log(np.maximum(wait, self.time[0]))
+        return np.stack(
+            [np.interp(logs, np.log(self.time), column) for column in self.squares.T], axis=1
+        )
+
+
+def student_log_density(off: FloatArray, scale: FloatArray) -> FloatArray:
+    """Return the log density of multivariate t, for rows of (rows, n) and (rows, n, n)."""
+    # S. Kotz, S. Nadarajah, Multivariate t Distributions and Their Applications, 2004, eq. (1.1).
+    n = off.shape[1]
+    squared = np.sum(off * np.linalg.solve(scale, off[..., np.newaxis])[..., 0], axis=1)
+    size = lgamma((TAIL + n) / 2) - lgamma(TAIL / 2) - 0.5 * n * log(TAIL * pi)
+    log_volume = 0.5 * np.linalg.slogdet(scale)[1]
+    return np.asarray(size - log_volume - 0.5 * (TAIL + n) * np.log1p(squared / TAIL))
+
+
+def _cases(paths: Paths, segments: IntArray, lag: float) -> tuple[IntArray, IntArray]:
+    """Return states of segments, and those of the same a time later."""
+    time, before, after = paths.states.time, [], []
+    for segment in segments.tolist():
+        first, last = paths.first[segment], paths.last[segment]
+        own = time[first : last + 1]
+        n = int(np.clip(3.0 * (own[-1] - own[0]) / lag, 1, N_STARTS))
+        starts = np.linspace(own[0], own[-1] - lag, n)
+        before.append(first + np.searchsorted(own, starts))
+        after.append(first + np.minimum(np.searchsorted(own, starts + lag), own.size - 1))
+    if not before:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    early, late = np.concatenate(before), np.concatenate(after)
+    apart = time[late] > time[early]
+    return early[apart], late[apart]
+
+
+def _scales(paths: Paths, before: IntArray, after: IntArray) -> FloatArray | None:
+    """Return the squared scales that cases tell; None for too few."""
+    off, covariance, pace = _off(paths, before, after)
+    change, unsure = _change(paths, before, after)
+    # Where an object stands it strays from nothing.
+    moves = unsure < 1.0
+    if np.count_nonzero(moves) < FEWEST:
+        return None
+    way = (pace * (paths.states.time[after] - paths.states.time[before]) ** 2)[moves]
+    # Each segment counts once, however long.
+    _, own, n = np.unique(
+        paths.states.track[before][moves], return_inverse=True, return_counts=True
+    )
+    weight = 1.0 / n[own]
+    found = [
+        _scale(off[moves, axis] / np.sqrt(way), covariance[moves, axis, axis] / way, weight)
+        for axis in range(paths.dim)
+    ]
+    return np.array([*found, _scale(change[moves], unsure[moves], weight)])
+
+
+def _scale(off: FloatArray, known: FloatArray, weight: FloatArray) -> float:
+    """Return the likeliest squared scale beyond what is known, of t."""
+    spread = known[np.newaxis] + SCALES[:, np.newaxis]
+    likely = -0.5 * np.log(spread) - 0.5 * (TAIL + 1.0) * np.log1p(off**2 / (TAIL * spread))
+    return float(SCALES[np.argmax(likely @ weight)])
+
+
+def _off(
+    paths: Paths, before: IntArray, after: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how far later states are off straight flight, along the way, with squared speeds."""
+    states, dim = paths.states, paths.dim
+    early, late = states.mean[before], states.mean[after]
+    wait = (states.time[after] - states.time[before])[:, np.newaxis]
+    off = late[:, :dim] - early[:, :dim] - wait * early[:, dim:]
+    own, lag = states.covariance[before], wait[:, np.newaxis]
+    crossed = own[:, :dim, dim:] + own[:, dim:, :dim]
+    covariance = own[:, :dim, :dim] + lag * crossed + lag**2 * own[:, dim:, dim:]
+    covariance = covariance + states.covariance[after][:, :dim, :dim]
+    heading = np.arctan2(early[:, dim + 1], early[:, dim])
+    turned = np.tile(np.eye(dim), (before.size, 1, 1))
+    turned[:, 0, 0] = turned[:, 1, 1] = np.cos(heading)
+    turned[:, 0, 1], turned[:, 1, 0] = np.sin(heading), -np.sin(heading)
+    along = np.einsum("nij,nj->ni", turned, off)
+    pace = np.exp(2.0 * paths.speed(before, onwards=False)[0])
+    return along, turned @ covariance @ turned.swapaxes(1, 2), pace
+
+
+def _change(paths: Paths, before: IntArray, after: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return how the logarithm of the speed changed, and how unsure that is."""
+    early, unsure = paths.speed(before, onwards=False)
+    late, also = paths.speed(after, onwards=True)
+    return late - early, unsure + also

@@ -1,0 +1,147 @@
+"""Ends and beginnings far apart are joined where one object explains both."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from trackweave.association.problem import Status
+from trackweave.domain.tracks import CONFIRMED, TrackTable
+from trackweave.trackers.joining import joins
+from trackweave.trackers.joining.joins import joins_of
+from trackweave.trackers.joining.segments import segments_of
+
+Piece = tuple[float, float]
+"""From when to when an object is seen [s]."""
+
+
+def seen(
+    pieces: list[list[Piece]], seed: int = 1, *, together: bool = False
+) -> tuple[joins.Segments, TrackTable, list[int]]:
+    """Return segments of objects that wander at 5 to 15 m/s, states of each, and whose each is."""
+    # Each piece is a track of its own, or all of one object are where ``together``.
+    rng = np.random.default_rng(seed)
+    rows, whose, track = [], [], 0
+    for number, own in enumerate(pieces):
+        heading, speed = rng.uniform(0, 2 * np.pi), rng.uniform(5, 15)
+        place, time = rng.uniform(0, 8000, 2), 0.0
+        for first, last in own:
+            while time <= last:
+                if time >= first:
+                    velocity = speed * np.array([np.cos(heading), np.sin(heading)])
+                    rows.append((time, track, *(place + rng.normal(0, 2, 2)), *velocity))
+                heading += rng.normal(0.0, 0.01)
+                place = place + speed * np.array([np.cos(heading), np.sin(heading)])
+                time += 1.0
+            whose.append(number)
+            track += not together
+        track += together
+    table = np.array(sorted(rows))
+    time, number = table[:, 0], table[:, 1].astype(np.int64)
+    segments, of = segments_of(number, time, range(track))
+    n = len(table)
+    covariance = np.tile(np.diag([4.0, 4.0, 0.1, 0.1]), (n, 1, 1))
+    states = TrackTable(
+        time, of, np.full(n, CONFIRMED), table[:, 2:], covariance, np.zeros(n),
+        np.ones(n, np.int64), time,
+    )  # fmt: skip
+    return segments, states, whose
+
+
+WHOLE = [[(0.0, 400.0)]] * 8
+BROKEN = [[(0.0, 100.0), (220.0, 400.0)], [(0.0, 180.0), (280.0, 400.0)]]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_object_that_hid_is_joined_with_itself(seed):
+    segments, states, whose = seen([*WHOLE, *BROKEN], seed)
+    found = joins_of(segments, states)
+    assert found is not None
+    assert len(found.found) == 2
+    assert all(whose[join.before] == whose[join.after] for join in found.found)
+    assert {join.silence for join in found.found} == {120.0, 100.0}
+    assert all(0.5 < join.probability <= 1.0 for join in found.found)
+    assert found.certificate.status == Status.OPTIMAL
+
+
+def test_a_silence_longer_than_told_joins_nothing():
+    segments, states, _ = seen([*WHOLE, *BROKEN])
+    found = joins_of(segments, states, longest=110.0)
+    assert found is not None
+    assert [join.silence for join in found.found] == [100.0]
+
+
+def test_what_the_tracker_held_to_be_one_object_stays_so():
+    segments, states, _ = seen([*WHOLE, *BROKEN], together=True)
+    assert np.count_nonzero(segments.before >= 0) == 2
+    found = joins_of(segments, states)
+    assert found is not None
+    assert found.before.tolist() == segments.before.tolist()
+    assert found.found == ()
+
+
+def test_objects_that_end_and_others_that_begin_elsewhere_stay_two():
+    ended = [[(0.0, 100.0 + 20 * k)] for k in range(4)]
+    begun = [[(200.0 + 20 * k, 400.0)] for k in range(4)]
+    segments, states, whose = seen([*WHOLE, *ended, *begun], 4)
+    found = joins_of(segments, states)
+    joined = () if found is None else found.found
+    assert all(whose[join.before] == whose[join.after] for join in joined)
+
+
+def test_nobody_is_in_two_joins_at_one_end():
+    segments, states, _ = seen([*WHOLE, *(BROKEN * 4)], 9)
+    found = joins_of(segments, states)
+    assert found is not None
+    taken = found.before[found.before >= 0]
+    assert np.unique(taken).size == taken.size
+
+
+def test_the_order_of_tracks_changes_nothing():
+    pieces = [*WHOLE, *BROKEN]
+    segments, states, _ = seen(pieces)
+    first = joins_of(segments, states)
+    # The same states, their tracks numbered from the other end.
+    last = len(segments) - 1
+    names = ("track", "begin", "end", "count", "interval", "before")
+    turned = joins.Segments(*(getattr(segments, name)[::-1] for name in names))
+    back = joins_of(
+        turned, TrackTable(states.time, last - states.track, *(
+            getattr(states, name) for name in
+            ("status", "mean", "covariance", "score", "hits", "last_update")
+        )),
+    )  # fmt: skip
+    assert first is not None
+    assert back is not None
+    assert [(last - j.before, last - j.after) for j in back.found] == [
+        (j.before, j.after) for j in first.found
+    ]
+    assert [j.probability for j in back.found] == pytest.approx(
+        [j.probability for j in first.found]
+    )
+
+
+def test_too_little_to_learn_from_joins_nothing():
+    segments, states, _ = seen([[(0.0, 4.0), (80.0, 84.0)], [(0.0, 6.0)]])
+    assert joins_of(segments, states) is None
+
+
+def marginals_by_hand(n_ends: int, n_begins: int, pairs: dict[tuple[int, int], float]):
+    total, share = 0.0, dict.fromkeys(pairs, 0.0)
+    for chosen in product([False, True], repeat=len(pairs)):
+        own = [pair for pair, is_in in zip(pairs, chosen, strict=True) if is_in]
+        if len({e for e, _ in own}) < len(own) or len({b for _, b in own}) < len(own):
+            continue
+        weight = np.exp(sum(pairs[pair] for pair in own))
+        total += weight
+        for pair in own:
+            share[pair] += weight
+    return [value / total for value in share.values()]
+
+
+def test_probabilities_are_those_of_all_choices_where_pairs_make_no_circle():
+    pairs = {(0, 0): 1.0, (0, 1): -0.5, (1, 1): 2.0, (1, 2): 0.3, (2, 2): -1.0}
+    end, begin = (np.array(each) for each in zip(*pairs, strict=True))
+    table = joins._Pairs(np.arange(3), np.arange(3), end, begin, np.ones(5))
+    found = joins._marginals(table, np.array(list(pairs.values())))
+    np.testing.assert_allclose(found, marginals_by_hand(3, 3, pairs), rtol=1e-9)
