@@ -98,11 +98,14 @@ def with_joins(
     # ``found`` are the tracks as they were known, the history, and the assignments.
     tracks, history, assigned = found
     kept = np.unique(history.track[history.status > TENTATIVE])
-    if kept.size < 2 or np.ptp(reports.time[np.isin(assigned.track, kept)]) == 0.0:
+    if kept.size < 2:
         return history, assigned, None
     segments, of = segments_of(assigned.track, reports.time, kept.tolist())
     states = _states(reports, found, (segments, of), settings)
-    joins = joins_of(segments, states, longest=settings.lifecycle.rejoin, rng=rng)
+    known = () if priors is None else priors.track.tolist()
+    joins = joins_of(
+        segments, states, known=known, longest=settings.lifecycle.rejoin, rng=rng
+    )  # fmt: skip
     if joins is None or not joins.found:
         return history, assigned, None
     newest = max(int(history.track.max()), int(tracks.track.max(initial=0)))

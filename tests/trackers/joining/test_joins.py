@@ -121,6 +121,37 @@ def test_the_order_of_tracks_changes_nothing():
     )
 
 
+def test_a_track_known_beforehand_is_joined_to_nobody_before_it():
+    segments, states, whose = seen([*WHOLE, *BROKEN])
+    late = [n for n in range(len(whose)) if segments.begin[n] > 0.0]
+    found = joins_of(segments, states, known=segments.track[late].tolist())
+    assert found is None or found.found == ()
+
+
+def test_tracks_of_one_report_each_are_joined_with_nobody():
+    time, track = np.arange(5.0), np.arange(5)
+    segments, of = segments_of(track, time, range(5))
+    n = np.ones(5, np.int64)
+    covariance = np.tile(np.eye(4), (5, 1, 1))
+    states = TrackTable(time, of, n, np.zeros((5, 4)), covariance, time, n, time)
+    assert joins_of(segments, states) is None
+
+
+def test_objects_that_stand_as_if_nailed_are_joined_where_they_stand():
+    time = np.tile([float(t) for t in (*range(20), *range(200, 220))], 3)
+    track = np.repeat(np.arange(6), 20)
+    order = np.argsort(time, kind="stable")
+    time, track = time[order], track[order]
+    segments, of = segments_of(track, time, range(6))
+    place = np.where(track < 2, 0.0, np.where(track < 4, 50.0, 90.0))
+    mean = np.stack([place, place, 0 * place, 0 * place], axis=1)
+    n = np.ones(time.size, np.int64)
+    states = TrackTable(time, of, n, mean, np.zeros((time.size, 4, 4)), time, n, time)
+    found = joins_of(segments, states)
+    assert found is not None
+    assert found.before.tolist() == [-1, 0, -1, 2, -1, 4]
+
+
 def test_too_little_to_learn_from_joins_nothing():
     segments, states, _ = seen([[(0.0, 4.0), (80.0, 84.0)], [(0.0, 6.0)]])
     assert joins_of(segments, states) is None

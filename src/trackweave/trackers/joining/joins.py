@@ -11,6 +11,7 @@ References
    maneuvering targets, *IEEE Trans. Aerospace and Electronic Systems* 47 (3), 2011, pp. 1899-1914.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +85,12 @@ class _Pairs:
 
 
 def joins_of(
-    segments: Segments, states: TrackTable, *, longest: float | None = None, rng: RandomSource = 0
+    segments: Segments,
+    states: TrackTable,
+    *,
+    known: Collection[int] = (),
+    longest: float | None = None,
+    rng: RandomSource = 0,
 ) -> Joins | None:
     """Return which segments of a finished record are one object's.
 
@@ -94,6 +100,8 @@ def joins_of(
         Pieces of tracks, of which each track's own follow one another.
     states
         Smoothed states of each piece by itself; ``track`` is its number.
+    known
+        Tracks that were there before the record began.
     longest
         The longest silence [s]; None for any.
     rng
@@ -109,7 +117,8 @@ def joins_of(
     straying = Straying.learned(paths, segments, least) if span > 0.0 else None
     if straying is None:
         return None
-    pairs = _candidates(paths, segments, np.inf if longest is None else longest)
+    is_new = ~(np.isin(segments.track, list(known)) & (segments.before < 0))
+    pairs = _candidates(paths, segments, is_new, np.inf if longest is None else longest)
     if pairs.wait.size == 0:
         return None
     lone = segments.count[pairs.begins[pairs.begin]] < 2
@@ -126,12 +135,14 @@ def joins_of(
     return Joins(before, found, rates.births, rates.deaths, certificate)
 
 
-def _candidates(paths: Paths, segments: Segments, longest: float) -> _Pairs:
+def _candidates(
+    paths: Paths, segments: Segments, is_new: NDArray[np.bool_], longest: float
+) -> _Pairs:
     """Return which ends and beginnings may be one object's, by how fast it is."""
     first, last = float(segments.begin.min()), float(segments.end.max())
     edge = EDGE * segments.interval
     ends = np.flatnonzero(segments.end < last - edge)
-    begins = np.flatnonzero(segments.begin > first + edge)
+    begins = np.flatnonzero(is_new & (segments.begin > first + edge))
     states, dim = paths.states, paths.dim
     place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
     at_end, at_begin = paths.last[ends], paths.first[begins]

@@ -57,7 +57,7 @@ def segments_of(
     time
         When each was [s], ascending.
     kept
-        The tracks to cut; at least one of them has two reports at different times.
+        The tracks to cut, each of which has a report.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def segments_of(
     begins = np.diff(owner, prepend=-1) != 0
     names, at = np.unique(owner, return_index=True)
     later = ~begins & (wait > 0.0)
-    usual = float(np.median(wait[later]))
+    usual = float(np.median(wait[later])) if later.any() else np.inf
     waits = [wait[part][later[part]] for part in map(slice, at, [*at[1:], len(rows)])]
     interval = np.array([_usual(own, usual) for own in waits])
     pace = interval[np.searchsorted(names, owner)]
