@@ -20,10 +20,11 @@ __all__ = ["run_demo"]
 CUTOFF = 50.0
 
 
-def run_demo(voice: Voice, out: Path, seed: int) -> dict[str, Any]:
+def run_demo(voice: Voice, out: Path, seed: int | None = None) -> dict[str, Any]:
     """Simulate, track, compare with the truth and write everything; return the comparison."""
     import tomllib
 
+    seed = 1 if seed is None else seed
     place = OutputDirectory(out, "demo")
     place.check()
     scenario = demo_scenario()

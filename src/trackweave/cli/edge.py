@@ -8,6 +8,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from math import isfinite
 from typing import Any, TextIO
 
@@ -16,6 +17,7 @@ import typer
 __all__ = [
     "Voice",
     "carry_out",
+    "done_by",
     "last_resort",
     "named_output",
     "show_json",
@@ -63,9 +65,26 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
-def carry_out(
-    run: Callable[..., Any], *given: object, json: bool, quiet: bool, **options: object
-) -> None:
+def done_by(target: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return what makes a command of its options: ``module.function`` of this package takes them.
+
+    It is imported when the command runs.
+    """
+
+    def command_of(options: Callable[..., None]) -> Callable[..., None]:
+        @with_status
+        @functools.wraps(options)
+        def command(*, json: bool = False, quiet: bool = False, **given: Any) -> None:
+            module, _, name = target.partition(".")
+            run = getattr(import_module(f"trackweave.cli.{module}"), name)
+            carry_out(run, json=json, quiet=quiet, **given)
+
+        return command
+
+    return command_of
+
+
+def carry_out(run: Callable[..., Any], *, json: bool, quiet: bool, **given: object) -> None:
     """Run what a command does, with a voice first, and print what it returns where JSON is asked.
 
     A word is said where kernels are compiled meanwhile.
@@ -74,7 +93,7 @@ def carry_out(
     gc.enable()
     voice = Voice(quiet=quiet or json)
     with voice.compiling():
-        found = run(voice, *given, **options)
+        found = run(voice, **given)
     if json:
         show_json(found)
 

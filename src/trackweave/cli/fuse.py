@@ -17,17 +17,18 @@ __all__ = ["run_fuse"]
 
 def run_fuse(
     voice: Voice,
-    tracks: Sequence[Path],
-    out: Path,
     *,
-    names: Sequence[str],
-    options: dict[str, Any],
-    config: Path | None = None,
-    preset: str | None = None,
-    seed: int | None = None,
+    tracks: Sequence[Path] | None,
+    out: Path,
+    name: Sequence[str] | None,
+    config: Path | None,
+    preset: str | None,
+    seed: int | None,
+    **options: Any,
 ) -> dict[str, Any]:
     """Fuse files of tracks and write what was found; return the run's totals."""
-    files = _named_files(tracks, names)
+    options = _nested(**options)
+    files = _named_files(tracks or [], name or [])
     place = OutputDirectory(out, "fuse")
     place.check([*files.values(), config])
     order = order_of(config, options)
@@ -42,6 +43,22 @@ def run_fuse(
     found = _summary(record, out)
     voice.results("Objects", found)
     return found
+
+
+def _nested(
+    *, register: bool, bias: str | None, false_rejection: float | None,
+    correlation: str | None, search: str | None, **options: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Return what the options say as the table ``[fusion]`` has it, None where they are silent."""
+    if bias is not None and not register:
+        raise InvalidInputError(f"--bias {bias}: expected --register beside it")
+    return {
+        **options,
+        "register": register or None,
+        "bias": None if bias is None else [word.strip() for word in bias.split(",")],
+        "statistic": {"false_rejection": false_rejection, "correlation": correlation},
+        "search": {"method": search},
+    }
 
 
 def _named_files(tracks: Sequence[Path], names: Sequence[str]) -> dict[str, Path]:

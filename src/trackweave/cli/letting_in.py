@@ -23,7 +23,7 @@ def token(
 
     The file keeps its digest alone: whoever reads it cannot come in. `serve --token-file FILE`.
     """
-    carry_out(run_token, file, json=json, quiet=quiet, name=name, shows=not json)
+    carry_out(run_token, file=file, json=json, quiet=quiet, name=name, shows=not json)
 
 
 def run_token(voice: Voice, file: Path, *, name: str, shows: bool) -> dict[str, Any]:
