@@ -13,6 +13,7 @@ from trackweave.studies.judging import (
     at_most,
     mean_of,
     share_of,
+    share_where,
     verdict_of,
 )
 from trackweave.studies.sentences import Sentences
@@ -72,7 +73,7 @@ def claims_of(tables: Tables) -> tuple[Claim, ...]:
 
 
 def _share(excess: FloatArray) -> Interval:
-    return share_of(int(np.count_nonzero(excess <= CLOSE)), excess.size)
+    return share_where(excess <= CLOSE)
 
 
 def _certain(tables: Tables) -> list[Claim]:
@@ -191,7 +192,7 @@ def _stops(tables: Tables) -> tuple[Claim, ...]:
             for name in ("generation", "of", "excess [nats]")
         )
         is_met = np.isfinite(when)
-        share = share_of(int(is_met.sum()), when.size)
+        share = share_where(is_met)
         preset = share if level == PRESET_THRESHOLD else preset
         if is_met.any():
             at = 100.0 * float(np.mean(when[is_met] / of[is_met]))
