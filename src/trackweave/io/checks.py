@@ -56,13 +56,7 @@ class Range:
 
 
 class RowChecks:
-    """Reads the columns of a table and keeps the first complaint about each row.
-
-    Parameters
-    ----------
-    table
-        The raw columns.
-    """
+    """Reads the columns of a table and keeps the first complaint about each row."""
 
     def __init__(self, table: RawTable) -> None:
         self._table = table
@@ -138,23 +132,8 @@ class RowChecks:
     def numbers(
         self, name: str, within: Range, *, optional: bool = False, among: BoolArray | None = None
     ) -> FloatArray:
-        """Return a column's numbers, complaining of every cell that is not as it should be.
-
-        Parameters
-        ----------
-        name
-            The column's name.
-        within
-            What a number may be.
-        optional
-            Whether a cell may be empty.
-        among
-            The rows to look at; None for all.
-
-        Returns
-        -------
-        The numbers; NaN in empty cells, in bad rows and in those passed over.
-        """
+        """Return a column's numbers, complaining of every cell that is not as it should be."""
+        # They are NaN in empty cells, in bad rows and in those not ``among`` the rows to look at.
         numbers = read_numbers(self.column(name))
         if among is None:
             return self._checked(name, numbers, within, optional=optional)
@@ -204,24 +183,9 @@ class RowChecks:
         return column
 
     def finish(self, on_bad_row: OnBadRow, *, may_skip: bool = False) -> tuple[BadRow, ...]:
-        """Return the rows that are left out, or refuse the table.
-
-        Parameters
-        ----------
-        on_bad_row
-            Whether a bad row is an error or is left out.
-        may_skip
-            Whether a user could have chosen, which a refusal then says.
-
-        Returns
-        -------
-        The bad rows in the table's order, none where a bad row is an error.
-
-        Raises
-        ------
-        DataFormatError
-            If a row is bad while bad rows are errors, or no row is good.
-        """
+        """Return the bad rows that are left out, in order; refuse the table where none may be."""
+        # It is refused, too, where no row is good. Whether a user could have chosen to skip bad
+        # rows, ``may_skip``, a refusal then says.
         bad = np.flatnonzero(self._complaint >= 0)
         none_left = not self.good.any()
         if on_bad_row == "fail" and (bad.size or self._table.skipped):
@@ -284,13 +248,7 @@ FEWEST_ANGLES, LEAST_SPAN = 60, 1.0
 
 
 def ask_back(checks: RowChecks) -> None:
-    """Refuse a table in which a whole column cannot be what its name says, and say what it seems.
-
-    Raises
-    ------
-    DataFormatError
-        If times seem to be milliseconds or finer, or latitudes and longitudes to be swapped.
-    """
+    """Refuse a whole column that cannot be what its name says; say what it seems to be."""
     time = _filled(checks, "time")
     if time.size:
         least = float(np.min(np.abs(time)))

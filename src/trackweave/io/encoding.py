@@ -19,27 +19,10 @@ __all__ = ["encode_json", "encode_table", "to_native"]
 
 
 def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
-    """Return the content of a file that holds a table.
-
-    Numbers are written with as many digits as it takes to read them back unchanged; what is not
-    finite becomes an empty cell. In CSV dates and durations become ISO 8601 text.
-
-    Parameters
-    ----------
-    frame
-        The table.
-    file_name
-        The file's name; its ending says how it is written: .csv, .csv.gz or .parquet.
-
-    Returns
-    -------
-    The file's bytes, without any time or name in them.
-
-    Raises
-    ------
-    DataFormatError
-        If the ending is another one.
-    """
+    """Return the content of a file of a table: .csv, .csv.gz or .parquet, as its name ends."""
+    # Numbers are written with as many digits as it takes to read them back unchanged; what is not
+    # finite becomes an empty cell. In CSV dates and durations become ISO 8601 text. There is no
+    # time or name in the bytes.
     ending = file_ending(Path(file_name))
     if ending == ".parquet":
         buffer = BytesIO()
@@ -108,21 +91,10 @@ def _as_text(column: pl.Series) -> pl.Series:
 
 
 def encode_json(document: Mapping[str, Any]) -> bytes:
-    """Return a document as JSON text: the same document always the same bytes.
-
-    Keys keep their order. Numbers that are not finite become null; NumPy's numbers and arrays,
-    enumerations and paths become numbers, lists and text. A list of objects, such as that of the
-    scans, takes one line per object.
-
-    Parameters
-    ----------
-    document
-        The document.
-
-    Returns
-    -------
-    UTF-8 text that ends in a line break.
-    """
+    """Return a document as JSON text: the same document always the same bytes."""
+    # Keys keep their order. Numbers that are not finite become null; NumPy's numbers and arrays,
+    # enumerations and paths become numbers, lists and text. A list of objects, such as that of the
+    # scans, takes one line per object.
     lines = [f"  {_dump(str(key))}: {_value(item)}" for key, item in document.items()]
     # Lone surrogates, which file names may have, survive only as escapes.
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode("utf-8", "backslashreplace")

@@ -110,22 +110,10 @@ def read_problem(source: TableSource) -> ProblemTable:
 
 
 def answer_frame(table: ProblemTable, problem: AssignmentProblem, answer: Answer) -> pl.DataFrame:
-    """Return an answer as a data frame, with the columns of an assignment problem.
-
-    Parameters
-    ----------
-    table
-        What the problem was made of.
-    problem
-        The problem, as ``table.problem()`` gave it.
-    answer
-        What a solver chose.
-
-    Returns
-    -------
-    ``i1,…,iS,cost``: the chosen tuples, sorted, and then the items that are left alone, list
-    after list, each with its price. No rows where the answer does not cover what it must.
-    """
+    """Return an answer as a data frame, with the columns of an assignment problem."""
+    # The chosen tuples, sorted, and then the items that are left alone, list after list, each with
+    # its price. No rows where the answer does not cover what it must. ``problem`` is as
+    # ``table.problem()`` gave it.
     rows = np.zeros(0, dtype=np.int64)
     if problem.row is not None and answer.status in {Status.OPTIMAL, Status.FEASIBLE}:
         rows = problem.row[answer.nodes]

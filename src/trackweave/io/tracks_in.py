@@ -161,29 +161,13 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
 
 
 def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTable:
-    """Read the last row of each track that lives at the end of a tracks table.
-
-    A track whose last row is older than the table's newest by its usual time between rows, the
-    median over all tracks, or by more has ended and does not come back. Where no track has two
-    rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
-    are no others in the table.
-
-    Needed are the columns that ``read_local_tracks`` needs. Where they are missing, ``status`` is
-    confirmed, ``score`` and ``hits`` are 0 and ``last_update`` is the row's time.
-
-    Parameters
-    ----------
-    source
-        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
-        have no rows.
-    frame
-        The plane of the reports, None for plane coordinates. Where the table has ``lat,lon`` too,
-        they must lie there at ``x,y``: tracks of another plane are refused.
-
-    Returns
-    -------
-    One row per track that lives, sorted by track.
-    """
+    """Return the last row of each track that lives at the end of a tracks table, by track."""
+    # A track whose last row is older than the table's newest by its usual time between rows, the
+    # median over all tracks, or by more has ended and does not come back. Where no track has two
+    # rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
+    # are no others. Where they are missing, ``status`` is confirmed, ``score`` and ``hits`` are 0
+    # and ``last_update`` is the row's time. Where the table has ``lat,lon`` too, they must lie on
+    # the reports' plane at ``x,y``: tracks of another plane are refused.
     checks, _ = _checks_of(source)
     states, covariance = _whole_states(checks)
     if frame is not None:
