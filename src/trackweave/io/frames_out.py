@@ -162,19 +162,16 @@ def _report_rows(reports: ReportTable) -> pl.DataFrame:
     return _frame([*columns, *_carried_columns(reports, columns)])
 
 
-def truth_frame(
-    truth: TruthTable, frame: LocalFrame | None = None, *, iso_time: bool = False
-) -> pl.DataFrame:
-    """Return true positions: ``time,target,x,y[,z][,lat,lon[,alt_m]][,vx,vy[,vz]]``."""
+def truth_frame(truth: TruthTable) -> pl.DataFrame:
+    """Return true positions: ``time,target,x,y[,z][,vx,vy[,vz]]``."""
     dim = truth.dim
     names = state_names(dim)
     velocity = [] if truth.velocity is None else _number_columns(names[dim:], truth.velocity)
     return pl.DataFrame(
         [
-            _time_column("time", truth.time, iso_time=iso_time),
+            pl.Series("time", truth.time, dtype=pl.Float64),
             _text_column("target", truth.target),
             *_number_columns(names[:dim], truth.position),
-            *_geodetic_columns(truth.position, frame),
             *velocity,
         ]
     )

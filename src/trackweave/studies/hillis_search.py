@@ -68,11 +68,9 @@ WITHOUT_END = 10**9
 """A limit that something else comes before."""
 
 
-def full_window(
-    rng: np.random.Generator, n_objects: int, depth: int = 5, n_scans: int = 7
-) -> AssignmentProblem:
-    """Return a full window's problem, what lies before it rightly fixed as far as is possible."""
-    followed = follow(dense_scene(rng, n_objects, n_scans), Exact(), depth, rng)
+def full_window(rng: np.random.Generator, n_objects: int) -> AssignmentProblem:
+    """Return the problem of five scans, two more before them rightly fixed as far as possible."""
+    followed = follow(dense_scene(rng, n_objects, 7), Exact(), 5, rng)
     return followed.asked.problems[-1]
 
 
