@@ -37,15 +37,12 @@ LONGEST_NAME = 256
 class Range:
     """What a number may be."""
 
-    low: float
-    """The smallest value."""
-    high: float
-    """The largest value."""
+    low: float  # The smallest value
+    high: float  # The largest value
+    # What a message asks for where there is no number, or a negative one where a positive is
+    # wanted.
     expected: str = "a finite number"
-    """What a message asks for where there is no number, or a negative one where a positive is
-    wanted."""
-    positive: bool = False
-    """Whether zero and less count as no number at all."""
+    positive: bool = False  # Whether zero and less count as no number at all
 
     @property
     def limits(self) -> str:

@@ -36,12 +36,9 @@ _LONGEST_CELL = 60
 class Numbers:
     """A column read as numbers."""
 
-    values: FloatArray
-    """The numbers; NaN where there is none."""
-    missing: BoolArray
-    """Where the cell is empty."""
-    unreadable: BoolArray
-    """Where the cell holds something else than a number."""
+    values: FloatArray  # The numbers; NaN where there is none
+    missing: BoolArray  # Where the cell is empty
+    unreadable: BoolArray  # Where the cell holds something else than a number
 
 
 def read_numbers(column: pl.Series) -> Numbers:
@@ -159,12 +156,9 @@ def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
 class Times:
     """A column read as times."""
 
-    numbers: Numbers
-    """Seconds; counted from 1970 UTC where the times came as ISO 8601."""
-    iso: bool
-    """Whether they came so."""
-    expected: str
-    """What a message asks for where there is no time."""
+    numbers: Numbers  # Seconds; counted from 1970 UTC where the times came as ISO 8601
+    iso: bool  # Whether they came so
+    expected: str  # What a message asks for where there is no time
 
 
 def read_times(column: pl.Series) -> Times:

@@ -33,24 +33,20 @@ _POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN, _ELSEWHERE = range(6)
 class Measured(NamedTuple):
     """What rows measure."""
 
+    # The numbers, shape (rows, width), NaN to the right of what a row has, any in bad rows.
     values: FloatArray
-    """The numbers, shape (rows, width), NaN to the right of what a row has, any in bad rows."""
-    sigma: FloatArray
-    """Their standard deviations, of the same shape; NaN where a row has none."""
+    sigma: FloatArray  # Their standard deviations, of the same shape; NaN where a row has none
+    # Each row's ``MeasurementKind``, shape (rows,); None where all are positions.
     kind: IntArray | None
-    """Each row's ``MeasurementKind``, shape (rows,); None where all are positions."""
-    space: int
-    """Number of dimensions of the tracking space."""
-    columns: tuple[str, ...]
-    """Names of the columns that were read."""
+    space: int  # Number of dimensions of the tracking space
+    columns: tuple[str, ...]  # Names of the columns that were read
+    # The plane on which latitudes and longitudes were laid, None for plane coordinates.
     frame: LocalFrame | None
-    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
-    notes: tuple[str, ...] = ()
-    """What was not used."""
+    notes: tuple[str, ...] = ()  # What was not used
+    # Further numbers of rows of kinds from outside, NaN where there is none.
     context: FloatArray | None = None
-    """Further numbers of rows of kinds from outside, NaN where there is none."""
+    # Those kinds, by the names of their sensors.
     foreign: Mapping[str, ForeignKind] = MappingProxyType({})
-    """Those kinds, by the names of their sensors."""
 
 
 def read_measured(

@@ -88,16 +88,12 @@ _STEEPEST = np.radians(89.9)
 class Polar(NamedTuple):
     """Ranges and angles row by row, NaN where there are none."""
 
-    rows: BoolArray
-    """Which rows have a range."""
-    values: FloatArray
-    """Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4)."""
-    sigma: FloatArray
-    """Their standard deviations, of the same shape."""
+    rows: BoolArray  # Which rows have a range
+    values: FloatArray  # Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4)
+    sigma: FloatArray  # Their standard deviations, of the same shape
+    # Which sensors tell elevations, and range rates, in all of their rows, shape (2, sensors).
     complete: BoolArray
-    """Which sensors tell elevations, and range rates, in all of their rows, shape (2, sensors)."""
-    partial: BoolArray
-    """Which sensors do so in some of their rows only, of the same shape."""
+    partial: BoolArray  # Which sensors do so in some of their rows only, of the same shape
 
 
 def read_polar(checks: RowChecks, rows: BoolArray, heading: FloatArray, sensor: IntArray) -> Polar:

@@ -48,12 +48,10 @@ _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
 class Positions(NamedTuple):
     """Positions on a plane."""
 
-    values: FloatArray
-    """Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows."""
-    columns: tuple[str, ...]
-    """Names of the columns that they came from."""
+    values: FloatArray  # Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows
+    columns: tuple[str, ...]  # Names of the columns that they came from
+    # The plane on which latitudes and longitudes were laid, None for plane coordinates.
     frame: LocalFrame | None
-    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
 
 
 def has_positions(names: set[str]) -> bool:

@@ -32,14 +32,13 @@ _MOST_AXIAL_ITEMS = 200
 class ProblemTable:
     """Candidate tuples of items and their costs, as a file has them."""
 
+    # One row per candidate, one column per list, shape (rows, lists): the 1-based number of the
+    # item taken from each list, 0 for none.
     tuples: IntArray
-    """One row per candidate, one column per list, shape (rows, lists): the 1-based number of the
-    item taken from each list, 0 for none."""
-    costs: FloatArray
-    """Cost of each row, shape (rows,)."""
+    costs: FloatArray  # Cost of each row, shape (rows,)
+    # What it costs to leave an item alone for which no row of a single item says so; infinite
+    # where every item has to be covered.
     alone: float = 0.0
-    """What it costs to leave an item alone for which no row of a single item says so; infinite
-    where every item has to be covered."""
 
     def __len__(self) -> int:
         return len(self.costs)

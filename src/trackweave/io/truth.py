@@ -30,13 +30,11 @@ _SPEED = Range(-1e9, 1e9)
 class AssignmentTable:
     """Which report belongs to which track."""
 
-    report: np.ndarray[Any, Any]
-    """Identifier of each report as text, shape (reports,)."""
-    track: np.ndarray[Any, Any]
-    """Identifier of its track as text, empty for a false alarm."""
+    report: np.ndarray[Any, Any]  # Identifier of each report as text, shape (reports,)
+    track: np.ndarray[Any, Any]  # Identifier of its track as text, empty for a false alarm
+    # The target behind each report as text, empty for a false alarm; None where the table does not
+    # know targets.
     target: np.ndarray[Any, Any] | None
-    """The target behind each report as text, empty for a false alarm; None where the table does
-    not know targets."""
 
     def __len__(self) -> int:
         return len(self.report)
