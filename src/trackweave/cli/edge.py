@@ -6,10 +6,11 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from math import isfinite
+from pathlib import Path
 from typing import Any, TextIO
 
 import typer
@@ -23,6 +24,7 @@ __all__ = [
     "show_json",
     "show_our_warnings",
     "shown",
+    "summary_of",
     "with_status",
 ]
 
@@ -267,3 +269,15 @@ def shown(value: Any, unit: str = "", *, digits: int = 4) -> str:
         return "–"
     text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
     return f"{text} {unit}" if unit else text
+
+
+def summary_of(record: Mapping[str, Any], out: Path, step: str) -> dict[str, Any]:
+    """Return the totals of a run by its record, as ``--json`` prints them."""
+    timing = record["timing"]
+    return {
+        **record["totals"],
+        f"cpu_ms_per_{step}": timing["median_cpu_ms"],
+        "time_s": timing["wall_ms"] / 1e3,
+        "seed": record["seed"],
+        "out": str(out),
+    }

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from trackweave.cli.edge import Voice, shown
+from trackweave.cli.edge import Voice, shown, summary_of
 from trackweave.config.fusion import order_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
@@ -40,7 +40,7 @@ def run_fuse(
     place.write({name: encode_table(table, name) for name, table in tables.items()}, record)
     for line in [*_assumed(record), *_registered(record), *record["notes"]]:
         voice.say(line)
-    found = _summary(record, out)
+    found = summary_of(record, out, "update")
     voice.results("Objects", found)
     return found
 
@@ -113,15 +113,3 @@ def _registered(record: dict[str, Any]) -> list[str]:
             f"{name} beside {found['reference']}, from {len(found['pairs'])} tracks: {numbers}"
         )
     return lines
-
-
-def _summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
-    """Return a run's totals, as ``--json`` prints them."""
-    timing = record["timing"]
-    return {
-        **record["totals"],
-        "cpu_ms_per_update": timing["median_cpu_ms"],
-        "time_s": timing["wall_ms"] / 1e3,
-        "seed": record["seed"],
-        "out": str(out),
-    }

@@ -18,9 +18,9 @@ from trackweave.io.columns import (
     read_text,
     read_times,
 )
-from trackweave.io.tables import OnBadRow, RawTable
+from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_our_names
 
-__all__ = ["LONGEST_NAME", "Range", "RowChecks", "ask_back", "questions"]
+__all__ = ["LONGEST_NAME", "Range", "RowChecks", "ask_back", "checks_of", "questions"]
 
 # As many bad rows are named; all are counted.
 _MOST_NAMED = 5
@@ -65,6 +65,11 @@ class RowChecks:
     def name(self) -> str:
         """What messages call the table."""
         return self._table.name
+
+    @property
+    def kind(self) -> str:
+        """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
+        return self._table.kind
 
     @property
     def names(self) -> list[str]:
@@ -233,6 +238,11 @@ class RowChecks:
     def own_name(self, column: str) -> str:
         """Return what the table itself calls a column."""
         return self._table.own_names.get(column, column)
+
+
+def checks_of(source: TableSource, *, may_be_empty: bool = False) -> RowChecks:
+    """Return the checks of a table whose columns are called as ours."""
+    return RowChecks(with_our_names(load_table(source, may_be_empty=may_be_empty)))
 
 
 # Beyond these no time in seconds lies, and moments of our day in finer units do.

@@ -3,13 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-import matplotlib as mpl
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackweave.plotting._canvas import png_of
+from trackweave.plotting._canvas import own_style, png_of
 from trackweave.plotting.hypotheses import Drawing, picture_of_hypotheses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Claim, Part, Study, WriteUp
@@ -75,7 +73,7 @@ def _picture_of_choice(tables: Mapping[str, Table]) -> bytes:
 
 def _picture_of_apparatus() -> bytes:
     """Return the patent's Figure 5 with the names of our parts."""
-    with matplotlib.style.context("default"), mpl.rc_context():
+    with own_style():
         figure = Figure(figsize=(10.0, 3.2), facecolor="white")
         axes: Axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
