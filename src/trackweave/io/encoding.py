@@ -26,7 +26,8 @@ def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
     ending = file_ending(Path(file_name))
     if ending == ".parquet":
         buffer = BytesIO()
-        _each(frame, _storable).write_parquet(buffer)
+        # What is no type of Parquet's is told as text.
+        _each(frame, lambda c: _as_text(c) if c.dtype == pl.Object else c).write_parquet(buffer)
         return buffer.getvalue()
     text = _each(frame, _printable).write_csv()
     data = text.encode("utf-8")
@@ -64,10 +65,6 @@ def _to_pandas(frame: pl.DataFrame) -> Any:
 def _each(frame: pl.DataFrame, change: Callable[[pl.Series], pl.Series]) -> pl.DataFrame:
     # By name, because polars gives a name to a column without one when it comes in a list.
     return pl.DataFrame({column.name: change(column) for column in frame.get_columns()})
-
-
-def _storable(column: pl.Series) -> pl.Series:
-    return _as_text(column) if column.dtype == pl.Object else column
 
 
 def _printable(column: pl.Series) -> pl.Series:
