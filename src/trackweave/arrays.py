@@ -34,26 +34,9 @@ ROUNDING = 1e-12
 
 
 def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:
-    """Return the values as a contiguous float64 array of the expected shape.
-
-    Parameters
-    ----------
-    values
-        Anything that NumPy turns into numbers.
-    name
-        What the error message calls it.
-    shape
-        Expected length of each axis; None where any length will do.
-
-    Returns
-    -------
-    A C-contiguous float64 array; the input itself when it already is one.
-
-    Raises
-    ------
-    InvalidInputError
-        If the values are not numbers or the shape differs.
-    """
+    """Return numbers as a contiguous float64 array of the expected shape, or refuse them."""
+    # The input itself when it already is one. Any length will do along an axis of None; ``name``
+    # is what the message calls the values.
     try:
         raw = np.asarray(values)
         array = np.ascontiguousarray([] if raw.dtype.kind in _OTHERS else raw, dtype=np.float64)
@@ -67,24 +50,7 @@ def float_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> Fl
 
 
 def n_axes(values: ArrayLike, name: str) -> int:
-    """Return the number of axes that values have as an array.
-
-    Parameters
-    ----------
-    values
-        Anything.
-    name
-        What the error message calls it.
-
-    Returns
-    -------
-    The number, 0 for what is no array.
-
-    Raises
-    ------
-    InvalidInputError
-        If rows differ in length.
-    """
+    """Return the number of axes of values as an array; refuse rows that differ in length."""
     try:
         return np.ndim(values)
     except ValueError as err:
@@ -94,26 +60,8 @@ def n_axes(values: ArrayLike, name: str) -> int:
 
 
 def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntArray:
-    """Return the values as a contiguous int64 array of the expected shape.
-
-    Parameters
-    ----------
-    values
-        Whole numbers; floats are taken when they are whole.
-    name
-        What the error message calls it.
-    shape
-        Expected length of each axis; None where any length will do.
-
-    Returns
-    -------
-    A C-contiguous int64 array.
-
-    Raises
-    ------
-    InvalidInputError
-        If the values are not whole numbers or the shape differs.
-    """
+    """Return whole numbers as a contiguous int64 array of the expected shape, or refuse them."""
+    # Floats are taken when they are whole.
     try:
         raw = np.asarray(values)
     except ValueError as err:
@@ -132,20 +80,7 @@ def int_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> IntA
 
 
 def require_finite(array: FloatArray, name: str) -> None:
-    """Refuse NaN and infinity, naming the first place.
-
-    Parameters
-    ----------
-    array
-        The values.
-    name
-        What the error message calls them.
-
-    Raises
-    ------
-    InvalidInputError
-        If any value is NaN or infinite.
-    """
+    """Refuse NaN and infinity, naming the first place."""
     bad = np.argwhere(~np.isfinite(array))
     if bad.size:
         place = tuple(int(index) for index in bad[0])
@@ -153,26 +88,7 @@ def require_finite(array: FloatArray, name: str) -> None:
 
 
 def covariance_array(values: ArrayLike, name: str, shape: Sequence[int | None]) -> FloatArray:
-    """Return the values as exactly symmetric, positive definite matrices.
-
-    Parameters
-    ----------
-    values
-        The matrices, symmetric but for rounding.
-    name
-        What the error message calls them.
-    shape
-        Expected length of each axis; None where any length will do.
-
-    Returns
-    -------
-    The matrices, of shape (matrices, size, size).
-
-    Raises
-    ------
-    InvalidInputError
-        If the shape differs, or a matrix is not finite, symmetric and positive definite.
-    """
+    """Return symmetric, positive definite matrices, exactly symmetric, or refuse them."""
     matrices = float_array(values, name, shape)
     require_finite(matrices, name)
     turned = matrices.swapaxes(1, 2)
@@ -194,17 +110,7 @@ def _is_definite(matrices: FloatArray) -> bool:
 
 
 def is_number(value: object) -> bool:
-    """Tell whether a value is one finite number; True and False are none.
-
-    Parameters
-    ----------
-    value
-        Anything.
-
-    Returns
-    -------
-    Whether it can be reckoned with.
-    """
+    """Tell whether a value is one finite number; True and False are none."""
     # An integer beyond all floats counts as infinite.
     try:
         return not isinstance(value, bool) and isinstance(value, Real) and isfinite(value)
@@ -213,61 +119,19 @@ def is_number(value: object) -> bool:
 
 
 def is_whole(value: object) -> bool:
-    """Tell whether a value is one whole number of an integer type; True and False are none.
-
-    Parameters
-    ----------
-    value
-        Anything.
-
-    Returns
-    -------
-    Whether it can count or number something.
-    """
+    """Tell whether a value is one whole number of an integer type; True and False are none."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def name_text(value: object, name: str) -> str:
-    """Return a name, which may be text or a whole number, as text: 0 and "0" are one name.
-
-    Parameters
-    ----------
-    value
-        The name.
-    name
-        What the error message calls it.
-
-    Returns
-    -------
-    The text.
-
-    Raises
-    ------
-    InvalidInputError
-        If the value is neither.
-    """
+    """Return a name, which may be text or a whole number, as text: 0 and "0" are one name."""
     if not isinstance(value, str) and not is_whole(value):
         raise InvalidInputError(f"{name}: {value!r:.80}; expected a text or a whole number")
     return str(value)
 
 
 def require_instance(value: object, kind: type, name: str) -> None:
-    """Refuse a value of another kind.
-
-    Parameters
-    ----------
-    value
-        The value.
-    kind
-        What it has to be an instance of.
-    name
-        What the error message calls it.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is none.
-    """
+    """Refuse a value that is no instance of a class."""
     if not isinstance(value, kind):
         raise InvalidInputError(f"{name}: {value!r:.80}; expected an instance of {kind.__name__}")
 

@@ -54,38 +54,16 @@ class _Kind(NamedTuple):
 
 
 def plain(value: Any) -> Any:
-    """Return one of NumPy's numbers or texts, or an array of no dimension, as Python's.
-
-    Parameters
-    ----------
-    value
-        Anything.
-
-    Returns
-    -------
-    The same value; itself where it is none of these.
-    """
+    """Return one of NumPy's numbers or texts, or an array of no dimension, as Python's."""
     is_single = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
     return value.item() if is_single and value.dtype.kind in NUMERIC else value
 
 
 def settle(value: Any) -> None:
-    """Bring each field of a frozen dataclass to the kind that its annotation says, or refuse it.
-
-    Numbers become Python's, sequences tuples, mappings dictionaries. Numbers are finite, but for
-    a ``Limit``, and within the limits of a ``Key``. Annotations that say nothing plain, such as
-    arrays, protocols and functions, are left to the class.
-
-    Parameters
-    ----------
-    value
-        The dataclass, in its ``__post_init__``.
-
-    Raises
-    ------
-    InvalidInputError
-        If a field is of another kind; the message names it, what came and what was expected.
-    """
+    """Bring each field of a frozen dataclass to the kind of its annotation, or refuse it."""
+    # Numbers become Python's, sequences tuples, mappings dictionaries. Numbers are finite, but for
+    # a ``Limit``, and within the limits of a ``Key``. Annotations that say nothing plain, such as
+    # arrays, protocols and functions, are left to the class. Called in its ``__post_init__``.
     for name, kind in _kinds_of(value.__class__):
         given = getattr(value, name)
         found = kind.take(given)
@@ -96,48 +74,12 @@ def settle(value: Any) -> None:
 
 
 def checked_number(value: object, name: str, expected: str = "a finite number") -> float:
-    """Return a finite number as a float.
-
-    Parameters
-    ----------
-    value
-        The number.
-    name, expected
-        What the error message calls it, and what it says of it.
-
-    Returns
-    -------
-    The number.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is none.
-    """
+    """Return a finite number as a float, or refuse it as ``name``, of which so was expected."""
     return _checked(_NUMBER, value, name, expected)  # type: ignore[no-any-return]
 
 
 def checked_count(value: object, name: str, least: int = 0) -> int:
-    """Return a whole number that is large enough.
-
-    Parameters
-    ----------
-    value
-        The number.
-    name
-        What the error message calls it.
-    least
-        What it is at least.
-
-    Returns
-    -------
-    The number.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is none.
-    """
+    """Return a whole number that is large enough, or refuse it."""
     expected = f"a whole number ≥ {least}"
     found: int = _checked(_WHOLE, value, name, expected)
     if found < least:
@@ -159,50 +101,12 @@ def checked_dimension(value: object) -> int:
 
 
 def checked_choice(value: object, name: str, choices: Iterable[str]) -> str:
-    """Return a text that is one of some.
-
-    Parameters
-    ----------
-    value
-        The text.
-    name
-        What the error message calls it.
-    choices
-        What it may be.
-
-    Returns
-    -------
-    The text.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is none of them.
-    """
+    """Return a text that is one of some, or refuse it."""
     return _checked(_choice(tuple(choices)), value, name)  # type: ignore[no-any-return]
 
 
 def checked_members(values: object, kind: type[_Member], name: str) -> list[_Member]:
-    """Return what a sequence holds, all of it of one class.
-
-    Parameters
-    ----------
-    values
-        The sequence.
-    kind
-        The class.
-    name
-        What the error message calls the sequence.
-
-    Returns
-    -------
-    The members.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is no sequence, or a member is of another class.
-    """
+    """Return what a sequence holds, all of it of one class, or refuse it."""
     members = _items(values)
     if members is None:
         raise InvalidInputError(f"{name}: {values!r:.80}; expected a sequence of {kind.__name__}")

@@ -24,17 +24,8 @@ def kernel_files() -> list[Path]:
 
 @cache
 def sources_of(file: Path) -> tuple[Path, ...]:
-    """Return a module and what it imports from this package, directly or not, sorted.
-
-    Parameters
-    ----------
-    file
-        The module's file, inside the package.
-
-    Returns
-    -------
-    Files, in a sorted tuple. Where one cannot be read it stands there all the same.
-    """
+    """Return a module and what it imports from this package, directly or not, sorted."""
+    # Where a file cannot be read it stands there all the same.
     waiting, found = [file], set[Path]()
     while waiting:
         file = waiting.pop()
@@ -45,22 +36,7 @@ def sources_of(file: Path) -> tuple[Path, ...]:
 
 
 def digest_of(files: Iterable[Path]) -> str:
-    """Return a digest of files' places in the package and of what they hold.
-
-    Parameters
-    ----------
-    files
-        Files inside the package, in any order.
-
-    Returns
-    -------
-    Hexadecimal digits.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be read.
-    """
+    """Return a digest of files' places in the package and of what they hold, in any order."""
     digest = hashlib.sha256()
     for file in sorted(files):
         content = file.read_bytes()

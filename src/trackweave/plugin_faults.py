@@ -16,26 +16,10 @@ def is_ours(part: object) -> bool:
 
 @contextmanager
 def told_as_theirs(part: object, group: str, method: str, word: str = "") -> Iterator[None]:
-    """Name the plug-in and its method where the block raises; what is ours raises as it does.
-
-    Parameters
-    ----------
-    part
-        The plug-in: an object or a class; of a format what is called.
-    group
-        Last word of the entry points' group, such as "motions".
-    method
-        What the message calls that which is run.
-    word
-        The plug-in's name; left out = that of its entry point, else of its class.
-
-    Raises
-    ------
-    InvalidInputError
-        In place of whatever the plug-in raised, which is its cause.
-    MemoryError
-        As it came: it is nobody's fault.
-    """
+    """Name the plug-in and its method where the block raises; what is ours raises as it does."""
+    # ``group`` is the last word of the entry points' group, such as "motions"; without a word the
+    # plug-in is called as its entry point, else as its class. What it raised is the cause; but a
+    # MemoryError, which is nobody's fault, comes as it came.
     try:
         yield
     except MemoryError:

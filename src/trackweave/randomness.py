@@ -45,32 +45,10 @@ def generator_of(rng: RandomSource) -> np.random.Generator:
 
 
 def generator_for(seed: int, part: str) -> np.random.Generator:
-    """Return the source of randomness of one part of what a seed is for, apart from the others'.
-
-    Parameters
-    ----------
-    seed
-        A whole number of at least 0.
-    part
-        The part's name.
-
-    Returns
-    -------
-    A generator, the same whatever the other parts draw.
-    """
+    """Return the source of randomness of one part of what a seed is for, whatever others draw."""
     return np.random.default_rng(np.random.SeedSequence([seed, *part.encode()]))
 
 
 def seed_of(rng: RandomSource) -> int | None:
-    """Return the seed that a source of randomness was given as, None for a generator.
-
-    Parameters
-    ----------
-    rng
-        As ``generator_of`` takes it.
-
-    Returns
-    -------
-    The seed.
-    """
+    """Return the seed that a source of randomness was given as, None for a generator."""
     return None if isinstance(rng, np.random.Generator) else int(rng)

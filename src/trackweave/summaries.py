@@ -12,35 +12,14 @@ MOST_CHARACTERS, MOST_MEMBERS = 80, 4
 
 
 def summary(value: Any) -> str:
-    """Return a dataclass in one line; stands in a class as its ``__repr__``.
-
-    Parameters
-    ----------
-    value
-        An instance of a dataclass.
-
-    Returns
-    -------
-    Its name and fields; of whatever holds more than a few values the size alone.
-    """
+    """Return a dataclass in one line; stands in a class as its ``__repr__``."""
+    # Of whatever holds more than a few values the size alone.
     parts = [f"{field.name}={_brief(getattr(value, field.name))}" for field in fields(value)]
     return f"{type(value).__name__}({', '.join(parts)})"
 
 
 def counted(count: int, thing: str) -> str:
-    """Return a count in words.
-
-    Parameters
-    ----------
-    count
-        How many.
-    thing
-        What, in the singular.
-
-    Returns
-    -------
-    Such as 1 report, or 1,200 reports.
-    """
+    """Return a count in words, such as 1 report, or 1,200 reports."""
     return f"{count:,} {thing}{'' if count == 1 else 's'}"
 
 

@@ -18,25 +18,9 @@ _LONG = r"\d{1000}"
 
 
 def read_toml(path: Path, expected: str) -> dict[str, Any]:
-    """Return what a TOML file holds.
-
-    Parameters
-    ----------
-    path
-        The file.
-    expected
-        What a message says the file should be, such as "a configuration".
-
-    Returns
-    -------
-    Its tables, lists and values.
-
-    Raises
-    ------
-    InvalidInputError
-        If it cannot be read, is no TOML, or holds what no table of keys does. The message names
-        the file and the place.
-    """
+    """Return what a TOML file holds, which should be as ``expected`` says."""
+    # What cannot be read, is no TOML, or holds what no table of keys does is refused, with file
+    # and place.
     text = _text(path, expected)
     try:
         values = tomllib.loads(text)

@@ -10,7 +10,7 @@ import typer
 from trackweave.cli.converting import convert, formats
 from trackweave.cli.edge import (
     DEBUG,
-    carry_out,
+    done_by,
     last_resort,
     show_json,
     show_our_warnings,
@@ -71,7 +71,7 @@ def _options(
 
 
 @app.command()
-@with_status
+@done_by("demo.run_demo")
 def demo(
     out: OutOption = Path("trackweave-demo"),
     seed: SeedOption = None,
@@ -83,13 +83,10 @@ def demo(
     Writes reports.csv, truth.csv, tracker.toml, tracks.csv, assignments.csv, history.csv,
     run.json and a picture, demo.png. Seed 1 unless given.
     """
-    from trackweave.cli.demo import run_demo
-
-    carry_out(run_demo, out, 1 if seed is None else seed, json=json, quiet=quiet)
 
 
 @app.command()
-@with_status
+@done_by("init.run_init")
 def init(
     reports: ReportsArgument,
     out: Annotated[Path, typer.Option("--out", "-o", help="File for the configuration.")] = Path(
@@ -103,7 +100,7 @@ def init(
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or leave it out and go on.")
     ] = "fail",
-    from_format: FromOption = None,
+    told: FromOption = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -115,22 +112,10 @@ def init(
     tracked, and what they told of sensors and objects is written, for `track --learned` and
     `serve --learned` to begin from.
     """
-    from trackweave.cli.init import run_init, run_learn
-
-    if learn is not None:
-        carry_out(
-            run_learn, reports, learn, json=json, quiet=quiet, force=force,
-            on_bad_row=on_bad_row, told=from_format,
-        )  # fmt: skip
-        return
-    carry_out(
-        run_init, reports, out, json=json, quiet=quiet, force=force, on_bad_row=on_bad_row,
-        told=from_format,
-    )  # fmt: skip
 
 
 @app.command()
-@with_status
+@done_by("track.run_track")
 def track(
     reports: ReportsArgument,
     out: OutOption,
@@ -161,7 +146,7 @@ def track(
     on_bad_row: Annotated[
         OnBadRow, typer.Option(help="Stop at a bad row, or list it in run.json and go on.")
     ] = "fail",
-    from_format: FromOption = None,
+    told: FromOption = None,
     also: Annotated[
         str | None,
         typer.Option(help="Further formats to write, such as geojson,kml; `formats` lists them."),
@@ -186,17 +171,10 @@ def track(
     everything is estimated from the reports, and what was assumed is said. Seed 0 unless given
     here or in the configuration.
     """
-    from trackweave.cli.track import run_track
-
-    carry_out(
-        run_track, reports, out, json=json, quiet=quiet, config=config, preset=preset,
-        priors=priors, seed=seed, deadline_ms=deadline_ms, on_bad_row=on_bad_row,
-        told=from_format, also=also, learned=learned, engine=engine, workers=workers,
-    )  # fmt: skip
 
 
 @app.command()
-@with_status
+@done_by("simulate.run_simulate")
 def simulate(
     scenario: Annotated[Path, required("SCENARIO", "Scenario (TOML): area, sensors, targets.")],
     out: OutOption,
@@ -209,13 +187,10 @@ def simulate(
     Writes reports.csv (with the column target: the truth, which no tracker reads), truth.csv and
     run.json. The scenario's seed unless one is given.
     """
-    from trackweave.cli.simulate import run_simulate
-
-    carry_out(run_simulate, scenario, out, seed, json=json, quiet=quiet)
 
 
 @app.command()
-@with_status
+@done_by("evaluate.run_evaluate")
 def evaluate(
     truth: Annotated[Path, typer.Option(help="Truth: time, target, x, y[, z].")],
     tracks: Annotated[Path, typer.Option(help="Tracks, as `track` writes them.")],
@@ -245,18 +220,12 @@ def evaluate(
     fragmentations, RMSE and, with assignments, the share of reports assigned rightly; then each
     target's own record.
     """
-    from trackweave.cli.evaluate import run_evaluate
-
-    carry_out(
-        run_evaluate, truth, tracks, assignments, json=json, quiet=quiet,
-        cutoff=cutoff, order=order, max_gap=max_gap, window=window,
-    )  # fmt: skip
 
 
 @app.command()
-@with_status
+@done_by("solve.run_solve")
 def solve(
-    problem: Annotated[
+    file: Annotated[
         Path, required("PROBLEM", "Assignment problem: a .csv, .csv.gz, .parquet or .txt file.")
     ],
     method: Annotated[
@@ -286,16 +255,10 @@ def solve(
     every item covered once. Prints cost, lower bound, gap and status: optimal, feasible,
     infeasible, or unknown where the time was over before anything was found. Seed 0 unless given.
     """
-    from trackweave.cli.solve import run_solve
-
-    carry_out(
-        run_solve, problem, json=json, quiet=quiet,
-        method=method, time_limit=time_limit, seed=seed or 0, out=out,
-    )  # fmt: skip
 
 
 @app.command()
-@with_status
+@done_by("plot.run_plot")
 def plot(
     directory: Annotated[Path, required("DIR", "Directory of a run of `track` or `demo`.")],
     out: Annotated[
@@ -330,12 +293,6 @@ def plot(
     the scans told apart that were proven optimal, CPU per scan, and the speed of tracks over time.
     As .html it is one page with pan, zoom, a time slider and hover, which needs no network.
     """
-    from trackweave.cli.plot import run_plot
-
-    carry_out(
-        run_plot, directory, json=json, quiet=quiet,
-        out=out, reports=reports, truth=truth, history=history, pixels=pixels,
-    )  # fmt: skip
 
 
 app.command()(convert)
@@ -362,7 +319,7 @@ def schema() -> None:
 
 
 @app.command()
-@with_status
+@done_by("warm.run_warm")
 def warm(
     everything: Annotated[
         bool,
@@ -376,9 +333,6 @@ def warm(
     Says how many kernels came with the package, were kept from earlier runs and were compiled
     now, where they lie, and, where none that came are used, why not.
     """
-    from trackweave.cli.warm import run_warm
-
-    carry_out(run_warm, json=json, quiet=quiet, everything=everything)
 
 
 def run() -> None:

@@ -1,9 +1,10 @@
-"""The command ``convert``."""
+"""The commands ``convert`` and ``formats``."""
 
 from pathlib import Path
 from typing import Any
 
 import polars as pl
+import typer
 
 from trackweave.cli.edge import Voice
 from trackweave.errors import InvalidInputError
@@ -16,7 +17,7 @@ from trackweave.io.output import RECORD, OutputFile, write_folder
 from trackweave.io.run_files import TABLES, read_run
 from trackweave.io.tables import RawTable, load_table, with_our_names
 
-__all__ = ["run_convert"]
+__all__ = ["run_convert", "run_formats"]
 
 
 def run_convert(
@@ -130,3 +131,47 @@ def _truth(reports: pl.DataFrame, name: str) -> pl.DataFrame:
         known = known.with_row_index("track").with_columns(pl.col("track").min().over("name"))
         known = known.with_columns(pl.col("track").rank("dense").cast(pl.Int64))
     return known.with_columns(status=pl.lit("confirmed")).sort("time", "track")
+
+
+def run_formats(voice: Voice) -> dict[str, Any]:
+    """Print every format there is; return what each carries and may be told."""
+    found = [
+        {
+            "name": each.name,
+            "title": each.title,
+            "reads": each.can_read,
+            "writes": each.writer is not None,
+            "endings": list(each.endings),
+            "carries": each.carries,
+            "loses": each.loses,
+            "extra": each.extra,
+            "options": {
+                option.name: {
+                    "default": option.default,
+                    "meaning": option.meaning,
+                    "choices": list(option.choices),
+                }
+                for option in each.options
+            },
+        }
+        for each in formats().values()
+    ]
+    if not voice.quiet:
+        for line in _lines(found):
+            typer.echo(line)
+    return {"formats": found}
+
+
+def _lines(found: list[dict[str, Any]]) -> list[str]:
+    lines = []
+    for each in sorted(found, key=lambda one: str(one["name"])):
+        can = "+".join(word for word in ("reads", "writes") if each[word])
+        extra = f"; needs pip install trackweave[{each['extra']}]" if each["extra"] else ""
+        lines.append(f"{each['name']} ({can}): {each['title']}{extra}")
+        lines.append(f"    carries {each['carries']}; loses {each['loses']}")
+        for name, told in each["options"].items():
+            choices = f" ({', '.join(told['choices'])})" if told["choices"] else ""
+            lines.append(
+                f"    --from '{each['name']}?{name}={told['default']}': {told['meaning']}{choices}"
+            )
+    return lines

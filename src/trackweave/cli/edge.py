@@ -6,9 +6,11 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from math import isfinite
+from pathlib import Path
 from typing import Any, TextIO
 
 import typer
@@ -16,11 +18,13 @@ import typer
 __all__ = [
     "Voice",
     "carry_out",
+    "done_by",
     "last_resort",
     "named_output",
     "show_json",
     "show_our_warnings",
     "shown",
+    "summary_of",
     "with_status",
 ]
 
@@ -63,9 +67,26 @@ def with_status(command: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
-def carry_out(
-    run: Callable[..., Any], *given: object, json: bool, quiet: bool, **options: object
-) -> None:
+def done_by(target: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return what makes a command of its options: ``module.function`` of this package takes them.
+
+    It is imported when the command runs.
+    """
+
+    def command_of(options: Callable[..., None]) -> Callable[..., None]:
+        @with_status
+        @functools.wraps(options)
+        def command(*, json: bool = False, quiet: bool = False, **given: Any) -> None:
+            module, _, name = target.partition(".")
+            run = getattr(import_module(f"trackweave.cli.{module}"), name)
+            carry_out(run, json=json, quiet=quiet, **given)
+
+        return command
+
+    return command_of
+
+
+def carry_out(run: Callable[..., Any], *, json: bool, quiet: bool, **given: object) -> None:
     """Run what a command does, with a voice first, and print what it returns where JSON is asked.
 
     A word is said where kernels are compiled meanwhile.
@@ -74,7 +95,7 @@ def carry_out(
     gc.enable()
     voice = Voice(quiet=quiet or json)
     with voice.compiling():
-        found = run(voice, *given, **options)
+        found = run(voice, **given)
     if json:
         show_json(found)
 
@@ -248,3 +269,15 @@ def shown(value: Any, unit: str = "", *, digits: int = 4) -> str:
         return "–"
     text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
     return f"{text} {unit}" if unit else text
+
+
+def summary_of(record: Mapping[str, Any], out: Path, step: str) -> dict[str, Any]:
+    """Return the totals of a run by its record, as ``--json`` prints them."""
+    timing = record["timing"]
+    return {
+        **record["totals"],
+        f"cpu_ms_per_{step}": timing["median_cpu_ms"],
+        "time_s": timing["wall_ms"] / 1e3,
+        "seed": record["seed"],
+        "out": str(out),
+    }

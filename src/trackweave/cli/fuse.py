@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from trackweave.cli.edge import Voice, shown
+from trackweave.cli.edge import Voice, shown, summary_of
 from trackweave.config.fusion import order_of
 from trackweave.errors import InvalidInputError
 from trackweave.io.encoding import encode_table
@@ -17,17 +17,18 @@ __all__ = ["run_fuse"]
 
 def run_fuse(
     voice: Voice,
-    tracks: Sequence[Path],
-    out: Path,
     *,
-    names: Sequence[str],
-    options: dict[str, Any],
-    config: Path | None = None,
-    preset: str | None = None,
-    seed: int | None = None,
+    tracks: Sequence[Path] | None,
+    out: Path,
+    name: Sequence[str] | None,
+    config: Path | None,
+    preset: str | None,
+    seed: int | None,
+    **options: Any,
 ) -> dict[str, Any]:
     """Fuse files of tracks and write what was found; return the run's totals."""
-    files = _named_files(tracks, names)
+    options = _nested(**options)
+    files = _named_files(tracks or [], name or [])
     place = OutputDirectory(out, "fuse")
     place.check([*files.values(), config])
     order = order_of(config, options)
@@ -39,9 +40,25 @@ def run_fuse(
     place.write({name: encode_table(table, name) for name, table in tables.items()}, record)
     for line in [*_assumed(record), *_registered(record), *record["notes"]]:
         voice.say(line)
-    found = _summary(record, out)
+    found = summary_of(record, out, "update")
     voice.results("Objects", found)
     return found
+
+
+def _nested(
+    *, register: bool, bias: str | None, false_rejection: float | None,
+    correlation: str | None, search: str | None, **options: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Return what the options say as the table ``[fusion]`` has it, None where they are silent."""
+    if bias is not None and not register:
+        raise InvalidInputError(f"--bias {bias}: expected --register beside it")
+    return {
+        **options,
+        "register": register or None,
+        "bias": None if bias is None else [word.strip() for word in bias.split(",")],
+        "statistic": {"false_rejection": false_rejection, "correlation": correlation},
+        "search": {"method": search},
+    }
 
 
 def _named_files(tracks: Sequence[Path], names: Sequence[str]) -> dict[str, Path]:
@@ -96,15 +113,3 @@ def _registered(record: dict[str, Any]) -> list[str]:
             f"{name} beside {found['reference']}, from {len(found['pairs'])} tracks: {numbers}"
         )
     return lines
-
-
-def _summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
-    """Return a run's totals, as ``--json`` prints them."""
-    timing = record["timing"]
-    return {
-        **record["totals"],
-        "cpu_ms_per_update": timing["median_cpu_ms"],
-        "time_s": timing["wall_ms"] / 1e3,
-        "seed": record["seed"],
-        "out": str(out),
-    }

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import carry_out, with_status
+from trackweave.cli.edge import done_by
 from trackweave.cli.options import JsonOption, OutOption, QuietOption, SeedOption, required
 
 __all__ = ["fuse", "reproduce"]
 
 
-@with_status
+@done_by("fuse.run_fuse")
 def fuse(
     tracks: Annotated[
         list[Path] | None,
@@ -86,28 +86,9 @@ def fuse(
     (one row per object and time) and run.json. Options come before the configuration, that
     before the preset, key by key. Seed 0 unless given here or there.
     """
-    from trackweave.cli.fuse import run_fuse
-
-    if bias is not None and not register:
-        from trackweave.errors import InvalidInputError
-
-        raise InvalidInputError(f"--bias {bias}: expected --register beside it")
-    options = {
-        "method": method,
-        "confirm": confirm,
-        "process_noise": process_noise,
-        "register": register or None,
-        "bias": None if bias is None else [word.strip() for word in bias.split(",")],
-        "statistic": {"false_rejection": false_rejection, "correlation": correlation},
-        "search": {"method": search},
-    }
-    carry_out(
-        run_fuse, tracks or [], out, json=json, quiet=quiet,
-        names=name or [], options=options, config=config, preset=preset, seed=seed,
-    )  # fmt: skip
 
 
-@with_status
+@done_by("reproduce.run_reproduce")
 def reproduce(
     preset: Annotated[str, required("PRESET", "Preset whose document is repeated.")],
     out: OutOption,
@@ -123,6 +104,3 @@ def reproduce(
     Writes report.md, claim by claim, with its figures (.png) and their numbers (.csv), and
     run.json. Seed 0 unless given.
     """
-    from trackweave.cli.reproduce import run_reproduce
-
-    carry_out(run_reproduce, preset, out, json=json, quiet=quiet, seed=seed or 0, quick=quick)

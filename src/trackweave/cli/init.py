@@ -7,7 +7,6 @@ from typing import Any
 from trackweave.cli.edge import Voice
 from trackweave.cli.track import what_was_assumed
 from trackweave.config import load_configuration
-from trackweave.config.fill import Settings
 from trackweave.config.learned import learned_keys
 from trackweave.config.write import commented_toml
 from trackweave.domain.reports import ReportTable
@@ -20,7 +19,7 @@ from trackweave.run import track
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle, with_facts
 
-__all__ = ["run_init", "run_learn"]
+__all__ = ["run_init"]
 
 
 def run_init(
@@ -28,13 +27,28 @@ def run_init(
     reports: list[Path],
     out: Path,
     *,
-    force: bool = False,
-    on_bad_row: OnBadRow = "fail",
-    told: str | None = None,
+    learn: Path | None,
+    force: bool,
+    on_bad_row: OnBadRow,
+    told: str | None,
 ) -> dict[str, Any]:
-    """Estimate a configuration, write it with comments, and return what was found."""
-    place = _place(out, reports, force=force)
-    table = _read(reports, told, on_bad_row)
+    """Estimate a configuration, or learn one; write it with comments, return what was found."""
+    place = OutputFile(out if learn is None else learn)
+    place.check(reports)
+    if place.path.exists() and not force:
+        raise OutputError(f"{place.path}: there already; --force replaces it")
+    table = read_reports(reports, told=told, on_bad_row=on_bad_row)
+    if len(table) == 0:
+        raise InvalidInputError(f"{reports[0]}: no rows; expected at least one report")
+    write = _estimate if learn is None else _learn
+    found = write(voice, reports, table, place)
+    voice.say(f"written: {place.path}")
+    return {"out": str(place.path), **found}
+
+
+def _estimate(
+    voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
+) -> dict[str, Any]:
     configuration = with_facts(load_configuration(None), table)
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
@@ -49,25 +63,20 @@ def run_init(
         doubts=estimates.doubts if estimates else {},
     )
     place.write(text.encode("utf-8"))
-    found = _found(settings, out)
+    found = {
+        "configuration": settings.values,
+        "sources": settings.sources,
+        "notes": list(settings.notes),
+    }
     for line in [*what_was_assumed(found), *settings.notes]:
         voice.say(line)
-    voice.say(f"written: {out}")
     return found
 
 
-def run_learn(
-    voice: Voice,
-    reports: list[Path],
-    out: Path,
-    *,
-    force: bool = False,
-    on_bad_row: OnBadRow = "fail",
-    told: str | None = None,
+def _learn(
+    voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
 ) -> dict[str, Any]:
-    """Track reports, write what they told of sensors and objects, and return what was found."""
-    place = _place(out, reports, force=force)
-    table = _read(reports, told, on_bad_row)
+    """Track reports, write what they told of sensors and objects."""
     with voice.progress("tracking") as progress:
         result = track(table, progress=progress)
     assigned = result.run["totals"]["assigned_reports"]
@@ -91,34 +100,7 @@ def run_learn(
     place.write(commented_toml(settings, head=head).encode("utf-8"))
     for line in settings.notes:
         voice.say(line)
-    voice.say(f"written: {out}")
-    return {"out": str(out), "learned": values, "notes": list(settings.notes)}
-
-
-def _place(out: Path, reports: list[Path], *, force: bool) -> OutputFile:
-    """Return where a file goes that is not there yet, or may be replaced."""
-    place = OutputFile(out)
-    place.check(reports)
-    if out.exists() and not force:
-        raise OutputError(f"{out}: there already; --force replaces it")
-    return place
-
-
-def _read(reports: list[Path], told: str | None, on_bad_row: OnBadRow) -> ReportTable:
-    """Return the reports, of which there has to be one."""
-    table = read_reports(reports, told=told, on_bad_row=on_bad_row)
-    if len(table) == 0:
-        raise InvalidInputError(f"{reports[0]}: no rows; expected at least one report")
-    return table
-
-
-def _found(settings: Settings, out: Path) -> dict[str, Any]:
-    return {
-        "out": str(out),
-        "configuration": settings.values,
-        "sources": settings.sources,
-        "notes": list(settings.notes),
-    }
+    return {"learned": values, "notes": list(settings.notes)}
 
 
 def _head(sources: list[Path], reports: ReportTable) -> list[str]:

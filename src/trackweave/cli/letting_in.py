@@ -23,7 +23,7 @@ def token(
 
     The file keeps its digest alone: whoever reads it cannot come in. `serve --token-file FILE`.
     """
-    carry_out(run_token, file, json=json, quiet=quiet, name=name, shows=not json)
+    carry_out(run_token, file=file, json=json, quiet=quiet, name=name, shows=not json)
 
 
 def run_token(voice: Voice, file: Path, *, name: str, shows: bool) -> dict[str, Any]:
@@ -38,12 +38,9 @@ def run_token(voice: Voice, file: Path, *, name: str, shows: bool) -> dict[str, 
     found = new_token()
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     with open(descriptor, "a", encoding="utf-8") as lines:  # noqa: PTH123 it is open already
-        lines.write(("\n" if _ends_within_a_line(file) else "") + line_of(found, name) + "\n")
+        is_within_a_line = file.read_bytes()[-1:] not in (b"", b"\n")
+        lines.write(("\n" if is_within_a_line else "") + line_of(found, name) + "\n")
     if shows:
         typer.echo(found)
         voice.say(f"{file}: holds its digest; the token is not shown again")
     return {"token": found, "out": str(file)}
-
-
-def _ends_within_a_line(file: Path) -> bool:
-    return file.read_bytes()[-1:] not in (b"", b"\n")

@@ -13,10 +13,10 @@ __all__ = ["run_reproduce"]
 
 
 def run_reproduce(
-    voice: Voice, preset: str, out: Path, *, seed: int = 0, quick: bool = False
+    voice: Voice, preset: str, out: Path, *, seed: int | None, quick: bool
 ) -> dict[str, Any]:
     """Repeat a document's study and write its report; return its claims."""
-    study = study_of(preset)
+    study, seed = study_of(preset), seed or 0
     place = OutputDirectory(out, "reproduce")
     place.check()
     begin = perf_counter()
@@ -25,10 +25,7 @@ def run_reproduce(
     voice.table(f"What {preset} says", [(claim.text, claim.verdict) for claim in found.claims])
     return {
         "preset": preset,
-        "claims": [
-            {"claim": claim.text, "verdict": claim.verdict, "found": claim.found}
-            for claim in found.claims
-        ],
+        "claims": [claim.told() for claim in found.claims],
         "report": str(out / "report.md"),
         "time_s": perf_counter() - begin,
         "seed": seed,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import carry_out, with_status
+from trackweave.cli.edge import carry_out, done_by, with_status
 from trackweave.cli.options import JsonOption, OutOption, QuietOption, required
 from trackweave.cli.signals import end_at_once
 
@@ -84,14 +84,14 @@ def serve(
         "proxy": proxy, "tiles": tiles, "attribution": attribution, "open_inputs": open_inputs,
     }  # fmt: skip
     carry_out(
-        run_serve, data, page, json=False, quiet=quiet, demo=demo, config=config,
-        learned=learned, listen=listen,
-        publish=publish, access=access, keep=(keep_gb, keep_hours), seed=1,
+        run_serve, json=False, quiet=quiet, data=data, page=page, demo=demo, config=config,
+        learned=learned, listen=listen, publish=publish, access=access,
+        keep=(keep_gb, keep_hours), seed=1,
     )  # fmt: skip
     end_at_once()
 
 
-@with_status
+@done_by("serve.run_replay")
 def replay(
     directory: Annotated[Path, required("DIR", "The --data of a service that does not run.")],
     out: OutOption,
@@ -102,6 +102,3 @@ def replay(
 
     The same bytes as the service's own, whatever was killed in between.
     """
-    from trackweave.cli.serve import run_replay
-
-    carry_out(run_replay, directory, out, json=json, quiet=quiet)

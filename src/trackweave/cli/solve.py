@@ -30,11 +30,11 @@ def run_solve(
     *,
     method: str | None = None,
     time_limit: float | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     out: Path | None = None,
 ) -> dict[str, Any]:
     """Solve the problem in a file, within a time [s], and return what is known of the answer."""
-    method = DEFAULT_METHOD if method is None else method
+    method, seed = DEFAULT_METHOD if method is None else method, seed or 0
     solver = _solver(method)
     if time_limit is not None:
         if not 0 <= time_limit < float("inf"):

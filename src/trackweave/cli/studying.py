@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackweave.cli.edge import carry_out, with_status
+from trackweave.cli.edge import done_by
 from trackweave.cli.options import JsonOption, OutOption, QuietOption, required
 
 __all__ = ["study", "tune"]
@@ -21,9 +21,9 @@ WorkersOption = Annotated[
 ]
 
 
-@with_status
+@done_by("study.run_study_file")
 def study(
-    study: StudyArgument,
+    source: StudyArgument,
     out: OutOption,
     engine: EngineOption = "local",
     workers: WorkersOption = None,
@@ -38,16 +38,11 @@ def study(
     A run that fails is a row with its error. With the directory of the same study, goes on where
     it was stopped.
     """
-    from trackweave.cli.study import run_study_file
-
-    carry_out(
-        run_study_file, study, out, json=json, quiet=quiet, engine=engine, workers=workers, yes=yes
-    )
 
 
-@with_status
+@done_by("study.run_tuning")
 def tune(
-    study: StudyArgument,
+    source: StudyArgument,
     out: OutOption,
     engine: EngineOption = "local",
     workers: WorkersOption = None,
@@ -62,8 +57,3 @@ def tune(
     `track --config`), trials.csv, report.md and run.json. With the directory of the same search,
     goes on where it was stopped.
     """
-    from trackweave.cli.study import run_tuning
-
-    carry_out(
-        run_tuning, study, out, json=json, quiet=quiet, engine=engine, workers=workers, yes=yes
-    )

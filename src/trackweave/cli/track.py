@@ -4,7 +4,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from trackweave.cli.edge import Voice, shown
+from trackweave.cli.edge import Voice, shown, summary_of
 from trackweave.config import load_configuration, with_learned
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
@@ -82,21 +82,9 @@ def run_track(
     late = [note for note in record["notes"] if note not in early]
     for line in [*what_was_assumed(record), *late]:
         voice.say(line)
-    found = {**_summary(record, out), "time_s": perf_counter() - begin}
+    found = {**summary_of(record, out, "scan"), "time_s": perf_counter() - begin}
     voice.results("Tracks", found)
     return found
-
-
-def _summary(record: dict[str, Any], out: Path) -> dict[str, Any]:
-    """Return a run's totals, as ``--json`` prints them."""
-    totals, timing = record["totals"], record["timing"]
-    return {
-        **totals,
-        "cpu_ms_per_scan": timing["median_cpu_ms"],
-        "time_s": timing["wall_ms"] / 1e3,
-        "seed": record["seed"],
-        "out": str(out),
-    }
 
 
 def what_was_assumed(record: dict[str, Any]) -> list[str]:

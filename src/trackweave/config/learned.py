@@ -45,19 +45,8 @@ def _from_reports(
 
 
 def with_learned(told: Configuration, learned: Configuration) -> Configuration:
-    """Return a configuration with what was learned where it is silent.
-
-    Parameters
-    ----------
-    told
-        The configuration; whatever it says counts.
-    learned
-        What ``trackweave init --learn`` wrote.
-
-    Returns
-    -------
-    The configuration, which knows what of it was learned.
-    """
+    """Return a configuration with what ``init --learn`` wrote where it is silent."""
+    # Whatever it says itself counts. It knows what of it was learned.
     tables: dict[str, Mapping[str, Any]] = {}
     for name in TABLES:
         tables[name] = _beneath(told.table(name), learned.table(name), {})

@@ -84,16 +84,14 @@ def _made(method: str, options: dict[str, Any], name: str, key: str) -> Any:
     }
     try:
         solver = _solver_class(method)(**values)
-        return solver if islands == 1 else _on_islands(solver, islands)
+        if islands == 1:
+            return solver
+        from trackweave.solvers import Islands
+
+        # Side by side, ending as the search does.
+        return Islands((solver,), islands, own_limits=True)
     except InvalidInputError as err:
         raise InvalidInputError(f"{name}, {key}.{err}") from err
-
-
-def _on_islands(solver: Any, islands: int) -> Any:
-    """Return so many of a search side by side, which end as it does."""
-    from trackweave.solvers import Islands
-
-    return Islands((solver,), islands, own_limits=True)
 
 
 def _refuse_others_options(method: str, options: dict[str, Any], place: str) -> None:

@@ -56,6 +56,13 @@ UNKNOWN_SENSOR = ObservedSensor()
 
 
 USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
+# Keys that are taken as they are, in the order of a complete configuration; those of them that
+# are not estimated where nothing is.
+PLAIN = (
+    "identity_error", "hidden_share", "mean_silence", "echoes", "tail_share", "tail_scale",
+    "tail_persistence", "trust",
+)  # fmt: skip
+NONE_AT_ZERO = {"hidden_share", "echoes", "tail_share", "tail_persistence"}
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
 USUAL_SIGMA = {
@@ -122,11 +129,7 @@ def sensor_of(
     sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
     if isinstance(kind, ForeignKind):
         configuration.plugins.enter(name, kind, sources)
-    detection = choose(
-        "detection_probability",
-        found and found.detection_probability,
-        USUAL["detection_probability"],
-    )
+    detection = choose("detection_probability", *_likely(found, "detection_probability"))
     position = choose("position")
     view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(sources, section, (name, found, seen))
@@ -146,23 +149,18 @@ def sensor_of(
         position=None if position is None else tuple(position),
         rotation=rotation,
         strength=None if strength is None else StrengthModel(**strength),
-        identity_error=choose("identity_error", default=USUAL["identity_error"]),
-        hidden_share=choose(
-            "hidden_share", found and (found.hidden_share or None), USUAL["hidden_share"]
-        ),
-        mean_silence=choose("mean_silence", found and found.mean_silence, USUAL["mean_silence"]),
-        # As files hold them, which a complete configuration is read from again.
-        echoes=choose("echoes", found and ([*map(list, found.echoes)] or None), []),
-        tail_share=choose("tail_share", found and (found.tail_share or None), USUAL["tail_share"]),
-        tail_scale=choose("tail_scale", found and found.tail_scale, USUAL["tail_scale"]),
-        tail_persistence=choose(
-            "tail_persistence",
-            found and (found.tail_persistence or None),
-            USUAL["tail_persistence"],
-        ),
         scans=scans,
-        trust=choose("trust", default=USUAL["trust"]),
+        **{key: choose(key, *_likely(found, key)) for key in PLAIN},
     )
+
+
+def _likely(found: SensorEstimate | None, key: str) -> tuple[Any, Any]:
+    """Return the value of a key as estimated, None for none, and as usual."""
+    value, usual = getattr(found, key, None), USUAL[key]
+    if key == "echoes":
+        # As files hold them, which a complete configuration is read from again.
+        value, usual = [*map(list, value or ())], []
+    return None if key in NONE_AT_ZERO and not value else value, usual
 
 
 def view_keys(view: FieldOfView | None) -> dict[str, Any] | None:

@@ -338,16 +338,14 @@ def entries_of(cls: type, *, marked: bool = True) -> dict[str, Entry]:
     meanings, found = _meanings(cls), {}
     for name, hint in get_type_hints(cls, include_extras=True).items():
         marks = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
-        is_key = not name.startswith("_") and (not marked or any(_is_key(each) for each in marks))
+        is_key = not name.startswith("_") and (
+            not marked or any(isinstance(each, Key) for each in marks)
+        )
         kind = kind_of(hint) if is_key else None
         if kind is not None:
             said = next((mark for mark in marks if isinstance(mark, str)), "")
             found[name] = Entry(kind, meanings.get(name, said))
     return found
-
-
-def _is_key(mark: Any) -> bool:
-    return isinstance(mark, Key)
 
 
 def _meanings(cls: type) -> dict[str, str]:

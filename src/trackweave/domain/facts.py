@@ -11,15 +11,7 @@ _LONGEST_REASON = 120
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """A record that could not be decoded.
-
-    Parameters
-    ----------
-    offset
-        Where in the file or stream it begins [bytes].
-    what
-        What was wrong with it, in a few words.
-    """
+    """A record that could not be decoded: where it begins [bytes], what was wrong with it."""
 
     offset: int
     what: str
@@ -27,15 +19,7 @@ class Skipped:
 
 @dataclass(slots=True)
 class Skips:
-    """The records that a decoder could not use: all are counted, the first are listed.
-
-    Parameters
-    ----------
-    count
-        How many there are.
-    listed
-        The first of them.
-    """
+    """The records that a decoder could not use: all are counted, the first are listed."""
 
     count: int = 0
     listed: list[Skipped] = field(default_factory=list)
@@ -55,15 +39,7 @@ class Skips:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a sensor stands.
-
-    Parameters
-    ----------
-    latitude_deg, longitude_deg
-        WGS-84 [degrees].
-    altitude_m
-        Height above the ellipsoid [m].
-    """
+    """Where a sensor stands: WGS-84 [degrees], height above the ellipsoid [m]."""
 
     latitude_deg: float
     longitude_deg: float
@@ -74,14 +50,8 @@ class Place:
 class Facts:
     """What a recording tells beside its reports.
 
-    Parameters
-    ----------
-    places
-        Where sensors stand, by the names that the column ``sensor`` has. They count as told.
-    scan_periods
-        Seconds of a turn, by the same names. They count as told.
-    notes
-        Sentences that a user should read: what was assumed, what was left out and why.
+    ``places`` and ``scan_periods`` [s] are by the names that the column ``sensor`` has and count
+    as told; ``notes`` are sentences on what was assumed, what was left out and why.
     """
 
     places: dict[str, Place] = field(default_factory=dict)

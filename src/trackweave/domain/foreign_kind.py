@@ -250,41 +250,14 @@ class ForeignKind:
 
 
 def kind_of(measurement: Any) -> Any:
-    """Return a kind of measurement, one from outside as what stands for it.
-
-    Parameters
-    ----------
-    measurement
-        Anything.
-
-    Returns
-    -------
-    What stands for an object that says which columns it measures; else what came.
-    """
+    """Return a kind of measurement, one from outside as what stands for it; else what came."""
     if isinstance(measurement, ForeignKind | MeasurementKind | type):
         return measurement
     return ForeignKind(measurement) if hasattr(measurement, "columns") else measurement
 
 
 def ours(measurement: MeasurementKind | ForeignKind, name: str) -> MeasurementKind:
-    """Return a kind of ours, which alone can be fused before it is tracked.
-
-    Parameters
-    ----------
-    measurement
-        What a sensor measures.
-    name
-        What the message calls the sensor.
-
-    Returns
-    -------
-    The same.
-
-    Raises
-    ------
-    InvalidInputError
-        If it is from outside the package.
-    """
+    """Return a kind of ours, which alone can be fused before it is tracked; refuse another."""
     if isinstance(measurement, ForeignKind):
         raise InvalidInputError(
             f"sensor {name}: measurement {measurement.word} is a plug-in, whose plots cannot be "
@@ -336,26 +309,9 @@ def slope_of(function: Callable[[FloatArray], FloatArray], states: FloatArray) -
 
 
 def shaped(found: Any, shapes: list[tuple[int, ...]], whose: str, name: str) -> list[FloatArray]:
-    """Return the arrays that a method from outside returned.
-
-    Parameters
-    ----------
-    found
-        What came: an array where one is expected, otherwise as many.
-    shapes
-        What was asked for.
-    whose, name
-        What the message calls the plug-in, and the method.
-
-    Returns
-    -------
-    The arrays, contiguous.
-
-    Raises
-    ------
-    InvalidInputError
-        If they are not of the shapes expected, or not finite.
-    """
+    """Return, contiguous, what a method from outside returned, or refuse it."""
+    # An array where one shape is expected, otherwise as many; ``whose`` and ``name`` are what
+    # messages call plug-in and method.
     expected = " and ".join(str(shape) for shape in shapes)
     given = (found,) if len(shapes) == 1 else found
     try:

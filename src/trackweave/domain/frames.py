@@ -68,20 +68,9 @@ class LocalFrame:
         return np.stack([east, north, altitude], axis=-1)
 
     def to_geodetic(self, position: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return latitude [degrees], longitude [degrees] and altitude [m] of positions.
-
-        Two-dimensional positions are taken to lie on the ellipsoid. A position beyond the horizon
-        (more than some 6,370 km from the origin) becomes the horizon's.
-
-        Parameters
-        ----------
-        position
-            Positions in the frame [m], shape (points, 2 or 3).
-
-        Returns
-        -------
-        Latitudes, longitudes and altitudes, each of shape (points,).
-        """
+        """Return latitude [degrees], longitude [degrees] and altitude [m] of positions [m]."""
+        # Two-dimensional positions are taken to lie on the ellipsoid. A position beyond the
+        # horizon (more than some 6,370 km from the origin) becomes the horizon's.
         import pymap3d
 
         if self.projection == "stereographic":

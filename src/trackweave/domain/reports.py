@@ -28,18 +28,8 @@ ANGLE_NOISE_DEG = (ANGLE_NOISE.least, ANGLE_NOISE.most)
 class BadRow:
     """A row of a table that cannot be used, and why.
 
-    Parameters
-    ----------
-    row
-        Number of the data record, 1 for the first after the header.
-    column
-        The column with the fault, None when the row as a whole is at fault.
-    found
-        What was there, as text.
-    expected
-        What should have been there.
-    file
-        Of several files together, the one in which the row has its number.
+    Records count from 1, after the header; without a column the row as a whole is at fault. Of
+    several files together ``file`` is the one in which the row has its number.
     """
 
     row: int

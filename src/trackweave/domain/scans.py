@@ -92,7 +92,8 @@ class Scan:
     def __post_init__(self) -> None:
         set_field = object.__setattr__
         set_field(self, "time", checked_number(self.time, "time", "a finite number [s]"))
-        if _is_nothing(self.measurement):
+        if _is_empty(self.measurement) and np.ndim(self.measurement) == 1:
+            # An empty list does not say how long its rows would be.
             measurement = np.empty((0, 0))
         else:
             measurement = float_array(self.measurement, "measurement", (None, None))
@@ -159,8 +160,3 @@ def _is_empty(values: ArrayLike) -> bool:
         return np.size(values) == 0
     except ValueError:
         return False
-
-
-def _is_nothing(values: ArrayLike) -> bool:
-    """Tell whether values are an empty list, which does not say how long its rows would be."""
-    return _is_empty(values) and np.ndim(values) == 1

@@ -10,21 +10,9 @@ __all__ = ["predicted", "transition", "updated"]
 def transition(
     interval: FloatArray, process_noise: float, dim: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the matrices of the constant-velocity model.
-
-    Parameters
-    ----------
-    interval
-        Seconds, shape (rows,).
-    process_noise
-        Power spectral density of the acceleration along each axis [m²/s³].
-    dim
-        Number of spatial dimensions.
-
-    Returns
-    -------
-    Transition matrix and process noise covariance, each of shape (rows, 2 dim, 2 dim).
-    """
+    """Return transition matrix and process noise covariance of the constant-velocity model."""
+    # By intervals [s], shape (rows,), and the power spectral density of the acceleration along
+    # each axis [m²/s³]; each of shape (rows, 2 dim, 2 dim).
     interval = np.asarray(interval, dtype=np.float64)
     eye = np.eye(dim)
     rows = interval.shape[0]
@@ -41,21 +29,8 @@ def transition(
 def predicted(
     mean: FloatArray, covariance: FloatArray, interval: FloatArray, process_noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return states after an interval each.
-
-    Parameters
-    ----------
-    mean, covariance
-        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
-    interval
-        Seconds, shape (rows,).
-    process_noise
-        Power spectral density of the acceleration along each axis [m²/s³].
-
-    Returns
-    -------
-    Mean and covariance, of the same shapes.
-    """
+    """Return states, positions then velocities, after an interval [s] each."""
+    # Process noise is the power spectral density of the acceleration along each axis [m²/s³].
     moving, noise = transition(interval, process_noise, mean.shape[1] // 2)
     ahead = np.einsum("kij,kj->ki", moving, mean)
     spread = moving @ covariance @ moving.transpose(0, 2, 1) + noise
@@ -67,21 +42,7 @@ def predicted(
 def updated(
     mean: FloatArray, covariance: FloatArray, position: FloatArray, sigma: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return states after a position report each.
-
-    Parameters
-    ----------
-    mean, covariance
-        Positions then velocities, shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
-    position
-        Reports [m], shape (rows, dim).
-    sigma
-        Their standard deviation along each axis [m], of the same shape.
-
-    Returns
-    -------
-    Mean and covariance, of the same shapes as those given.
-    """
+    """Return states after a position report each, with its noise along each axis [m]."""
     dim, size = position.shape[1], mean.shape[1]
     noise = sigma[:, :, None] ** 2 * np.eye(dim)
     gain = np.linalg.solve(covariance[:, :dim, :dim] + noise, covariance[:, :dim, :])

@@ -78,7 +78,8 @@ def _pairings(reference: LocalPicture, other: LocalPicture, model: BiasModel) ->
     late = size["clock"] if "clock" in model.estimate else 0.0
     slack = 2.0 * size["range"] if "range" in model.estimate else 0.0
     found: list[IntArray] = []
-    seeds = _spread_out(reference.mean[:, :dim], _n_seeds(len(other)))
+    n_seeds = np.clip(np.sqrt(2.0 * _MOST_PAIRINGS) / len(other), 4, _SEEDS)
+    seeds = _spread_out(reference.mean[:, :dim], int(n_seeds))
     for place, i in enumerate(seeds):
         for i2 in seeds[:place]:
             j, j2 = np.nonzero(alike[i][:, None] & alike[i2])
@@ -96,11 +97,6 @@ def _pairings(reference: LocalPicture, other: LocalPicture, model: BiasModel) ->
             seed = np.full(order.shape[0], i), np.full(order.shape[0], i2)
             found.append(np.stack([seed[0], j[order], seed[1], j2[order]], axis=1))
     return np.concatenate([np.empty((0, 4), dtype=np.int64), *found])
-
-
-def _n_seeds(n_other: int) -> int:
-    """Return how many tracks of the reference are paired with all of the other sensor's."""
-    return int(np.clip(np.sqrt(2.0 * _MOST_PAIRINGS) / n_other, 4, _SEEDS))
 
 
 def _position_sigma(reference: LocalPicture, other: LocalPicture) -> float:

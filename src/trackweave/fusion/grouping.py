@@ -59,32 +59,19 @@ class Grouping:
     A tuple may be of one object where its statistic is within the threshold; then it costs half
     of what the statistic exceeds the price of its joins by, and a track alone costs nothing.
 
-    Parameters
-    ----------
-    statistic
-        What is compared with what.
-    hysteresis
-        Above 0 and at most 1: what is held as a whole is tested at so many times the
-        false-rejection rate, and two tracks change places only where that is as many times
-        likelier the other way round (each held join is worth −ln of it).
-    margin
-        A pair is left out where both tracks have a partner better by this much [twice nats].
-    breadth
-        How many tuples of each size are kept per first track at least.
-    room
-        More are kept where that makes about so many tuples of a component, at least 1.
-
-    Notes
-    -----
     A join is worth what the statistic of a pair of one object exceeds with α / M² for M sensors:
     so of the tuples that pass their own test at α, hardly any gains by leaving out a member.
     """
 
     statistic: Statistic
+    # Above 0 and at most 1: what is held as a whole is tested at so many times the false-rejection
+    # rate, and two tracks change places only where that is as many times likelier the other way
+    # round: each held join is worth −ln of it.
     hysteresis: float = 0.1
+    # A pair is left out where both tracks have a partner better by this much [twice nats].
     margin: float = 40.0
-    breadth: int = 16
-    room: int = 30_000
+    breadth: int = 16  # How many tuples of each size are kept per first track at least
+    room: int = 30_000  # More are kept where that makes about so many tuples of a component
 
     def __call__(self, scene: Scene, search: Solver | None, rng: np.random.Generator) -> Groups:
         """Return the groups of least cost that ``search``, or else ``Auto``, finds."""
@@ -126,16 +113,10 @@ class Grouping:
         # Beyond the greatest threshold that any tuple can have.
         bound = float(held.quantile[-1])
         if statistic.kind != "all-pairs":
-            bound = (
-                weight
-                / len(scene.slots)
-                * float(
-                    chdtri(
-                        n * len(scene.slots) * (n_sensors - 1), 1e-3 * statistic.false_rejection
-                    )
-                )
-                * (2.0 if statistic.correlation in {"effective", "both"} else 1.0)
-            )
+            freedom = n * len(scene.slots) * (n_sensors - 1)
+            rare = float(chdtri(freedom, 1e-3 * statistic.false_rejection))
+            wider = 2.0 if statistic.correlation in {"effective", "both"} else 1.0
+            bound = weight / len(scene.slots) * rare * wider
         terms = Terms(
             quantiles(rate, table), held.quantile, -float(np.log(self.hysteresis)),
             bound, self.breadth,

@@ -32,13 +32,10 @@ def unbiased(
     )  # fmt: skip
 
 
-def match_tracks(
-    reference: Sequence[LocalPicture], other: Sequence[LocalPicture], noise: float = 0.0
-) -> IntArray:
+def match_tracks(reference: Sequence[LocalPicture], other: Sequence[LocalPicture]) -> IntArray:
     """Return the pairs of tracks that agree best over all times, each track once."""
     # A time at which both tracks are there speaks for the pair by as much as their squared
-    # distance falls short of the gate, or against it. ``noise`` is a variance that is added along
-    # each axis.
+    # distance falls short of the gate, or against it.
     mine, yours = (
         np.unique(np.concatenate([p.track for p in side])) for side in (reference, other)
     )
@@ -50,7 +47,7 @@ def match_tracks(
     for time, (first, second) in enumerate(zip(reference, other, strict=True)):
         at = np.searchsorted(mine, first.track), np.searchsorted(yours, second.track)
         there[0][time, at[0]] = there[1][time, at[1]] = 1.0
-        row, column, squared = _near(first, second, gate, noise)
+        row, column, squared = _near(first, second, gate)
         worth[at[0][row], at[1][column]] += gate - np.minimum(squared, 2.0 * gate)
         near[at[0][row], at[1][column]] += 1.0
     worth -= gate * (there[0].T @ there[1] - near)
@@ -60,22 +57,19 @@ def match_tracks(
 
 
 def _near(
-    first: LocalPicture, second: LocalPicture, gate: float, noise: float
+    first: LocalPicture, second: LocalPicture, gate: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Return pairs of tracks that may be near each other, and their squared distances."""
     dim = first.dim
     none = np.empty(0, dtype=np.int64)
     if not len(first) or not len(second):
         return none, none, np.empty(0)
-    reach = [
-        np.linalg.eigvalsh(p.covariance[:, :dim, :dim])[:, -1] + noise for p in (first, second)
-    ]
+    reach = [np.linalg.eigvalsh(p.covariance[:, :dim, :dim])[:, -1] for p in (first, second)]
     radius = np.sqrt(gate * (reach[0] + np.percentile(reach[1], _WIDE)))
     found = KDTree(second.mean[:, :dim]).query_ball_point(first.mean[:, :dim], radius)
     row = np.repeat(np.arange(len(first)), [len(one) for one in found])
     column = np.concatenate([none, *(np.array(one, dtype=np.int64) for one in found)])
     spread = first.covariance[row] + second.covariance[column]
-    spread[:, range(dim), range(dim)] += noise
     apart = second.mean[column] - first.mean[row]
     weighted = np.linalg.solve(spread, apart[:, :, None])[:, :, 0]
     return row, column, np.einsum("ri,ri->r", apart, weighted)

@@ -1,5 +1,6 @@
 """Which local track was of which object, from when to when, and why that ended."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -42,10 +43,7 @@ class Pairings:
                 association.object.tolist(), strict=True,
             )
         }  # fmt: skip
-        seen: dict[int, int] = {}
-        for number in now.values():
-            seen[number] = seen.get(number, 0) + 1
-        self.common |= {number for number, count in seen.items() if count > 1}
+        self.common |= {number for number, count in Counter(now.values()).items() if count > 1}
         for key, pairing in list(self._open.items()):
             if now.get(key) == pairing.object:
                 pairing.end = association.time

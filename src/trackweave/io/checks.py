@@ -18,9 +18,9 @@ from trackweave.io.columns import (
     read_text,
     read_times,
 )
-from trackweave.io.tables import OnBadRow, RawTable
+from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_our_names
 
-__all__ = ["LONGEST_NAME", "Range", "RowChecks", "ask_back", "questions"]
+__all__ = ["LONGEST_NAME", "Range", "RowChecks", "ask_back", "checks_of", "questions"]
 
 # As many bad rows are named; all are counted.
 _MOST_NAMED = 5
@@ -37,15 +37,12 @@ LONGEST_NAME = 256
 class Range:
     """What a number may be."""
 
-    low: float
-    """The smallest value."""
-    high: float
-    """The largest value."""
+    low: float  # The smallest value
+    high: float  # The largest value
+    # What a message asks for where there is no number, or a negative one where a positive is
+    # wanted.
     expected: str = "a finite number"
-    """What a message asks for where there is no number, or a negative one where a positive is
-    wanted."""
-    positive: bool = False
-    """Whether zero and less count as no number at all."""
+    positive: bool = False  # Whether zero and less count as no number at all
 
     @property
     def limits(self) -> str:
@@ -56,13 +53,7 @@ class Range:
 
 
 class RowChecks:
-    """Reads the columns of a table and keeps the first complaint about each row.
-
-    Parameters
-    ----------
-    table
-        The raw columns.
-    """
+    """Reads the columns of a table and keeps the first complaint about each row."""
 
     def __init__(self, table: RawTable) -> None:
         self._table = table
@@ -74,6 +65,11 @@ class RowChecks:
     def name(self) -> str:
         """What messages call the table."""
         return self._table.name
+
+    @property
+    def kind(self) -> str:
+        """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
+        return self._table.kind
 
     @property
     def names(self) -> list[str]:
@@ -138,23 +134,8 @@ class RowChecks:
     def numbers(
         self, name: str, within: Range, *, optional: bool = False, among: BoolArray | None = None
     ) -> FloatArray:
-        """Return a column's numbers, complaining of every cell that is not as it should be.
-
-        Parameters
-        ----------
-        name
-            The column's name.
-        within
-            What a number may be.
-        optional
-            Whether a cell may be empty.
-        among
-            The rows to look at; None for all.
-
-        Returns
-        -------
-        The numbers; NaN in empty cells, in bad rows and in those passed over.
-        """
+        """Return a column's numbers, complaining of every cell that is not as it should be."""
+        # They are NaN in empty cells, in bad rows and in those not ``among`` the rows to look at.
         numbers = read_numbers(self.column(name))
         if among is None:
             return self._checked(name, numbers, within, optional=optional)
@@ -204,24 +185,9 @@ class RowChecks:
         return column
 
     def finish(self, on_bad_row: OnBadRow, *, may_skip: bool = False) -> tuple[BadRow, ...]:
-        """Return the rows that are left out, or refuse the table.
-
-        Parameters
-        ----------
-        on_bad_row
-            Whether a bad row is an error or is left out.
-        may_skip
-            Whether a user could have chosen, which a refusal then says.
-
-        Returns
-        -------
-        The bad rows in the table's order, none where a bad row is an error.
-
-        Raises
-        ------
-        DataFormatError
-            If a row is bad while bad rows are errors, or no row is good.
-        """
+        """Return the bad rows that are left out, in order; refuse the table where none may be."""
+        # It is refused, too, where no row is good. Whether a user could have chosen to skip bad
+        # rows, ``may_skip``, a refusal then says.
         bad = np.flatnonzero(self._complaint >= 0)
         none_left = not self.good.any()
         if on_bad_row == "fail" and (bad.size or self._table.skipped):
@@ -274,6 +240,11 @@ class RowChecks:
         return self._table.own_names.get(column, column)
 
 
+def checks_of(source: TableSource, *, may_be_empty: bool = False) -> RowChecks:
+    """Return the checks of a table whose columns are called as ours."""
+    return RowChecks(with_our_names(load_table(source, may_be_empty=may_be_empty)))
+
+
 # Beyond these no time in seconds lies, and moments of our day in finer units do.
 _FINER = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"))
 _LATITUDE, _RIGHT_ANGLE = 90.0, np.pi / 2
@@ -284,13 +255,7 @@ FEWEST_ANGLES, LEAST_SPAN = 60, 1.0
 
 
 def ask_back(checks: RowChecks) -> None:
-    """Refuse a table in which a whole column cannot be what its name says, and say what it seems.
-
-    Raises
-    ------
-    DataFormatError
-        If times seem to be milliseconds or finer, or latitudes and longitudes to be swapped.
-    """
+    """Refuse a whole column that cannot be what its name says; say what it seems to be."""
     time = _filled(checks, "time")
     if time.size:
         least = float(np.min(np.abs(time)))

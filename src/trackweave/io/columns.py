@@ -36,12 +36,9 @@ _LONGEST_CELL = 60
 class Numbers:
     """A column read as numbers."""
 
-    values: FloatArray
-    """The numbers; NaN where there is none."""
-    missing: BoolArray
-    """Where the cell is empty."""
-    unreadable: BoolArray
-    """Where the cell holds something else than a number."""
+    values: FloatArray  # The numbers; NaN where there is none
+    missing: BoolArray  # Where the cell is empty
+    unreadable: BoolArray  # Where the cell holds something else than a number
 
 
 def read_numbers(column: pl.Series) -> Numbers:
@@ -57,7 +54,7 @@ def read_numbers(column: pl.Series) -> Numbers:
     else:
         numbers, missing = pl.Series([None] * len(column), dtype=pl.Float64), column.is_null()
     unreadable = numbers.is_null() & ~missing
-    values = numbers.to_numpy() if numbers.null_count() == 0 else _with_nan(numbers)
+    values = numbers.fill_null(float("nan")).to_numpy()
     return Numbers(values, missing.to_numpy(), unreadable.to_numpy())
 
 
@@ -129,10 +126,6 @@ def cell_text(column: pl.Series, place: int) -> str:
     return text if len(text) <= _LONGEST_CELL else text[: _LONGEST_CELL - 1] + "…"
 
 
-def _with_nan(numbers: pl.Series) -> FloatArray:
-    return numbers.fill_null(float("nan")).to_numpy()
-
-
 _UNITS_PER_SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 # Times this near are one where no others are nearer than so many times that: what is between
 # them is rounding. Seconds since 1970 are told to a quarter of a microsecond.
@@ -163,28 +156,14 @@ def with_common_times(time: FloatArray) -> tuple[FloatArray, list[str]]:
 class Times:
     """A column read as times."""
 
-    numbers: Numbers
-    """Seconds; counted from 1970 UTC where the times came as ISO 8601."""
-    iso: bool
-    """Whether they came so."""
-    expected: str
-    """What a message asks for where there is no time."""
+    numbers: Numbers  # Seconds; counted from 1970 UTC where the times came as ISO 8601
+    iso: bool  # Whether they came so
+    expected: str  # What a message asks for where there is no time
 
 
 def read_times(column: pl.Series) -> Times:
-    """Return a column's times; its first cell decides between seconds and ISO 8601.
-
-    An ISO 8601 time without a zone is UTC. Fractions finer than a microsecond are cut off.
-
-    Parameters
-    ----------
-    column
-        Text, numbers of seconds, or a type of dates and times.
-
-    Returns
-    -------
-    The times and how they came.
-    """
+    """Return a column's times; its first cell decides between seconds and ISO 8601."""
+    # An ISO 8601 time without a zone is UTC. Fractions finer than a microsecond are cut off.
     if isinstance(column.dtype, pl.Datetime | pl.Date):
         return _typed_times(column)
     numbers = read_numbers(column)

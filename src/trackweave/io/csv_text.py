@@ -23,28 +23,9 @@ _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def parse_csv(data: bytes, name: str) -> RawTable:
-    """Return the columns of a CSV file as text, null where a cell is empty; tabs may part them.
-
-    Blank lines are no records: they are passed over and not counted. Rows with too few or too
-    many cells are in ``skipped``.
-
-    Parameters
-    ----------
-    data
-        The file's content: UTF-8, with or without a byte order mark.
-    name
-        What messages call the file.
-
-    Returns
-    -------
-    The columns, all of type text.
-
-    Raises
-    ------
-    DataFormatError
-        If the text is not UTF-8, has no header or a name twice in it, or has quotation marks
-        that are never closed.
-    """
+    """Return the columns of a CSV file as text, null where a cell is empty; tabs may part them."""
+    # UTF-8, with or without a byte order mark. Blank lines are no records: they are passed over
+    # and not counted. Rows with too few or too many cells are in ``skipped``.
     data = data.removeprefix(_BYTE_ORDER_MARK).strip(b"\r\n")
     _require_text(data, name)
     # Tabs stand for commas where there is neither a comma nor a quotation mark.

@@ -19,31 +19,15 @@ __all__ = ["encode_json", "encode_table", "to_native"]
 
 
 def encode_table(frame: pl.DataFrame, file_name: str) -> bytes:
-    """Return the content of a file that holds a table.
-
-    Numbers are written with as many digits as it takes to read them back unchanged; what is not
-    finite becomes an empty cell. In CSV dates and durations become ISO 8601 text.
-
-    Parameters
-    ----------
-    frame
-        The table.
-    file_name
-        The file's name; its ending says how it is written: .csv, .csv.gz or .parquet.
-
-    Returns
-    -------
-    The file's bytes, without any time or name in them.
-
-    Raises
-    ------
-    DataFormatError
-        If the ending is another one.
-    """
+    """Return the content of a file of a table: .csv, .csv.gz or .parquet, as its name ends."""
+    # Numbers are written with as many digits as it takes to read them back unchanged; what is not
+    # finite becomes an empty cell. In CSV dates and durations become ISO 8601 text. There is no
+    # time or name in the bytes.
     ending = file_ending(Path(file_name))
     if ending == ".parquet":
         buffer = BytesIO()
-        _each(frame, _storable).write_parquet(buffer)
+        # What is no type of Parquet's is told as text.
+        _each(frame, lambda c: _as_text(c) if c.dtype == pl.Object else c).write_parquet(buffer)
         return buffer.getvalue()
     text = _each(frame, _printable).write_csv()
     data = text.encode("utf-8")
@@ -83,10 +67,6 @@ def _each(frame: pl.DataFrame, change: Callable[[pl.Series], pl.Series]) -> pl.D
     return pl.DataFrame({column.name: change(column) for column in frame.get_columns()})
 
 
-def _storable(column: pl.Series) -> pl.Series:
-    return _as_text(column) if column.dtype == pl.Object else column
-
-
 def _printable(column: pl.Series) -> pl.Series:
     if column.dtype.is_float():
         return column.set(~column.is_finite(), None)
@@ -108,21 +88,10 @@ def _as_text(column: pl.Series) -> pl.Series:
 
 
 def encode_json(document: Mapping[str, Any]) -> bytes:
-    """Return a document as JSON text: the same document always the same bytes.
-
-    Keys keep their order. Numbers that are not finite become null; NumPy's numbers and arrays,
-    enumerations and paths become numbers, lists and text. A list of objects, such as that of the
-    scans, takes one line per object.
-
-    Parameters
-    ----------
-    document
-        The document.
-
-    Returns
-    -------
-    UTF-8 text that ends in a line break.
-    """
+    """Return a document as JSON text: the same document always the same bytes."""
+    # Keys keep their order. Numbers that are not finite become null; NumPy's numbers and arrays,
+    # enumerations and paths become numbers, lists and text. A list of objects, such as that of the
+    # scans, takes one line per object.
     lines = [f"  {_dump(str(key))}: {_value(item)}" for key, item in document.items()]
     # Lone surrogates, which file names may have, survive only as escapes.
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode("utf-8", "backslashreplace")

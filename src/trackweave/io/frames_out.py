@@ -41,22 +41,10 @@ _PLATFORM_ON_EARTH = ("sensor_lat", "sensor_lon", "sensor_alt_m", *_PLATFORM[3:]
 def tracks_frame(
     tracks: TrackTable, frame: LocalFrame | None = None, *, iso_time: bool = False
 ) -> pl.DataFrame:
-    """Return tracks or a history as a data frame.
-
-    Parameters
-    ----------
-    tracks
-        The rows, whose order is kept.
-    frame
-        When given, columns ``lat,lon[,alt_m]`` tell where on the Earth each position is.
-    iso_time
-        Whether times are written as dates.
-
-    Returns
-    -------
-    ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…[,ax,ay[,az]],score,hits,
-    last_update[,existence,visible]``, with accelerations where the motion knows them.
-    """
+    """Return tracks or a history as a data frame, its rows in their order."""
+    # ``time,track,status,x,y[,z][,lat,lon[,alt_m]],vx,vy[,vz],p_x_x,…[,ax,ay[,az]],score,hits,
+    # last_update[,existence,visible]``: places on the Earth where a plane is given, accelerations
+    # where the motion knows them.
     dim, n = tracks.dim, 2 * tracks.dim
     names = state_names(dim)
     status = pl.Series("status", list(STATUSES)).gather(tracks.status)
@@ -105,30 +93,11 @@ def assignments_frame(
     *,
     shared: Mapping[int, int] | None = None,
 ) -> pl.DataFrame:
-    """Return which report belongs to which track as a data frame.
-
-    Carried columns follow in their order; one whose name is already taken by a column here gets
-    the prefix ``reports_``. Rows are in the order in which the reports came.
-
-    Parameters
-    ----------
-    reports
-        All reports.
-    track
-        The track of each row of the reports, by row number (absent = false alarm) or as an array
-        (negative = false alarm).
-    probability
-        Probability of each row's assignment, NaN where there is none; None where the method
-        gives none.
-    shared
-        The second track of rows that may be of two objects; None where none was looked for.
-
-    Returns
-    -------
-    ``report,time,sensor,track,probability``, with ``shared`` also ``shared_with``, and the carried
-    columns; null = none. Reports that
-    are not available have a row too.
-    """
+    """Return which report belongs to which track, in the order in which the reports came."""
+    # ``report,time,sensor,track,probability``, with ``shared`` also ``shared_with``, and the
+    # carried columns: one whose name is taken by a column here gets the prefix ``reports_``. Null
+    # = none. Tracks come by row number (absent = false alarm) or as an array (negative = false
+    # alarm). Reports that are not available have a row too.
     found = _assigned_rows(reports, track, probability, shared)
     if reports.unavailable is not None:
         none = None if shared is None else dict[int, int]()
@@ -168,20 +137,10 @@ def _named_tracks(name: str, track: Mapping[int, int] | IntArray, count: int) ->
 
 
 def reports_frame(reports: ReportTable) -> pl.DataFrame:
-    """Return reports as a data frame that ``read_reports`` reads back.
-
-    Parameters
-    ----------
-    reports
-        The reports.
-
-    Returns
-    -------
-    ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]`` or what else is measured, then
-    ``sigma_x,…``, where the sensor was, and ``scan`` where there are any, and the carried
-    columns. Rows are in the order in which the reports came; positions that are not available
-    are written as AIS does.
-    """
+    """Return reports as a data frame that ``read_reports`` reads back, in the order they came."""
+    # ``report,time,sensor,x,y[,z]`` or ``lat,lon[,alt_m]`` or what else is measured, then
+    # ``sigma_x,…``, where the sensor was, and ``scan`` where there are any, and the carried
+    # columns. Positions that are not available are written as AIS does.
     found = _report_rows(reports)
     if reports.unavailable is not None:
         unknown = _report_rows(reports.unavailable).with_columns(
@@ -203,19 +162,16 @@ def _report_rows(reports: ReportTable) -> pl.DataFrame:
     return _frame([*columns, *_carried_columns(reports, columns)])
 
 
-def truth_frame(
-    truth: TruthTable, frame: LocalFrame | None = None, *, iso_time: bool = False
-) -> pl.DataFrame:
-    """Return true positions: ``time,target,x,y[,z][,lat,lon[,alt_m]][,vx,vy[,vz]]``."""
+def truth_frame(truth: TruthTable) -> pl.DataFrame:
+    """Return true positions: ``time,target,x,y[,z][,vx,vy[,vz]]``."""
     dim = truth.dim
     names = state_names(dim)
     velocity = [] if truth.velocity is None else _number_columns(names[dim:], truth.velocity)
     return pl.DataFrame(
         [
-            _time_column("time", truth.time, iso_time=iso_time),
+            pl.Series("time", truth.time, dtype=pl.Float64),
             _text_column("target", truth.target),
             *_number_columns(names[:dim], truth.position),
-            *_geodetic_columns(truth.position, frame),
             *velocity,
         ]
     )

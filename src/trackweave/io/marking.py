@@ -40,23 +40,10 @@ def notes_on_names(reports: ReportTable) -> list[str]:
 
 
 def marked(came: Any, reports: ReportTable, assignments: pl.DataFrame) -> Any:
-    """Return the table that came in with the columns ``track`` and ``probability`` added.
-
-    Parameters
-    ----------
-    came
-        A pandas or polars data frame or an Arrow table, which is left as it is; None where the
-        reports did not come as a table.
-    reports
-        The reports read from it.
-    assignments
-        What was found of each of them, in the order in which they came.
-
-    Returns
-    -------
-    The same rows in the same order, with the same index and columns. A column that is called as
-    one of those added keeps its values under another name.
-    """
+    """Return the table that came in with the columns ``track`` and ``probability`` added."""
+    # It is left as it is; None where the reports did not come as a table. The same rows in the
+    # same order, with the same index and columns: one that is called as those added keeps its
+    # values under another name. ``assignments`` are in the order in which the reports came.
     found = assignments.select(FOUND)
     if came is None:
         # What the reports are written as has no rows but theirs.

@@ -33,24 +33,20 @@ _POSITION, _RANGE, _BEARING, _NOTHING, _UNKNOWN, _ELSEWHERE = range(6)
 class Measured(NamedTuple):
     """What rows measure."""
 
+    # The numbers, shape (rows, width), NaN to the right of what a row has, any in bad rows.
     values: FloatArray
-    """The numbers, shape (rows, width), NaN to the right of what a row has, any in bad rows."""
-    sigma: FloatArray
-    """Their standard deviations, of the same shape; NaN where a row has none."""
+    sigma: FloatArray  # Their standard deviations, of the same shape; NaN where a row has none
+    # Each row's ``MeasurementKind``, shape (rows,); None where all are positions.
     kind: IntArray | None
-    """Each row's ``MeasurementKind``, shape (rows,); None where all are positions."""
-    space: int
-    """Number of dimensions of the tracking space."""
-    columns: tuple[str, ...]
-    """Names of the columns that were read."""
+    space: int  # Number of dimensions of the tracking space
+    columns: tuple[str, ...]  # Names of the columns that were read
+    # The plane on which latitudes and longitudes were laid, None for plane coordinates.
     frame: LocalFrame | None
-    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
-    notes: tuple[str, ...] = ()
-    """What was not used."""
+    notes: tuple[str, ...] = ()  # What was not used
+    # Further numbers of rows of kinds from outside, NaN where there is none.
     context: FloatArray | None = None
-    """Further numbers of rows of kinds from outside, NaN where there is none."""
+    # Those kinds, by the names of their sensors.
     foreign: Mapping[str, ForeignKind] = MappingProxyType({})
-    """Those kinds, by the names of their sensors."""
 
 
 def read_measured(
@@ -59,31 +55,13 @@ def read_measured(
     frame: LocalFrame | None,
     elsewhere: BoolArray | None = None,
 ) -> Measured:
-    """Return what each row measures.
-
-    A row is a position where it has one, otherwise a range with its azimuth, otherwise a
-    bearing; one whose position is the code for "not available" is set aside. All rows of a sensor
-    are of one kind. An elevation or a range rate counts where all rows of its sensor have one.
-
-    The tracking space has three dimensions where every sensor of positions has heights and every
-    sensor of ranges elevations. Otherwise heights are left out, and ranges with elevations
-    become distances on the ground.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-    sensors
-        Each row's sensor, null in bad rows.
-    frame
-        The plane for latitudes and longitudes; None to choose one.
-    elsewhere
-        Rows that are read otherwise; None for none.
-
-    Returns
-    -------
-    Numbers, noise and kinds of all rows.
-    """
+    """Return what each row measures but those that are read ``elsewhere``."""
+    # A row is a position where it has one, otherwise a range with its azimuth, otherwise a
+    # bearing; one whose position is the code for "not available" is set aside. All rows of a
+    # sensor are of one kind. An elevation or a range rate counts where all rows of its sensor have
+    # one. The tracking space has three dimensions where every sensor of positions has heights and
+    # every sensor of ranges elevations. Otherwise heights are left out, and ranges with elevations
+    # become distances on the ground.
     group = _groups(checks)
     if elsewhere is not None:
         group[elsewhere] = _ELSEWHERE
@@ -98,7 +76,8 @@ def read_measured(
         is_flat = "x" in columns and checks.filled("z") and not has_height(checks)
         notes = ("z is 0 in every row: tracking is in two dimensions",) * is_flat
         return Measured(positions.values, sigma, None, dim, columns, positions.frame, notes)
-    _refuse_nothing(checks, group)
+    column = "range_m" if (group == _RANGE).any() else "bearing_deg"
+    checks.refuse(column, group == _NOTHING, "a measurement: a position, a range or a bearing")
     names, sensor = np.unique(text_array(sensors).astype(str), return_inverse=True)
     _refuse_two_kinds(checks, group, (names, sensor))
     group[unknown] = _UNKNOWN
@@ -121,11 +100,6 @@ def _groups(checks: RowChecks) -> IntArray:
         for name in ("x", "y", "lat", "lon"):
             group[checks.filled_cells(name)] = _POSITION
     return group
-
-
-def _refuse_nothing(checks: RowChecks, group: IntArray) -> None:
-    column = "range_m" if (group == _RANGE).any() else "bearing_deg"
-    checks.refuse(column, group == _NOTHING, "a measurement: a position, a range or a bearing")
 
 
 def _refuse_two_kinds(

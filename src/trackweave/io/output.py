@@ -204,15 +204,9 @@ class OutputDirectory:
 
 
 class OutputFile:
-    """A file for the result of one run, new or in the place of an older file.
+    """A file for the result of one run, new or in the place of an older file."""
 
-    A symbolic link to a file is followed; a dangling one is refused. The folder must exist.
-
-    Parameters
-    ----------
-    path
-        Where the file goes.
-    """
+    # A symbolic link to a file is followed; a dangling one is refused. The folder must exist.
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)

@@ -31,31 +31,11 @@ _HEADING = Range(-360.0, 360.0)
 def read_platforms(
     checks: RowChecks, frame: LocalFrame | None, *, on_plane: bool = False
 ) -> tuple[FloatArray | None, LocalFrame | None]:
-    """Return where each row's sensor was and how it moved, and the plane of that.
-
-    Columns ``sensor_x,sensor_y[,sensor_z]`` [m] or ``sensor_lat,sensor_lon[,sensor_alt_m]``
-    [degrees, m], and ``sensor_vx,sensor_vy[,sensor_vz]`` [m/s]; what is left out of height and
-    speed is 0.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-    frame
-        The plane for latitudes and longitudes; None to choose one about their median.
-    on_plane
-        Whether the reports are plane coordinates, so that no plane may be chosen.
-
-    Returns
-    -------
-    x, y, z [m] and their rates [m/s], shape (rows, 6), NaN where a row does not say, or None where
-    no row does; and the plane that was chosen or given.
-
-    Raises
-    ------
-    DataFormatError
-        If half of a pair of columns is missing, or latitudes come without a plane.
-    """
+    """Return where each row's sensor was and how it moved, and the plane of that."""
+    # Columns ``sensor_x,sensor_y[,sensor_z]`` [m] or ``sensor_lat,sensor_lon[,sensor_alt_m]``
+    # [degrees, m], and ``sensor_vx,sensor_vy[,sensor_vz]`` [m/s]; what is left out of height and
+    # speed is 0. Of shape (rows, 6), NaN where a row does not say; None where no row does. Where
+    # reports are ``on_plane`` no plane may be chosen.
     geodetic = checks.filled("sensor_lat") or checks.filled("sensor_lon")
     if geodetic and frame is None and on_plane:
         raise DataFormatError(
@@ -108,16 +88,12 @@ _STEEPEST = np.radians(89.9)
 class Polar(NamedTuple):
     """Ranges and angles row by row, NaN where there are none."""
 
-    rows: BoolArray
-    """Which rows have a range."""
-    values: FloatArray
-    """Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4)."""
-    sigma: FloatArray
-    """Their standard deviations, of the same shape."""
+    rows: BoolArray  # Which rows have a range
+    values: FloatArray  # Range [m], azimuth and elevation [rad], range rate [m/s], shape (rows, 4)
+    sigma: FloatArray  # Their standard deviations, of the same shape
+    # Which sensors tell elevations, and range rates, in all of their rows, shape (2, sensors).
     complete: BoolArray
-    """Which sensors tell elevations, and range rates, in all of their rows, shape (2, sensors)."""
-    partial: BoolArray
-    """Which sensors do so in some of their rows only, of the same shape."""
+    partial: BoolArray  # Which sensors do so in some of their rows only, of the same shape
 
 
 def read_polar(checks: RowChecks, rows: BoolArray, heading: FloatArray, sensor: IntArray) -> Polar:
@@ -153,24 +129,10 @@ def choose_components(
     space: int,
     into: tuple[FloatArray, FloatArray, IntArray],
 ) -> list[str]:
-    """Write the numbers of each sensor's kind, side by side.
-
-    Parameters
-    ----------
-    polar
-        Ranges and angles.
-    sensors
-        Names of the sensors, and the number of each row's.
-    space
-        Number of dimensions of the tracking space. In two an elevation makes the range a distance
-        on the ground.
-    into
-        Where to write numbers, noise and kinds.
-
-    Returns
-    -------
-    A sentence for each sensor of which something is not used.
-    """
+    """Write numbers, noise and kinds of each sensor; return a sentence on what is not used."""
+    # ``sensors`` are their names and the number of each row's; ``space`` is the number of
+    # dimensions of the tracking space: in two an elevation makes the range a distance on the
+    # ground.
     names, sensor = sensors
     values, sigma, kind = into
     notes = []

@@ -48,12 +48,10 @@ _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
 class Positions(NamedTuple):
     """Positions on a plane."""
 
-    values: FloatArray
-    """Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows."""
-    columns: tuple[str, ...]
-    """Names of the columns that they came from."""
+    values: FloatArray  # Positions [m], shape (rows, dim), dim 2 or 3; meaningless in bad rows
+    columns: tuple[str, ...]  # Names of the columns that they came from
+    # The plane on which latitudes and longitudes were laid, None for plane coordinates.
     frame: LocalFrame | None
-    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
 
 
 def has_positions(names: set[str]) -> bool:
@@ -80,34 +78,11 @@ def read_positions(
     among: BoolArray | None = None,
     within: Range = DISTANCE,
 ) -> Positions:
-    """Return the positions of a table.
-
-    Where it has both ``x,y`` and ``lat,lon``, ``lat,lon`` are taken when a plane for them is given
-    and ``x,y`` otherwise.
-
-    The third dimension is there when ``z`` has any filled cell (then all must be filled), or
-    when ``alt_m`` is filled in every good row.
-
-    Parameters
-    ----------
-    checks
-        The table; bad cells are complained of there.
-    frame
-        The plane for latitudes and longitudes; None to choose one about their median.
-    among
-        The rows that are positions; None for all.
-    within
-        What coordinates on the plane may be.
-
-    Returns
-    -------
-    Positions of all rows, NaN in those that are none.
-
-    Raises
-    ------
-    DataFormatError
-        If the table has no such columns.
-    """
+    """Return positions of all rows, NaN in those that are none; refuse a table without any."""
+    # Of ``x,y`` beside ``lat,lon`` the latter count where a plane for them is given; else that is
+    # chosen about their median. The third dimension is there when ``z`` has any filled cell (then
+    # all must be filled), or when ``alt_m`` is filled in every good row. ``among`` are the rows
+    # that are positions, None for all; ``within`` is what coordinates on the plane may be.
     names = set(checks.names)
     if _are_geodetic(names, frame):
         return _geodetic(checks, frame, among)

@@ -32,14 +32,13 @@ _MOST_AXIAL_ITEMS = 200
 class ProblemTable:
     """Candidate tuples of items and their costs, as a file has them."""
 
+    # One row per candidate, one column per list, shape (rows, lists): the 1-based number of the
+    # item taken from each list, 0 for none.
     tuples: IntArray
-    """One row per candidate, one column per list, shape (rows, lists): the 1-based number of the
-    item taken from each list, 0 for none."""
-    costs: FloatArray
-    """Cost of each row, shape (rows,)."""
+    costs: FloatArray  # Cost of each row, shape (rows,)
+    # What it costs to leave an item alone for which no row of a single item says so; infinite
+    # where every item has to be covered.
     alone: float = 0.0
-    """What it costs to leave an item alone for which no row of a single item says so; infinite
-    where every item has to be covered."""
 
     def __len__(self) -> int:
         return len(self.costs)
@@ -110,22 +109,10 @@ def read_problem(source: TableSource) -> ProblemTable:
 
 
 def answer_frame(table: ProblemTable, problem: AssignmentProblem, answer: Answer) -> pl.DataFrame:
-    """Return an answer as a data frame, with the columns of an assignment problem.
-
-    Parameters
-    ----------
-    table
-        What the problem was made of.
-    problem
-        The problem, as ``table.problem()`` gave it.
-    answer
-        What a solver chose.
-
-    Returns
-    -------
-    ``i1,…,iS,cost``: the chosen tuples, sorted, and then the items that are left alone, list
-    after list, each with its price. No rows where the answer does not cover what it must.
-    """
+    """Return an answer as a data frame, with the columns of an assignment problem."""
+    # The chosen tuples, sorted, and then the items that are left alone, list after list, each with
+    # its price. No rows where the answer does not cover what it must. ``problem`` is as
+    # ``table.problem()`` gave it.
     rows = np.zeros(0, dtype=np.int64)
     if problem.row is not None and answer.status in {Status.OPTIMAL, Status.FEASIBLE}:
         rows = problem.row[answer.nodes]

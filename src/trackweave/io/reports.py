@@ -105,17 +105,8 @@ def reports_in(
 
 
 def with_heeded_scans(reports: ReportTable) -> ReportTable:
-    """Return a whole recording's reports, without a column of scans that is the same throughout.
-
-    Parameters
-    ----------
-    reports
-        All reports there are: of a stream, a part may well be one scan.
-
-    Returns
-    -------
-    The same reports, with a note where scans are left out.
-    """
+    """Return reports without a column of scans that is the same throughout, with a note."""
+    # For all reports there are: of a stream, a part may well be one scan.
     scan = reports.scan
     if scan is None or scan.size == 0 or np.any(scan != scan[0]):
         return reports

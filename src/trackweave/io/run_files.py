@@ -30,14 +30,10 @@ TABLES = ("tracks.csv", "history.csv", "assignments.csv")
 class AssignedReports:
     """When each report came, from whom, and whether it has a track."""
 
-    report: np.ndarray[Any, Any]
-    """Identifier of each report as text, shape (reports,)."""
-    time: FloatArray
-    """Time of each report [s]."""
-    sensor: np.ndarray[Any, Any]
-    """Name of its sensor."""
-    track: IntArray
-    """Its track, -1 for a false alarm."""
+    report: np.ndarray[Any, Any]  # Identifier of each report as text, shape (reports,)
+    time: FloatArray  # Time of each report [s]
+    sensor: np.ndarray[Any, Any]  # Name of its sensor
+    track: IntArray  # Its track, -1 for a false alarm
 
     def __len__(self) -> int:
         return len(self.time)
@@ -47,20 +43,15 @@ class AssignedReports:
 class RunFiles:
     """A run as its files tell it."""
 
-    path: Path
-    """Its directory."""
-    record: dict[str, Any]
-    """Content of run.json."""
+    path: Path  # Its directory
+    record: dict[str, Any]  # Content of run.json
+    # What was known after each scan; of the covariances only what belongs to positions.
     tracks: TrackTable
-    """What was known after each scan; of the covariances only what belongs to positions."""
-    history: TrackTable
-    """The same, amended and smoothed after the fact."""
-    assignments: AssignedReports
-    """Which report belongs to which track."""
+    history: TrackTable  # The same, amended and smoothed after the fact
+    assignments: AssignedReports  # Which report belongs to which track
+    # The plane on which latitudes and longitudes were laid, None for plane coordinates.
     frame: LocalFrame | None
-    """The plane on which latitudes and longitudes were laid, None for plane coordinates."""
-    iso_time: bool
-    """Whether times came as ISO 8601."""
+    iso_time: bool  # Whether times came as ISO 8601
 
     def scans(self, *keys: str) -> list[FloatArray]:
         """Return what run.json says of each scan under some keys, NaN for null."""

@@ -71,27 +71,22 @@ OURS = frozenset(
 class RawTable:
     """Columns as they came: text from CSV, typed from Parquet and from other libraries."""
 
-    name: str
-    """What messages call the source."""
-    columns: pl.DataFrame
-    """The columns; null where a cell is empty."""
-    row: IntArray
-    """Number of each row's data record, 1 for the first after the header."""
+    name: str  # What messages call the source
+    columns: pl.DataFrame  # The columns; null where a cell is empty
+    row: IntArray  # Number of each row's data record, 1 for the first after the header
+    # Rows that have too few or too many cells to be placed in columns, or a day that no calendar
+    # has; ``columns`` is without them.
     skipped: tuple[BadRow, ...] = field(default=())
-    """Rows that have too few or too many cells to be placed in columns, or a day that no calendar
-    has; ``columns`` is without them."""
+    # Library that the table came from: "polars" (also for files), "pandas" or "pyarrow".
     kind: str = "polars"
-    """Library that the table came from: "polars" (also for files), "pandas" or "pyarrow"."""
+    # What the table itself calls columns that were renamed to ours.
     own_names: Mapping[str, str] = field(default_factory=dict)
-    """What the table itself calls columns that were renamed to ours."""
-    is_text: bool = False
-    """Whether cells are text because the file knows nothing else."""
-    facts: Facts = field(default_factory=Facts)
-    """What the recording tells beside its reports."""
+    is_text: bool = False  # Whether cells are text because the file knows nothing else
+    facts: Facts = field(default_factory=Facts)  # What the recording tells beside its reports
+    # Records of a binary file or a stream that could not be decoded.
     undecoded: Skips = field(default_factory=Skips)
-    """Records of a binary file or a stream that could not be decoded."""
+    # Of several files together, what each is called, and how many rows come before its own.
     files: tuple[tuple[str, int], ...] = ()
-    """Of several files together, what each is called, and how many rows come before its own."""
 
     def __len__(self) -> int:
         return len(self.row)

@@ -10,10 +10,10 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED, STATUSES, TrackTable
 from trackweave.errors import DataFormatError
-from trackweave.io.checks import Range, RowChecks
+from trackweave.io.checks import Range, RowChecks, checks_of
 from trackweave.io.columns import BoolArray, text_array
 from trackweave.io.positions import LATITUDE, LONGITUDE, TRACK_COVARIANCE, TRACK_PLACE, TRACK_SPEED
-from trackweave.io.tables import TableSource, load_table, with_our_names
+from trackweave.io.tables import TableSource
 from trackweave.summaries import summary
 
 __all__ = [
@@ -139,7 +139,7 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
     >>> tw.read_local_tracks(tw.track(reports).tracks).tracks.dim
     2
     """
-    checks, kind = _checks_of(source)
+    checks = checks_of(source, may_be_empty=True)
     states, covariance = _whole_states(checks)
     latitude = longitude = None
     if checks.filled("lat") and checks.filled("lon"):
@@ -156,35 +156,19 @@ def read_local_tracks(source: TableSource) -> LocalTracks:
         track_table(states, covariance, order),
         None if latitude is None else latitude[order],
         None if longitude is None else longitude[order],
-        states.iso_time, kind, int(len(checks) - order.size), is_tentative,
+        states.iso_time, checks.kind, int(len(checks) - order.size), is_tentative,
     )  # fmt: skip
 
 
 def read_priors(source: TableSource, frame: LocalFrame | None = None) -> TrackTable:
-    """Read the last row of each track that lives at the end of a tracks table.
-
-    A track whose last row is older than the table's newest by its usual time between rows, the
-    median over all tracks, or by more has ended and does not come back. Where no track has two
-    rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
-    are no others in the table.
-
-    Needed are the columns that ``read_local_tracks`` needs. Where they are missing, ``status`` is
-    confirmed, ``score`` and ``hits`` are 0 and ``last_update`` is the row's time.
-
-    Parameters
-    ----------
-    source
-        A path that ends in .csv, .csv.gz or .parquet, or a pandas, polars or Arrow table; it may
-        have no rows.
-    frame
-        The plane of the reports, None for plane coordinates. Where the table has ``lat,lon`` too,
-        they must lie there at ``x,y``: tracks of another plane are refused.
-
-    Returns
-    -------
-    One row per track that lives, sorted by track.
-    """
-    checks, _ = _checks_of(source)
+    """Return the last row of each track that lives at the end of a tracks table, by track."""
+    # A track whose last row is older than the table's newest by its usual time between rows, the
+    # median over all tracks, or by more has ended and does not come back. Where no track has two
+    # rows, as in a table made by hand, all are taken. Tentative tracks are left out unless there
+    # are no others. Where they are missing, ``status`` is confirmed, ``score`` and ``hits`` are 0
+    # and ``last_update`` is the row's time. Where the table has ``lat,lon`` too, they must lie on
+    # the reports' plane at ``x,y``: tracks of another plane are refused.
+    checks = checks_of(source, may_be_empty=True)
     states, covariance = _whole_states(checks)
     if frame is not None:
         _require_same_plane(checks, frame, states.mean)
@@ -232,12 +216,6 @@ def read_status(checks: RowChecks) -> IntArray:
         codes[words == word] = code
     checks.refuse("status", codes < 0, "tentative, confirmed or coasting")
     return codes
-
-
-def _checks_of(source: TableSource) -> tuple[RowChecks, str]:
-    """Return the checks of a table and the library that it came from."""
-    table = with_our_names(load_table(source, may_be_empty=True))
-    return RowChecks(table), table.kind
 
 
 def _whole_states(checks: RowChecks) -> tuple[States, FloatArray]:

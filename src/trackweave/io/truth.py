@@ -9,10 +9,10 @@ import polars as pl
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.domain.truth import TruthTable
-from trackweave.io.checks import Range, RowChecks
+from trackweave.io.checks import Range, RowChecks, checks_of
 from trackweave.io.columns import BoolArray, numbered, read_numbers, read_times, text_array
 from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
-from trackweave.io.tables import TableSource, load_table, with_our_names
+from trackweave.io.tables import TableSource, load_table
 from trackweave.io.tracks_in import read_status
 
 __all__ = [
@@ -30,13 +30,11 @@ _SPEED = Range(-1e9, 1e9)
 class AssignmentTable:
     """Which report belongs to which track."""
 
-    report: np.ndarray[Any, Any]
-    """Identifier of each report as text, shape (reports,)."""
-    track: np.ndarray[Any, Any]
-    """Identifier of its track as text, empty for a false alarm."""
+    report: np.ndarray[Any, Any]  # Identifier of each report as text, shape (reports,)
+    track: np.ndarray[Any, Any]  # Identifier of its track as text, empty for a false alarm
+    # The target behind each report as text, empty for a false alarm; None where the table does not
+    # know targets.
     target: np.ndarray[Any, Any] | None
-    """The target behind each report as text, empty for a false alarm; None where the table does
-    not know targets."""
 
     def __len__(self) -> int:
         return len(self.report)
@@ -80,7 +78,7 @@ def read_truth_on_plane(
     source: TableSource, frame: LocalFrame | None = None
 ) -> tuple[TruthTable, LocalFrame | None]:
     """Read true positions, and the plane on which they were laid, None where they are ``x,y``."""
-    checks = RowChecks(with_our_names(load_table(source)))
+    checks = checks_of(source)
     return _paths(checks, "target", frame, _there(checks))
 
 
@@ -115,7 +113,7 @@ def read_tracks(source: TableSource, frame: LocalFrame | None = None) -> TruthTa
     >>> tw.read_tracks(frame).target
     array(['7'], dtype=object)
     """
-    checks = RowChecks(with_our_names(load_table(source, may_be_empty=True)))
+    checks = checks_of(source, may_be_empty=True)
     if frame is not None:
         checks.require("lat", "latitudes, because the truth is in latitudes and longitudes")
     return _paths(checks, "track", frame)[0]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import IntArray
 from trackweave.errors import InvalidInputError
 
 __all__ = ["AssignmentQuality", "assignment_quality"]
@@ -56,7 +56,7 @@ def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> Assignm
     return AssignmentQuality(
         right_share=float(n_right / target.size) if target.size else None,
         idf1=2 * agreed / (n_true + n_given) if n_true + n_given else None,
-        purity=_most_frequent(shared) / n_given if n_given else None,
+        purity=float(shared.max(axis=0, initial=0.0).sum()) / n_given if n_given else None,
         n_reports=target.size,
         mota=1 - wrong / n_true if n_true else None,
         switches=switches,
@@ -67,10 +67,6 @@ def _switches(target: IntArray, track: IntArray) -> int:
     order = np.argsort(target, kind="stable")
     same = np.diff(target[order]) == 0
     return int(np.count_nonzero(same & (np.diff(track[order]) != 0)))
-
-
-def _most_frequent(shared: FloatArray) -> float:
-    return float(shared.max(axis=0, initial=0.0).sum())
 
 
 def _codes(labels: Iterable[Any]) -> tuple[IntArray, int]:

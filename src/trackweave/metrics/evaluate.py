@@ -1,6 +1,6 @@
 """All measures of a run against the truth."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from trackweave.metrics._distances import check_cutoff, check_order
 from trackweave.metrics.assignments import AssignmentQuality
 from trackweave.metrics.clear_mot import clear_mot_of_pairs
 from trackweave.metrics.gospa import Gospa, gospa_from_distances, ospa_from_distances
-from trackweave.metrics.hota import hota
+from trackweave.metrics.hota import FACTORS, hota
 from trackweave.metrics.identity import identity
 from trackweave.metrics.moments import Moments, align
 from trackweave.metrics.ospa2 import ospa2
@@ -28,6 +28,9 @@ from trackweave.metrics.targets import (
 from trackweave.summaries import summary
 
 __all__ = ["Evaluation", "evaluate"]
+
+# What is told of pairs as CLEAR MOT has it.
+PAIRING = ("mota", "motp", "switches", "fragmentations", "rmse", "covered", "n_found")
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,8 +207,8 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     pairs = pair_over_time(moments, cutoff, order)
     pairing, records = clear_mot_of_pairs(moments, pairs), target_records(moments, pairs)
     completeness = [record.completeness for record in records]
-    naming = identity(moments, cutoff)
     higher = hota(moments, cutoff)
+    factors: dict[str, Any] = {name: getattr(higher, name, None) for name in FACTORS[:4]}
     return Evaluation(
         gospa=_mean([part.total for part in parts]),
         gospa_localisation=_mean([part.localisation for part in parts]),
@@ -217,21 +220,10 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
         ospa2=_mean(over_window.total),
         ospa2_localisation=_mean(over_window.localisation),
         ospa2_cardinality=_mean(over_window.cardinality),
-        mota=pairing.mota,
-        motp=pairing.motp,
-        idf1=naming.idf1,
-        idp=naming.idp,
-        idr=naming.idr,
-        hota=higher.hota if higher else None,
-        deta=higher.deta if higher else None,
-        assa=higher.assa if higher else None,
-        loca=higher.loca if higher else None,
-        switches=pairing.switches,
-        fragmentations=pairing.fragmentations,
-        rmse=pairing.rmse,
-        covered=pairing.covered,
+        **{name: getattr(pairing, name) for name in PAIRING},
+        **asdict(identity(moments, cutoff)),
+        **factors,
         n_truth=moments.n_targets,
-        n_found=pairing.n_found,
         mostly_tracked=completeness.count(MOSTLY_TRACKED),
         partly_tracked=completeness.count(PARTLY_TRACKED),
         mostly_lost=completeness.count(MOSTLY_LOST),

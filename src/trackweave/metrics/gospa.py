@@ -33,14 +33,7 @@ def gospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: floa
     """Return how far a set of tracks is from the true set, with alpha = 2 [m]."""
     # Rahmathullah, García-Fernández, Svensson, *Generalized optimal sub-pattern assignment
     # metric*, FUSION 2017, definition 1 and proposition 1. doi:10.23919/ICIF.2017.8009645
-    check_cutoff(cutoff)
-    check_order(order)
-    true, tracked = places(truth, "truth"), places(tracks, "tracks")
-    if len(true) and len(tracked) and true.shape[1] != tracked.shape[1]:
-        raise InvalidInputError(
-            f"tracks: {tracked.shape[1]} dimensions; expected {true.shape[1]}, as truth has"
-        )
-    return gospa_from_distances(distances(true, tracked), cutoff, order)
+    return gospa_from_distances(_checked(truth, tracks, cutoff, order), cutoff, order)
 
 
 def gospa_from_distances(distance: FloatArray, cutoff: float, order: float) -> Gospa:
@@ -63,14 +56,7 @@ def ospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: float
     # Schuhmacher, Vo, Vo, *A consistent metric for performance evaluation of multi-object
     # filters*, 2008, eq. (3). doi:10.1109/TSP.2008.920469. The cutoff is the greatest distance of
     # a pair, and the price of an object too many or too few.
-    check_cutoff(cutoff)
-    check_order(order)
-    true, tracked = places(truth, "truth"), places(tracks, "tracks")
-    if len(true) and len(tracked) and true.shape[1] != tracked.shape[1]:
-        raise InvalidInputError(
-            f"tracks: {tracked.shape[1]} dimensions; expected {true.shape[1]}, as truth has"
-        )
-    return ospa_from_distances(distances(true, tracked), cutoff, order)
+    return ospa_from_distances(_checked(truth, tracks, cutoff, order), cutoff, order)
 
 
 def ospa_from_distances(distance: FloatArray, cutoff: float, order: float) -> float:
@@ -82,3 +68,15 @@ def ospa_from_distances(distance: FloatArray, cutoff: float, order: float) -> fl
     paired = float(capped[linear_sum_assignment(capped)].sum())
     share = (paired + more - fewer) / more
     return float(cutoff * share ** (1 / order))
+
+
+def _checked(truth: ArrayLike, tracks: ArrayLike, cutoff: float, order: float) -> FloatArray:
+    """Return the distances of tracks from targets, and refuse what is none of a metric's."""
+    check_cutoff(cutoff)
+    check_order(order)
+    true, tracked = places(truth, "truth"), places(tracks, "tracks")
+    if len(true) and len(tracked) and true.shape[1] != tracked.shape[1]:
+        raise InvalidInputError(
+            f"tracks: {tracked.shape[1]} dimensions; expected {true.shape[1]}, as truth has"
+        )
+    return distances(true, tracked)

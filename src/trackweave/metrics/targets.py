@@ -4,8 +4,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray
 from trackweave.metrics.moments import Moments, usual_gap
 from trackweave.metrics.pairing import Pairs, changes
 
@@ -50,72 +51,48 @@ class TargetRecord:
 
 def target_records(moments: Moments, pairs: Pairs) -> tuple[TargetRecord, ...]:
     """Return each target's record, in order of their identifiers as text."""
-    lives = _Lives(moments, pairs)
-    switches, fragmentations = (
-        np.bincount(which, minlength=moments.n_targets) for which in changes(pairs)
-    )
-    bounds = np.searchsorted(pairs.target, np.arange(moments.n_targets + 1))
-    return tuple(
-        lives.record(
-            target,
-            _Following(
-                pairs.distance[bounds[target] : bounds[target + 1]],
-                pairs.track[bounds[target] : bounds[target + 1]],
-                int(switches[target]),
-                int(fragmentations[target]),
-            ),
-        )
-        for target in range(moments.n_targets)
-    )
+    moment = np.repeat(np.arange(len(moments)), np.diff(moments.truth.first))
+    order = np.lexsort((moment, moments.truth.identity))
+    identity, time = moments.truth.identity[order], moments.time[moment[order]]
+    bounds = np.searchsorted(identity, np.arange(moments.n_targets + 1))
+    paired = np.zeros(identity.size, dtype=bool)
+    paired[bounds[pairs.target] + pairs.turn] = True
+    own = np.searchsorted(pairs.target, np.arange(moments.n_targets + 1))
+    counts = [np.bincount(which, minlength=moments.n_targets) for which in changes(pairs)]
+    longest, records = usual_gap(time, identity), []
+    for target, name in enumerate(moments.target_names):
+        rows = slice(bounds[target], bounds[target + 1])
+        pair = slice(own[target], own[target + 1])
+        switches, fragmentations = (int(count[target]) for count in counts)
+        life = _life(time[rows], paired[rows], longest, pairs.distance[pair])
+        tracks = dict.fromkeys(pairs.track[pair].tolist())
+        records.append(
+            TargetRecord(
+                target=name, **life, switches=switches, fragmentations=fragmentations,
+                tracks=tuple(moments.track_names[track] for track in tracks),
+            )
+        )  # fmt: skip
+    return tuple(records)
 
 
-@dataclass(frozen=True, slots=True)
-class _Following:
-    """What a target's pairs say."""
-
-    distance: FloatArray
-    track: IntArray
-    switches: int
-    fragmentations: int
-
-
-class _Lives:
-    """The truth's positions by target, then time, and which of them are paired."""
-
-    def __init__(self, moments: Moments, pairs: Pairs) -> None:
-        self.moments = moments
-        moment = np.repeat(np.arange(len(moments)), np.diff(moments.truth.first))
-        order = np.lexsort((moment, moments.truth.identity))
-        target, moment = moments.truth.identity[order], moment[order]
-        self.time = moments.time[moment]
-        self.bounds = np.searchsorted(target, np.arange(moments.n_targets + 1))
-        self.paired = np.zeros(target.size, dtype=bool)
-        self.paired[self.bounds[pairs.target] + pairs.turn] = True
-        self.longest = usual_gap(self.time, target)
-
-    def record(self, target: int, following: _Following) -> TargetRecord:
-        rows = slice(self.bounds[target], self.bounds[target + 1])
-        time, paired = self.time[rows], self.paired[rows]
-        interval = np.diff(time)
-        interval[interval > self.longest] = 0.0
-        covered = float(paired.mean())
-        names = self.moments.track_names
-        squared = following.distance**2
-        return TargetRecord(
-            target=self.moments.target_names[target],
-            first_time=float(time[0]),
-            last_time=float(time[-1]),
-            time_present=float(interval.sum()),
-            time_tracked=float(interval[paired[1:] & paired[:-1]].sum()),
-            positions=time.size,
-            tracked_positions=int(paired.sum()),
-            covered=covered,
-            completeness=_completeness(covered),
-            rmse=float(np.sqrt(squared.mean())) if squared.size else None,
-            switches=following.switches,
-            fragmentations=following.fragmentations,
-            tracks=tuple(names[track] for track in dict.fromkeys(following.track.tolist())),
-        )
+def _life(
+    time: FloatArray, paired: NDArray[np.bool_], longest: float, distance: FloatArray
+) -> dict[str, Any]:
+    """Return how long, how often and how closely a target was followed."""
+    interval = np.diff(time)
+    interval[interval > longest] = 0.0
+    covered, squared = float(paired.mean()), distance**2
+    return {
+        "first_time": float(time[0]),
+        "last_time": float(time[-1]),
+        "time_present": float(interval.sum()),
+        "time_tracked": float(interval[paired[1:] & paired[:-1]].sum()),
+        "positions": time.size,
+        "tracked_positions": int(paired.sum()),
+        "covered": covered,
+        "completeness": _completeness(covered),
+        "rmse": float(np.sqrt(squared.mean())) if squared.size else None,
+    }
 
 
 def _completeness(covered: float) -> str:

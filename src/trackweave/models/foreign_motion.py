@@ -137,19 +137,7 @@ class ForeignMotion:
     def shown(
         self, mean: FloatArray, covariance: FloatArray, dim: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Return positions and velocities of states, and their covariances.
-
-        Parameters
-        ----------
-        mean, covariance
-            States, shapes (rows, size) and (rows, size, size).
-        dim
-            Number of spatial dimensions.
-
-        Returns
-        -------
-        Shapes (rows, 2 dim) and (rows, 2 dim, 2 dim).
-        """
+        """Return positions and velocities of states, and their covariances, 2 dim numbers each."""
         size = 2 * dim
         if not self.has_kinematics or not mean.shape[0]:
             return mean[:, :size], covariance[:, :size, :size]
@@ -174,25 +162,10 @@ class ForeignMotion:
         return float(np.diagonal(wide[0])[dim:].mean())
 
     def rule(self, dim: int, *, unscented: bool = False) -> MotionRule:
-        """Return what kernels have to know: how large a state is, and what is not known at first.
-
-        Parameters
-        ----------
-        dim
-            Number of spatial dimensions.
-        unscented
-            Whether our own measurements are foreseen over sigma points.
-
-        Returns
-        -------
-        A rule of one mode that no kernel can move.
-
-        Raises
-        ------
-        InvalidInputError
-            If the model is for another number of dimensions, or its states do not begin with a
-            position and a velocity.
-        """
+        """Return what kernels have to know: how large a state is, what is not known at first."""
+        # A rule of one mode that no kernel can move. Our own measurements may be foreseen over
+        # sigma points. Refused for another number of dimensions, or if states do not begin with a
+        # position and a velocity.
         if (getattr(self.model, "dim", None) or dim) != dim:
             raise InvalidInputError(
                 f"{self.name}: for {self.model.dim} dimensions; expected {dim}, as reports have"

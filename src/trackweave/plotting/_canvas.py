@@ -172,22 +172,16 @@ class Sheet(Figure):
 class Canvas(NamedTuple):
     """The sheet and how places are laid on it."""
 
-    figure: Figure
-    """The sheet."""
-    axes: Axes
-    """Those of the plan."""
-    unit_m: float
-    """What one unit on the axes is [m]: 1 or 1000."""
-    low: FloatArray
-    """Lower left corner of the axes [m]; in an image, the upper left one."""
-    points_per_m: float
-    """Scale on paper [points/m], the same along both axes."""
+    figure: Figure  # The sheet
+    axes: Axes  # Those of the plan
+    unit_m: float  # What one unit on the axes is [m]: 1 or 1000
+    low: FloatArray  # Lower left corner of the axes [m]; in an image, the upper left one
+    points_per_m: float  # Scale on paper [points/m], the same along both axes
+    # Middle of the plan's legend's upper edge, as a share of the sheet.
     legend_at: tuple[float, float]
-    """Middle of the plan's legend's upper edge, as a share of the sheet."""
+    # Boxes for curves as shares of the sheet: left, bottom, width, height.
     panels: tuple[Box, ...] = ()
-    """Boxes for curves as shares of the sheet: left, bottom, width, height."""
-    down: bool = False
-    """Whether y runs downwards, as in an image."""
+    down: bool = False  # Whether y runs downwards, as in an image
 
     def on_axes(self, places: FloatArray) -> FloatArray:
         """Return places [m] in the axes' unit, in the plane."""

@@ -50,8 +50,7 @@ class TrackLine(NamedTuple):
     time: FloatArray
     mean: FloatArray
     covariance: FloatArray
-    coasted: IntArray
-    """For how many rows in succession it has coasted."""
+    coasted: IntArray  # For how many rows in succession it has coasted
 
 
 def track_lines(tracks: TrackTable) -> Iterator[TrackLine]:

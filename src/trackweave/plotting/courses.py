@@ -45,13 +45,10 @@ LOOKS: dict[Look, dict[str, Any]] = {
 class Layer:
     """Points or a line."""
 
-    name: str
-    """What the legend calls it; empty for what is in it already."""
-    look: Look
-    """What is shown."""
+    name: str  # What the legend calls it; empty for what is in it already
+    look: Look  # What is shown
     x: FloatArray
-    y: FloatArray
-    """Its points, each of shape (points,); a line has a gap where one is not finite."""
+    y: FloatArray  # Its points, each of shape (points,); a line has a gap where one is not finite
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +57,9 @@ class CoursePanel:
 
     title: str
     x_name: str
-    y_name: str
-    """What stands above and beside it."""
-    layers: tuple[Layer, ...]
-    """What it shows, the lowest first."""
-    is_plan: bool = True
-    """Whether both axes have one scale."""
+    y_name: str  # What stands above and beside it
+    layers: tuple[Layer, ...]  # What it shows, the lowest first
+    is_plan: bool = True  # Whether both axes have one scale
 
 
 def picture_of_courses(panels: Sequence[CoursePanel]) -> bytes:

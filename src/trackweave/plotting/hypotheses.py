@@ -24,14 +24,10 @@ LONE_COLOUR = "#777777"
 class Drawing:
     """A hypothesis to draw."""
 
-    title: str
-    """What stands above it."""
-    places: FloatArray
-    """Where each report is [m], shape (reports, 2)."""
-    names: Sequence[str]
-    """What each is called."""
-    tracks: Iterable[tuple[int, ...]]
-    """The reports of each track in order, as places in ``names``."""
+    title: str  # What stands above it
+    places: FloatArray  # Where each report is [m], shape (reports, 2)
+    names: Sequence[str]  # What each is called
+    tracks: Iterable[tuple[int, ...]]  # The reports of each track in order, as places in ``names``
 
 
 def picture_of_hypotheses(drawings: Sequence[Drawing], columns: int) -> bytes:

@@ -25,11 +25,10 @@ class SpreadCurve:
     """A curve and how far what it is the mean of spreads."""
 
     x: FloatArray
-    y: FloatArray
-    """Its points, each of shape (points,); a point that is not finite is left out."""
+    y: FloatArray  # Its points, each of shape (points,); a point that is not finite is left out
+    # Half the length of the bar at each point, or its parts below and above, shape (2, points);
+    # None for none.
     spread: FloatArray | None = None
-    """Half the length of the bar at each point, or its parts below and above, shape (2, points);
-    None for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +37,11 @@ class Panel:
 
     title: str
     x_name: str
-    y_name: str
-    """What stands above and beside it."""
+    y_name: str  # What stands above and beside it
+    # The curves by their names; a name has one look in all panels.
     curves: Mapping[str, SpreadCurve]
-    """The curves by their names; a name has one look in all panels."""
     x_logarithmic: bool = False
-    y_logarithmic: bool = False
-    """Whether an axis is logarithmic; along y it is linear below 1."""
+    y_logarithmic: bool = False  # Whether an axis is logarithmic; along y it is linear below 1
 
 
 def picture_of_panels(panels: Sequence[Panel]) -> bytes:

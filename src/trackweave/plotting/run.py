@@ -31,6 +31,7 @@ from trackweave.plotting._plan import (
     track_lines,
 )
 from trackweave.plotting.scene import ScanSeries, Scene, paths_of_sensors, places_of_reports
+from trackweave.summaries import counted
 
 __all__ = ["FORMATS", "figure_of_run", "picture_of_run", "small_png"]
 
@@ -162,13 +163,9 @@ def _draw_legend(canvas: Canvas, n_tracks: int) -> None:
 def _title(scene: Scene, n_tracks: int) -> str:
     if scene.title is not None:
         return scene.title
-    tracks = _counted(n_tracks, "track")
+    tracks = counted(n_tracks, "track")
     view = " (seen from above)" if scene.tracks.dim == 3 else ""
     if scene.reports is None:
         return f"{tracks}{view}"
     span = float(np.ptp(scene.reports.time)) if len(scene.reports) else 0.0
-    return f"{tracks} from {_counted(len(scene.reports), 'report')} in {span:,.0f} s{view}"
-
-
-def _counted(count: int, thing: str) -> str:
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+    return f"{tracks} from {counted(len(scene.reports), 'report')} in {span:,.0f} s{view}"

@@ -21,47 +21,37 @@ __all__ = ["ScanSeries", "Scene", "paths_of_sensors", "places_of_reports"]
 class Scene:
     """What is to be seen."""
 
-    reports: ReportTable | None
-    """All reports; None where they are not at hand."""
+    reports: ReportTable | None  # All reports; None where they are not at hand
+    # Rows of tracks; confirmed and coasting ones are drawn. May be empty.
     tracks: TrackTable
-    """Rows of tracks; confirmed and coasting ones are drawn. May be empty."""
-    truth: TruthTable | None = None
-    """Where targets really were, None where it is not known."""
+    truth: TruthTable | None = None  # Where targets really were, None where it is not known
+    # From a report's row number to its track; a report without one is a false alarm. None where it
+    # is not known.
     assignment: Mapping[int, int] | None = None
-    """From a report's row number to its track; a report without one is a false alarm. None where
-    it is not known."""
+    # Where sensors stand [m], by name.
     sensor_positions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    """Where sensors stand [m], by name."""
-    title: str | None = None
-    """Heading; None for a count of what there is."""
-    pixels: bool = False
-    """Whether positions are those of an image, in pixels, y downwards."""
+    title: str | None = None  # Heading; None for a count of what there is
+    pixels: bool = False  # Whether positions are those of an image, in pixels, y downwards
+    # Latitude and longitude of the plane's origin [degrees], None for plane coordinates.
     origin: tuple[float, float] | None = None
-    """Latitude and longitude of the plane's origin [degrees], None for plane coordinates."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanSeries:
     """What each scan left behind, for the curves beside the plan."""
 
-    time: FloatArray
-    """End of each scan [s], shape (scans,)."""
-    reports: FloatArray
-    """Number of reports."""
-    assigned: FloatArray
-    """Number of those that belong to a track in the end."""
+    time: FloatArray  # End of each scan [s], shape (scans,)
+    reports: FloatArray  # Number of reports
+    assigned: FloatArray  # Number of those that belong to a track in the end
+    # How far the scan's answer may be from the best, as a share of its cost; NaN where nothing is
+    # known.
     gap: FloatArray
-    """How far the scan's answer may be from the best, as a share of its cost; NaN where nothing is
-    known."""
+    # Whether the answer was proven to be the best. With a gap of 0 it is otherwise the best of
+    # what was kept.
     proven: NDArray[np.bool_]
-    """Whether the answer was proven to be the best. With a gap of 0 it is otherwise the best of
-    what was kept."""
-    cpu_ms: FloatArray | None
-    """CPU time [ms]; None where it is not known."""
-    known: TrackTable
-    """Rows of tracks as they were known then, to count them by status."""
-    iso_time: bool = False
-    """Whether times are seconds from 1970 UTC."""
+    cpu_ms: FloatArray | None  # CPU time [ms]; None where it is not known
+    known: TrackTable  # Rows of tracks as they were known then, to count them by status
+    iso_time: bool = False  # Whether times are seconds from 1970 UTC
 
 
 def places_of_reports(

@@ -18,12 +18,9 @@ LEFT = 2.2
 class StringRow:
     """A string of a figure."""
 
-    name: str
-    """What stands before it."""
-    genes: tuple[str, ...]
-    """What stands in its boxes."""
-    marked: tuple[int, ...] = ()
-    """Places of boxes that stand out."""
+    name: str  # What stands before it
+    genes: tuple[str, ...]  # What stands in its boxes
+    marked: tuple[int, ...] = ()  # Places of boxes that stand out
 
 
 def picture_of_strings(figures: Mapping[str, Sequence[StringRow]]) -> bytes:

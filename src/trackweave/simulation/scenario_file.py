@@ -1,6 +1,6 @@
 """Scenarios from TOML files, every mistake named by file, key, value and what was expected."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
@@ -57,9 +57,9 @@ def scenario_of(table: Mapping[str, Any], name: str) -> Scenario:
     """
     try:
         values = _known(Scenario, table, "")
-        for key, build in _PARTS.items():
+        for key, kind in _PARTS.items():
             if key in values:
-                values[key] = build(key, values[key])
+                values[key] = _built(kind, values[key], key)
         return Scenario(**values)
     except InvalidInputError as err:
         raise InvalidInputError(f"{name}, {err}") from err
@@ -83,38 +83,27 @@ def _known(kind: type[Any], table: object, path: str) -> dict[str, Any]:
     return dict(table)
 
 
-def _table(kind: type[Any]) -> Callable[[str, object], Any]:
-    """Return a builder of one table of this kind."""
-
-    def build(path: str, table: object) -> Any:
-        values = _known(kind, table, path)
-        if "manoeuvres" in values:
-            values["manoeuvres"] = _tables(Manoeuvre)(f"{path}.manoeuvres", values["manoeuvres"])
-        try:
-            return kind(**values)
-        except InvalidInputError as err:
-            raise InvalidInputError(f"{path}.{err}") from err
-
-    return build
-
-
-def _tables(kind: type[Any]) -> Callable[[str, object], tuple[Any, ...]]:
-    """Return a builder of an array of tables of this kind."""
-    build_one = _table(kind)
-
-    def build(path: str, tables: object) -> tuple[Any, ...]:
-        if not isinstance(tables, list):
-            raise InvalidInputError(f"{path}: {tables!r:.60}; expected tables [[{path}]]")
-        return tuple(build_one(f"{path}[{place}]", each) for place, each in enumerate(tables))
-
-    return build
+def _built(kind: type[Any] | list[type[Any]], told: object, path: str) -> Any:
+    """Return what a table describes, or each of an array of tables."""
+    if isinstance(kind, list):
+        if not isinstance(told, list):
+            raise InvalidInputError(f"{path}: {told!r:.60}; expected tables [[{path}]]")
+        return tuple(_built(kind[0], each, f"{path}[{n}]") for n, each in enumerate(told))
+    values = _known(kind, told, path)
+    if "manoeuvres" in values:
+        values["manoeuvres"] = _built([Manoeuvre], values["manoeuvres"], f"{path}.manoeuvres")
+    try:
+        return kind(**values)
+    except InvalidInputError as err:
+        raise InvalidInputError(f"{path}.{err}") from err
 
 
-_PARTS: dict[str, Callable[[str, object], Any]] = {
-    "area": _table(Area),
-    "sensors": _tables(SimulatedSensor),
-    "targets": _tables(Target),
-    "crossings": _tables(Crossing),
-    "parallels": _tables(Parallel),
-    "random": _table(RandomTargets),
+# Of a list there may be several.
+_PARTS: dict[str, type[Any] | list[type[Any]]] = {
+    "area": Area,
+    "sensors": [SimulatedSensor],
+    "targets": [Target],
+    "crossings": [Crossing],
+    "parallels": [Parallel],
+    "random": RandomTargets,
 }

@@ -191,20 +191,8 @@ class Enumeration(NamedTuple):
 
 
 def combine(pieces: Sequence[Piece], most: int) -> IntArray:
-    """Return the cheapest combinations of one selection of each piece.
-
-    Parameters
-    ----------
-    pieces
-        What to choose from.
-    most
-        How many combinations to return at most.
-
-    Returns
-    -------
-    For each combination the row of each piece, shape (combinations, pieces), the cheapest
-    combination first.
-    """
+    """Return the cheapest combinations of one selection of each piece, a row of each."""
+    # At most so many, the cheapest first, shape (combinations, pieces).
     # The k-th best takes the i-th of one and the j-th of the other with i j ≤ k.
     count = most // np.arange(1, most + 1)
     left = np.repeat(np.arange(most), count)

@@ -5,7 +5,7 @@ its own, so that a study that was interrupted goes on where it stopped and ends 
 bytes. Report, claims and figures are made from the tables alone.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 
@@ -17,7 +17,7 @@ from trackweave.keys import suggest
 from trackweave.studies.judging import Verdict
 from trackweave.studies.writing import Table
 
-__all__ = ["STUDIES", "Claim", "Part", "Study", "Tick", "WriteUp", "study_of"]
+__all__ = ["STUDIES", "Claim", "Part", "Study", "Tick", "WriteUp", "draws", "study_of"]
 
 # Called with how much of a part is done and how much it is in all.
 Tick = Callable[[int, int], None]
@@ -43,6 +43,10 @@ class Claim:
     verdict: Verdict
     found: str
     judged_by: str = ""
+
+    def told(self) -> dict[str, str]:
+        """Return it as run.json and ``--json`` have it."""
+        return {"claim": self.text, "verdict": str(self.verdict), "found": self.found}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +81,15 @@ class Study:
 
     parts: tuple[Part, ...]
     write_up: Callable[[Mapping[str, Table], bool], WriteUp]
+
+
+def draws(
+    rng: np.random.Generator, count: int, tick: Tick
+) -> Iterator[tuple[int, np.random.Generator]]:
+    """Yield the numbers of draws with a generator of each; tell how many are done after each."""
+    for number, own in enumerate(rng.spawn(count)):
+        yield number, own
+        tick(number + 1, count)
 
 
 def study_of(preset: str) -> Study:

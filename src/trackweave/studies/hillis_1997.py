@@ -3,13 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-import matplotlib as mpl
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackweave.plotting._canvas import png_of
+from trackweave.plotting._canvas import own_style, png_of
 from trackweave.plotting.hypotheses import Drawing, picture_of_hypotheses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Claim, Part, Study, WriteUp
@@ -26,8 +24,8 @@ from trackweave.studies.hillis_search import (
     searching,
     stopping,
 )
-from trackweave.studies.judging import mean_curve, mean_of, share_of
-from trackweave.studies.writing import Table, claims_text, frame, numbers, text_table
+from trackweave.studies.judging import mean_curve, mean_of, share_where
+from trackweave.studies.writing import Table, claims_text, numbers, text_by, text_table
 
 __all__ = ["STUDY"]
 
@@ -75,7 +73,7 @@ def _picture_of_choice(tables: Mapping[str, Table]) -> bytes:
 
 def _picture_of_apparatus() -> bytes:
     """Return the patent's Figure 5 with the names of our parts."""
-    with matplotlib.style.context("default"), mpl.rc_context():
+    with own_style():
         figure = Figure(figsize=(10.0, 3.2), facecolor="white")
         axes: Axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
@@ -111,8 +109,7 @@ def _curve(table: Table, objects: int, search: str, *, share: bool) -> SpreadCur
         if not np.isfinite(own).all():
             continue
         if share:
-            hits = share_of(int(np.count_nonzero(own <= CLOSE)), own.size)
-            points.append((x, hits.value, 0.0, 0.0))
+            points.append((x, share_where(own <= CLOSE).value, 0.0, 0.0))
         else:
             mean = mean_of(own)
             half = float(np.nan_to_num(mean.high - mean.value, posinf=0.0))
@@ -137,27 +134,19 @@ def _pictures_of_search(table: Table) -> dict[str, bytes]:
     return pictures
 
 
-def _summary(table: Table) -> Table:
-    """Return each method's means with their intervals by depth."""
-    rows: list[tuple[object, ...]] = []
-    for depth in table["depth"].unique().sort():
-        for method in METHODS:
-            own = table.filter(depth=depth, method=method)
-            if own.height:
-                found = (mean_of(numbers(own, name)) for name in MEASURES)
-                rows.append((depth, method, *(str(each) for each in found)))
-    return frame(("depth", "method", *MEASURES), tuple(rows))
+def _mean(own: Table, name: str) -> str:
+    return str(mean_of(numbers(own, name)))
 
 
-def _last(table: Table) -> Table:
+def _last(table: Table) -> str:
     """Return where each search ends, by number of objects."""
     rows: list[tuple[object, ...]] = []
     for objects in sizes_of(table):
         for name in searches_of(table, objects):
             excess, spent = last_of(table, objects, name)
-            best = share_of(int(np.count_nonzero(excess <= CLOSE)), excess.size)
-            rows.append((objects, name, f"{spent:.0f}", str(mean_of(excess)), str(best)))
-    return frame(("objects", "search", "evaluations", "excess [nats]", "at the best"), tuple(rows))
+            best = share_where(excess <= CLOSE)
+            rows.append((objects, name, f"{spent:.0f}", mean_of(excess), best))
+    return text_table(("objects", "search", "evaluations", "excess [nats]", "at the best"), rows)
 
 
 def _picture_of_depths(table: Table) -> bytes:
@@ -198,19 +187,15 @@ def _picture_of_stops(tables: Mapping[str, Table]) -> bytes:
 
 
 def _report(tables: Mapping[str, Table], claims: tuple[Claim, ...]) -> str:
-    islands = tables["islands"]
-    names, means = list(dict.fromkeys(row["search"] for row in islands.to_dicts())), []
-    for name in names:
-        means.append((name, str(mean_of(numbers(islands, "excess [nats]", search=name)))))
+    example = tables["example"]
     shown = {
-        "example": tables["example"],
+        "example": text_table(example.columns, example.rows()),
         "search": _last(tables["search"]),
-        "depths": _summary(tables["depths"]),
-        "islands": frame(("search", "excess [nats]"), tuple(means)),
+        "depths": text_by(tables["depths"], ("depth", "method"), MEASURES, _mean),
+        "islands": text_by(tables["islands"], ("search",), ("excess [nats]",), _mean),
     }
     sections = [
-        f"{text}\n\n{text_table(shown[name].columns, shown[name].rows())}\n\nNumbers: {name}.csv"
-        for name, text in SAY.sections().items()
+        f"{text}\n\n{shown[name]}\n\nNumbers: {name}.csv" for name, text in SAY.sections().items()
     ]
     begin, drawings, end = (SAY.text(name) for name in ("begin", "drawings", "end"))
     return f"{begin}{claims_text(claims)}{drawings}" + "\n\n".join(sections) + end

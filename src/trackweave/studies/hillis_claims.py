@@ -13,6 +13,7 @@ from trackweave.studies.judging import (
     at_most,
     mean_of,
     share_of,
+    share_where,
     verdict_of,
 )
 from trackweave.studies.sentences import Sentences
@@ -72,7 +73,7 @@ def claims_of(tables: Tables) -> tuple[Claim, ...]:
 
 
 def _share(excess: FloatArray) -> Interval:
-    return share_of(int(np.count_nonzero(excess <= CLOSE)), excess.size)
+    return share_where(excess <= CLOSE)
 
 
 def _certain(tables: Tables) -> list[Claim]:
@@ -179,19 +180,13 @@ def _lists(table: Table, sizes: list[int]) -> Claim:
 
 def _stops(tables: Tables) -> tuple[Claim, ...]:
     table, stops, curves = tables["thresholds"], tables["interruptions"], tables["search"]
-    courses: dict[tuple[int, int], list[float]] = {}
-    for row in curves.to_dicts():
-        if row["search"] == BY_SIZE and row["excess [nats]"] is not None:
-            courses.setdefault((row["objects"], row["window"]), []).append(row["excess [nats]"])
-    falling = all(bool(np.all(np.diff(course) <= CLOSE)) for course in courses.values())
+    by_size = curves.filter(search=BY_SIZE).drop_nulls("excess [nats]")
+    courses = [own for _, own in by_size.group_by("objects", "window")]
     preset, words = share_of(0, 0), []
-    for level in sorted(set(numbers(table, "threshold [nats]").tolist())):
-        when, of, excess = (
-            numbers(table, name, **{"threshold [nats]": level})
-            for name in ("generation", "of", "excess [nats]")
-        )
+    for (level,), own in table.group_by("threshold [nats]", maintain_order=True):
+        when, of, excess = (numbers(own, name) for name in ("generation", "of", "excess [nats]"))
         is_met = np.isfinite(when)
-        share = share_of(int(is_met.sum()), when.size)
+        share = share_where(is_met)
         preset = share if level == PRESET_THRESHOLD else preset
         if is_met.any():
             at = 100.0 * float(np.mean(when[is_met] / of[is_met]))
@@ -199,20 +194,24 @@ def _stops(tables: Tables) -> tuple[Claim, ...]:
                 f"{level:g} nats in {share}, after {at:.0f} % of the generations, "
                 f"{excess[is_met].mean():.3g} nats above the best"
             )
-    looks = sorted(set(numbers(stops, "looks").tolist()))
-    late = [mean_of(numbers(stops, "excess [nats]", looks=look), "nats") for look in looks]
-    ordered = all(
-        bool(np.all(np.diff(numbers(stops, "excess [nats]", window=window)) <= CLOSE))
-        for window in set(numbers(stops, "window").tolist())
+    late = "; ".join(
+        f"{look}: {mean_of(numbers(own, 'excess [nats]'), 'nats')}"
+        for (look,), own in stops.group_by("looks", maintain_order=True)
     )
+    windows = [own for _, own in stops.group_by("window")]
     return (
-        SAY.claim("generations", verdict_of(falling), courses=len(courses)),
+        SAY.claim("generations", verdict_of(all(map(_falls, courses))), courses=len(courses)),
         SAY.claim("threshold", at_least(preset, 50.0), each='; '.join(words)),
         SAY.claim(
-            "interrupted", verdict_of(ordered and all(row["whole"] for row in stops.to_dicts())),
-            each="; ".join(f"{int(k)}: {each}" for k, each in zip(looks, late, strict=True)),
+            "interrupted", verdict_of(all(map(_falls, windows)) and bool(stops["whole"].all())),
+            each=late,
         ),
     )  # fmt: skip
+
+
+def _falls(course: Table) -> bool:
+    """Tell whether an excess never rises."""
+    return bool(np.all(np.diff(numbers(course, "excess [nats]")) <= CLOSE))
 
 
 def _alone(table: Table) -> tuple[Claim, ...]:

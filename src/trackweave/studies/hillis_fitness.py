@@ -1,7 +1,6 @@
 """The patent's own fitness as a problem: each report that joins nothing is a track of its own."""
 
 from dataclasses import dataclass, field, replace
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.config.search import make_solver
 from trackweave.presets import hillis_1997
 from trackweave.solvers import Exact, Genetic
 from trackweave.solvers.components import Components
@@ -23,20 +23,14 @@ __all__ = [
     "decoded",
     "document_growth",
     "document_search",
-    "search_of",
     "sequence",
 ]
 
 
-def search_of(preset: ModuleType) -> Genetic:
-    """Return the genetic search of a preset."""
-    options = preset.CONFIGURATION["search"]
-    return Genetic(**{key: value for key, value in options.items() if key != "method"})
-
-
 def document_search() -> Genetic:
     """Return the genetic search of the patent's preset."""
-    return search_of(hillis_1997)
+    search: Genetic = make_solver(hillis_1997.CONFIGURATION["search"])
+    return search
 
 
 def document_growth() -> GrowthLimits:

@@ -8,16 +8,16 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.config.search import make_solver
 from trackweave.presets import hillis
 from trackweave.solvers import Auto, Exact, Genetic, Greedy, Islands
 from trackweave.solvers.protocol import Solver, Stop
 from trackweave.solvers.resumable import Resumable
-from trackweave.studies import Tick
+from trackweave.studies import Tick, draws
 from trackweave.studies.hillis_fitness import (
     BestHypothesis,
     alone_as_tracks,
     document_search,
-    search_of,
     sequence,
 )
 from trackweave.studies.hillis_scenes import (
@@ -68,11 +68,9 @@ WITHOUT_END = 10**9
 """A limit that something else comes before."""
 
 
-def full_window(
-    rng: np.random.Generator, n_objects: int, depth: int = 5, n_scans: int = 7
-) -> AssignmentProblem:
-    """Return a full window's problem, what lies before it rightly fixed as far as is possible."""
-    followed = follow(dense_scene(rng, n_objects, n_scans), Exact(), depth, rng)
+def full_window(rng: np.random.Generator, n_objects: int) -> AssignmentProblem:
+    """Return the problem of five scans, two more before them rightly fixed as far as possible."""
+    followed = follow(dense_scene(rng, n_objects, 7), Exact(), 5, rng)
     return followed.asked.problems[-1]
 
 
@@ -137,8 +135,8 @@ def searching(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Ta
                     rows.append((objects, window, problem.n_items, name, at, curve.at(at)))
                 if name == BY_SIZE:
                     stops += _stops(objects, window, curve)
-            for name, solver in ((USABLE, search_of(hillis)), (DEFAULT, Auto())):
-                answer = solver(problem, rng=own)
+            for name in (USABLE, DEFAULT):
+                answer = METHODS[name]()(problem, rng=own)
                 excess = float(_above(np.array([answer.cost]), least[1])[0])
                 rows.append((objects, window, problem.n_items, name, answer.evaluations, excess))
             done += 1
@@ -167,13 +165,11 @@ def _stops(objects: int, window: int, curve: Evolution) -> list[tuple[object, ..
 def stopping(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
     """Return what the preset's search says when the next scan arrives."""
     rows: list[tuple[object, ...]] = []
-    n_windows = 3 if quick else 12
-    for window, own in enumerate(rng.spawn(n_windows)):
+    for window, own in draws(rng, 3 if quick else 12, tick):
         problem, seed = full_window(own, OBJECTS), int(own.integers(2**31))
         costs, whole = interrupted(problem, LOOKS, seed)
         above = _above(np.array(costs), least_cost(problem, own, lone=True)).tolist()
         rows += [(window, *row) for row in zip(LOOKS, above, whole, strict=True)]
-        tick(window + 1, n_windows)
     return {"interruptions": frame(("window", "looks", "excess [nats]", "whole"), tuple(rows))}
 
 
@@ -202,8 +198,7 @@ def _after(looks: int) -> Stop:
 def on_islands(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
     """Return what islands find beside one population, all with as many evaluations."""
     rows: list[tuple[object, ...]] = []
-    n_windows = 2 if quick else 6
-    for window, own in enumerate(rng.spawn(n_windows)):
+    for window, own in draws(rng, 2 if quick else 6, tick):
         problem, seed = full_window(own, OBJECTS), int(own.integers(2**31))
         least = least_cost(problem, own, lone=True)
         population, generations = document_search().sizes(problem.n_items)
@@ -217,7 +212,6 @@ def on_islands(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, T
                 same = all(each == _told(answer) for each in told)
             excess = float(_above(np.array([answer.cost]), least)[0])
             rows.append((window, name, excess, answer.evaluations, sent, same))
-        tick(window + 1, n_windows)
     head = ("window", "search", "excess [nats]", "evaluations", "sent", "same on threads")
     return {"islands": frame(head, rows)}
 
@@ -258,7 +252,7 @@ def _told(answer: Answer) -> tuple[object, ...]:
 METHODS: dict[str, Callable[[], Solver]] = {
     "document": document_search,
     "its best": BestHypothesis,
-    "hillis": lambda: search_of(hillis),
+    "hillis": lambda: make_solver(hillis.CONFIGURATION["search"]),
     "exact": Exact,
     "default": Auto,
     "nearest": Greedy,
@@ -275,7 +269,7 @@ def by_depth(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
         SCANS, SCENES, SEARCHED, AT_EVERY_DEPTH
     )  # fmt: skip
     rows: list[tuple[object, ...]] = []
-    for number, own in enumerate(rng.spawn(n_scenes)):
+    for number, own in draws(rng, n_scenes, tick):
         scene = meeting_scene(own, n_scans)
         for depth in COMPARED if number >= n_deep else (1, 2, 3, 5):
             for name, method in METHODS.items():
@@ -292,7 +286,6 @@ def by_depth(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
                     None if excess is None else int(np.count_nonzero(excess <= CLOSE)),
                     len(found.asked.problems),
                 ))  # fmt: skip
-        tick(number + 1, n_scenes)
     head = (
         "depth", "method", "scene", "right [%]", "switches", "GOSPA [m]", "amended",
         "excess [nats]", "at the best", "windows",
@@ -313,8 +306,7 @@ def _excess(followed: Followed, rng: np.random.Generator) -> FloatArray:
 def arriving(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Table]:
     """Return how rightly reports are assigned that come alone, in order and out of it."""
     rows: list[tuple[object, ...]] = []
-    n_scenes = 3 if quick else 20
-    for number, own in enumerate(rng.spawn(n_scenes)):
+    for number, own in draws(rng, 3 if quick else 20, tick):
         scene = meeting_scene(own, SCANS)
         n_scanned = len(scene.target)
         alone = lone_reports(scene, own)
@@ -325,6 +317,5 @@ def arriving(rng: np.random.Generator, quick: bool, tick: Tick) -> dict[str, Tab
                 number, order, 100.0 * float(found.is_right[:n_scanned].mean()),
                 100.0 * float(lone.mean()) if lone.size else None, found.gospa,
             ))  # fmt: skip
-        tick(number + 1, n_scenes)
     head = ("scene", "arrival", "of scans right [%]", "alone right [%]", "GOSPA [m]")
     return {"arrivals": frame(head, rows)}

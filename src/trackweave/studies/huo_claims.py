@@ -14,16 +14,17 @@ from trackweave.studies.judging import (
     at_least,
     at_most,
     mean_of,
-    share_of,
+    share_where,
     verdict_of,
 )
 from trackweave.studies.sentences import Sentences
-from trackweave.studies.writing import Table, claims_text, numbers, text_table
+from trackweave.studies.writing import Table, claims_text, numbers, text_by, text_table
 
 __all__ = ["write_up"]
 
 Tables = Mapping[str, Table]
 SAY = Sentences("huo")
+LEAST = "at the least J"
 PICTURES = {
     "strings": ("strings",), "search": ("search", "optimum"), "spacing": ("spacing",),
 }  # fmt: skip
@@ -32,11 +33,8 @@ PICTURES = {
 def write_up(tables: Tables, quick: bool) -> WriteUp:
     """Return what the study's tables say: report, claims and figures."""
     claims = _claims(tables)
-    shown = {name: table for name, table in tables.items() if name not in {"search", "strings"}}
-    grouped = {
-        "spacing": 1, "sizes": 3, "two-nodes": 2, "confirmation": 2, "stops": 3,
-    }  # fmt: skip
-    texts = {name: _summary(table, grouped[name]) for name, table in shown.items()}
+    grouped = {"spacing": 1, "sizes": 3, "two-nodes": 2, "confirmation": 2, "stops": 3}
+    texts = {name: _summary(tables[name], n_keys) for name, n_keys in grouped.items()}
     texts["strings"] = text_table(tables["strings"].columns, tables["strings"].rows())
     texts["search"] = _search_text(tables["search"])
     sections = []
@@ -54,8 +52,7 @@ def _mean(table: Table, name: str, **where: object) -> Interval:
 
 
 def _optimal(table: Table, **where: object) -> Interval:
-    excess = numbers(table, "excess", **where)
-    return share_of(int(np.count_nonzero(excess == 0.0)), excess.size)
+    return share_where(numbers(table, "excess", **where) == 0.0)
 
 
 def _brief(found: Interval, most: float) -> str | None:
@@ -68,14 +65,11 @@ def _brief(found: Interval, most: float) -> str | None:
 
 def _summary(table: Table, n_keys: int) -> str:
     keys, names = table.columns[:n_keys], table.columns[n_keys:]
-    most, rows = np.inf if "excess" in names else 100.0, []
-    for key, own in table.group_by(keys, maintain_order=True):
-        cells = [_brief(_mean(own, name), most) for name in names]
-        if "excess" in names:
-            cells.append(str(_optimal(own)))
-        rows.append((*key, *cells))
-    more = ("at the least J",) if "excess" in names else ()
-    return text_table((*keys, *names, *more), rows)
+    if "excess" not in names:
+        return text_by(table, keys, names, lambda own, name: _brief(_mean(own, name), 100.0))
+    return text_by(table, keys, [*names, LEAST], lambda own, name: (
+        str(_optimal(own)) if name == LEAST else _brief(_mean(own, name), np.inf)
+    ))  # fmt: skip
 
 
 def _search_text(table: Table) -> str:

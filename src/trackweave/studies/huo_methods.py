@@ -16,6 +16,7 @@ from trackweave.association.chain_rule import (
     track_chains,
 )
 from trackweave.association.problem import AssignmentProblem
+from trackweave.config.search import make_solver
 from trackweave.fusion.associator import TrackAssociator
 from trackweave.fusion.statistic import Statistic, tuple_values
 from trackweave.presets.huo_2008 import CONFIGURATION
@@ -119,8 +120,8 @@ ALPHA = CONFIGURATION["statistic"]["false_rejection"]
 
 def document_search() -> ListGenetic:
     """Return the genetic search of the preset."""
-    options = {key: value for key, value in CONFIGURATION["search"].items() if key != "method"}
-    return ListGenetic(**options)
+    search: ListGenetic = make_solver(CONFIGURATION["search"])
+    return search
 
 
 def groups(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.plotting.panels_of_curves import SpreadCurve
@@ -17,6 +18,7 @@ __all__ = [
     "mean_curve",
     "mean_of",
     "share_of",
+    "share_where",
     "verdict_of",
 ]
 
@@ -97,6 +99,11 @@ def share_of(hits: int, count: int) -> Interval:
     low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
     high = 1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail))
     return Interval(100.0 * hits / count, 100.0 * low, 100.0 * high, count, "%")
+
+
+def share_where(holds: NDArray[np.bool_]) -> Interval:
+    """Return the share of draws [%] of which something holds."""
+    return share_of(int(np.count_nonzero(holds)), holds.size)
 
 
 def at_least(found: Interval, threshold: float, tolerance: float = 0.0) -> Verdict:

@@ -67,7 +67,7 @@ def run_study(
         record = {**order.record(), "complete": False, "parts": _named(done)}
         place.write(files, {**record, "timing": {"cpu_s": timing}})
     found = study.write_up(_tables(files), order.quick)
-    claims = [_told(claim.text, claim.verdict, claim.found) for claim in found.claims]
+    claims = [claim.told() for claim in found.claims]
     record = {**order.record(), "complete": True, "parts": _named(done), "claims": claims}
     report = _marked(found.report) if order.quick else found.report
     place.write(
@@ -77,21 +77,14 @@ def run_study(
     return found
 
 
-def _told(text: str, verdict: str, found: str) -> dict[str, str]:
-    return {"claim": text, "verdict": str(verdict), "found": found}
-
-
 def _named(done: Mapping[str, Mapping[str, bytes]]) -> dict[str, list[str]]:
     return {name: sorted(files) for name, files in done.items()}
 
 
 def _measured(part: Part, order: Order, tick: Callable[[int, int], None]) -> dict[str, bytes]:
     """Return a part's files; its random numbers are its own, whatever ran before."""
-    rng = generator_for(order.seed, part.name)
-    files: dict[str, bytes] = {}
-    for name, table in part.measure(rng, order.quick, tick).items():
-        files[f"{name}.csv"] = encode_table(table, f"{name}.csv")
-    return files
+    tables = part.measure(generator_for(order.seed, part.name), order.quick, tick)
+    return {f"{name}.csv": encode_table(table, "x.csv") for name, table in tables.items()}
 
 
 def _tables(files: Mapping[str, bytes]) -> dict[str, Table]:

@@ -1,6 +1,6 @@
 """Wiranto & Bonok (2018), repeated: three radars, three courses, 100 scans."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from trackweave.arrays import FloatArray
 from trackweave.plotting.courses import CoursePanel, Layer, Look, picture_of_courses
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies import Part, Study, WriteUp
-from trackweave.studies.judging import Interval, mean_curve, mean_of
+from trackweave.studies.judging import mean_curve, mean_of
 from trackweave.studies.wiranto_claims import CLASSIFIED, EXCESS, FIRST, FORMATIONS, SAY, claims_of
 from trackweave.studies.wiranto_plots import COLONIES, DEFAULT, EXACT, GREEDY, search, sorting
 from trackweave.studies.wiranto_scenes import SKIES, STRAIGHT, TURN, TURNING
@@ -23,7 +23,7 @@ from trackweave.studies.wiranto_tracks import (
     figures,
     tracking,
 )  # fmt: skip
-from trackweave.studies.writing import Table, claims_text, numbers, text_table
+from trackweave.studies.writing import Table, claims_text, numbers, text_by
 
 __all__ = ["STUDY"]
 
@@ -32,6 +32,10 @@ SHOWN = {
     "figure5": (STRAIGHT[0], (20.0, 40.0)), "figure6": (TURNING, (TURN[0] - 5.0, TURN[1] + 10.0)),
 }  # fmt: skip
 NOISE = "noise [m²/s³]"
+GROUPED = {
+    "sorting": ("sky", "method"), "search": ("sky", "method", "cycles"), "tracking": ("tracker",),
+    "courses": ("leg", "what"), "noise": ("tracker", NOISE, "leg"),
+}  # fmt: skip
 
 
 def _n_skies(quick: bool) -> dict[str, int]:
@@ -41,36 +45,16 @@ def _n_skies(quick: bool) -> dict[str, int]:
 def _write_up(tables: Mapping[str, Table], quick: bool) -> WriteUp:
     """Return the report, claims and figures that the tables make."""
     claims = claims_of(tables)
-    told = {
-        "sorting": (
-            "## Plots instant by instant",
-            SAY.sections()["sorting"],
-            ("sky", "method"),
-            3,
-        ),
-        "search": (
-            "## The search, by ants and cycles",
-            SAY.sections()["search"],
-            ("sky", "method", "cycles"),
-            4,
-        ),
-        "tracking": ("## Whole trackers", SAY.sections()["tracking"], ("tracker",), 2),
-        "courses": ("## Off the course", SAY.sections()["courses"], ("leg", "what"), 3),
-        "noise": (
-            "## What the process noise does",
-            SAY.sections()["noisy"],
-            ("tracker", NOISE, "leg"),
-            4,
-        ),
-    }
-    sections = [
-        f"{title}\n\n{words}\n\n{_summary(tables[name], by, tables[name].columns[first:])}\n\n"
-        f"Numbers: {name}.csv"
-        for name, (title, words, by, first) in told.items()
-    ]
+    sections = []
+    for name, words in SAY.sections().items():
+        table, by = tables[name], GROUPED[name]
+        # Between the keys and the figures stands the number of the draw.
+        figures = [column for column in table.columns[len(by) + 1 :] if column not in by]
+        told = text_by(table, by, figures, _short)
+        sections.append(f"{words}\n\n{told}\n\nNumbers: {name}.csv")
     draws = ", ".join(f"{count} {name}" for name, count in _n_skies(quick).items())
-    begin, figures = SAY.text("begin"), SAY.text("figures")
-    text = f"{begin}{claims_text(claims)}{figures}Draws of skies: {draws}.\n\n"
+    begin, drawn = SAY.text("begin"), SAY.text("figures")
+    text = f"{begin}{claims_text(claims)}{drawn}Draws of skies: {draws}.\n\n"
     return WriteUp(text + "\n\n".join(sections) + "\n", claims, _pictures(tables))
 
 
@@ -90,22 +74,9 @@ STUDY = Study(
 )  # fmt: skip
 
 
-def _summary(table: Table, by: Sequence[str], names: Sequence[str]) -> str:
-    """Return means over draws with their intervals, a row for each combination of values."""
-    rows = []
-    for key, own in table.group_by(by, maintain_order=True):
-        found = [mean_of(numbers(own, name), _unit(name)) for name in names]
-        rows.append([*key, *(_short(each) for each in found)])
-    return text_table([*by, *names], rows)
-
-
-def _unit(name: str) -> str:
-    """Return the unit that a column's name ends with."""
-    return "%" if name.endswith("[%]") else ""
-
-
-def _short(found: Interval) -> str:
-    """Return a figure with its interval, as far as there are any."""
+def _short(own: Table, name: str) -> str:
+    """Return a mean over draws with its interval, as far as there are any."""
+    found = mean_of(numbers(own, name), "%" if name.endswith("[%]") else "")
     if not found.count:
         return "–"
     ends = f" ({found.low:.4g} to {found.high:.4g})" if found.low < found.high else ""

@@ -11,6 +11,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.plots_rule import PlotsRule, ScoredTuples
 from trackweave.association.problem import Answer, AssignmentProblem, Status
 from trackweave.association.scan_plots import plots_of
+from trackweave.config.search import make_solver
 from trackweave.presets.wiranto_2018 import CONFIGURATION
 from trackweave.solvers import AntSystem, Auto, Exact, Greedy
 from trackweave.solvers.ants.ant_system import most_visited
@@ -36,8 +37,8 @@ DEFAULT = "default"
 
 def _ants(**changes: Any) -> AntSystem:
     """Return the preset's Ant System with some options changed."""
-    options = {key: value for key, value in CONFIGURATION["search"].items() if key != "method"}
-    return AntSystem(**{**options, **changes})
+    search: AntSystem = make_solver({**CONFIGURATION["search"], **changes})
+    return search
 
 
 # Those that are exact come first: others are measured by what their answers cost.

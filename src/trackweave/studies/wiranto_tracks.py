@@ -12,7 +12,7 @@ from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.metrics import evaluate
 from trackweave.metrics.assignments import assignment_quality
 from trackweave.run.tracking import track
-from trackweave.studies import Tick
+from trackweave.studies import Tick, draws
 from trackweave.studies.wiranto_plots import DOCUMENT, METHODS, Sorted, posed, sort_plots
 from trackweave.studies.wiranto_scenes import (
     PERIOD,
@@ -124,7 +124,7 @@ def tracking(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Ta
     rows: list[tuple[object, ...]] = []
     legs: list[tuple[object, ...]] = []
     head: tuple[str, ...] = ()
-    for number, own in enumerate(rng.spawn(n_skies)):
+    for number, own in draws(rng, n_skies, tick):
         sky = draw_sky(SkyShape(), own)
         selected = _selected(sky, own)
         off = {
@@ -140,7 +140,6 @@ def tracking(rng: np.random.Generator, n_skies: int, tick: Tick) -> dict[str, Ta
             rows.append((tracker, number, *found.measures.values()))
         for what, offsets in off.items():
             legs += [(what, leg, number, *leg_of(offsets, leg).row()) for leg in LEGS]
-        tick(number + 1, n_skies)
     courses = frame(("what", "leg", "draw", *OFF), tuple(legs))
     return {"tracking": frame(head, rows), "courses": courses}
 
@@ -150,14 +149,13 @@ def by_noise(
 ) -> dict[str, Table]:
     """Return how far off the courses two trackers are, by the process noise that they assume."""
     rows: list[tuple[object, ...]] = []
-    for number, own in enumerate(rng.spawn(n_skies)):
+    for number, own in draws(rng, n_skies, tick):
         sky = draw_sky(SkyShape(), own)
         for tracker in (PRESET, IMM):
             for noise in noises:
                 found = run_tracker(sky, tracker, own, noise)
                 off = _all_offsets(sky, *_confirmed(found.tracks))
                 rows += [(tracker, noise, leg, number, *leg_of(off, leg).row()) for leg in LEGS]
-        tick(number + 1, n_skies)
     return {"noise": frame(("tracker", "noise [m²/s³]", "leg", "draw", *OFF), tuple(rows))}
 
 

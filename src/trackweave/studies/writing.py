@@ -1,6 +1,6 @@
 """Tables of a study, and its claims, as a report has them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from trackweave.arrays import FloatArray
 if TYPE_CHECKING:
     from trackweave.studies import Claim
 
-__all__ = ["Table", "claims_text", "frame", "numbers", "text_table"]
+__all__ = ["Table", "claims_text", "frame", "numbers", "text_by", "text_table"]
 
 Table: TypeAlias = pl.DataFrame
 
@@ -32,6 +32,17 @@ def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return a table as Markdown; numbers with three digits that count, None as a dash."""
     lines = [header, ["---"] * len(header), *([_shown(cell) for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def text_by(
+    table: Table, by: Sequence[str], names: Sequence[str], cell: Callable[[Table, str], Any]
+) -> str:
+    """Return a line of Markdown for each combination of some columns, with a cell by each name."""
+    rows = [
+        (*key, *(cell(own, name) for name in names))
+        for key, own in table.group_by(by, maintain_order=True)
+    ]
+    return text_table((*by, *names), rows)
 
 
 def claims_text(claims: Sequence["Claim"]) -> str:
