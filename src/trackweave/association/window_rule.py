@@ -19,6 +19,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import ScanInput, WindowRule
 from trackweave.association.foreign_begin import Said, said_by_foreign
+from trackweave.chi_squared import quantile_of
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
@@ -195,10 +196,7 @@ def _pace(sensor: Sensor, period: float | None) -> float:
 @cache
 def _gate(size: int) -> float:
     """Return the squared distance that hardly any own report of so many numbers exceeds."""
-    from scipy.special import gammaincinv
-
-    # The quantile of χ²; scipy.stats takes longer to import than all the rest.
-    return float(2.0 * gammaincinv(size / 2.0, GATE_PROBABILITY))
+    return quantile_of(size, GATE_PROBABILITY)
 
 
 def without_reports(scan: ScanInput) -> ScanInput:

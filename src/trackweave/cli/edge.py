@@ -91,8 +91,11 @@ def carry_out(run: Callable[..., Any], *, json: bool, quiet: bool, **given: obje
 
     A word is said where kernels are compiled meanwhile.
     """
-    # While it imported, ``main`` had no garbage looked for.
-    gc.enable()
+    if not gc.isenabled():
+        # While it imported, ``main`` had no garbage looked for. What came with the imports stays:
+        # the first search, which would look through all of it, takes a tenth of a start.
+        gc.freeze()
+        gc.enable()
     voice = Voice(quiet=quiet or json)
     with voice.compiling():
         found = run(voice, **given)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import chdtr, digamma, gammaln
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.chi_squared import share_within
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
 from trackweave.estimation.trees import tree_of
@@ -38,6 +38,10 @@ MAX_MISSES = 2
 CHANCE_OF_ANOTHER = 0.02
 # So many neighbours tell how dense points are.
 NEIGHBOURS = 3
+# The digamma function of that number.
+LOG_OF_FEW = 1.0 + 1 / 2 - np.euler_gamma
+# Length, area and volume of the ball of radius 1, by dimension.
+UNIT_BALL = {1: 2.0, 2: 3.141592653589793, 3: 4.188790204786391}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +69,7 @@ class _Segment:
 
 def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
     """Return the volume of a ball [m² or m³]."""
-    unit = np.exp(dim / 2 * np.log(np.pi) - gammaln(dim / 2 + 1))
-    return np.asarray(unit * np.asarray(radius) ** dim)
+    return np.asarray(UNIT_BALL[dim] * np.asarray(radius) ** dim)
 
 
 def local_density(position: FloatArray) -> float:
@@ -77,7 +80,7 @@ def local_density(position: FloatArray) -> float:
     distance = tree_of(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
     volume = ball_volume(np.maximum(distance, 1e-9), position.shape[1])
     # The logarithm of so few neighbours is less on average than that of their number.
-    return float(np.exp(np.mean(digamma(NEIGHBOURS) - np.log(volume))))
+    return float(np.exp(np.mean(LOG_OF_FEW - np.log(volume))))
 
 
 def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:
@@ -121,7 +124,7 @@ def detection_share(
         time = segment.frames.time[middle + around]
         place, spread = _continue(time, segment.points, segment.frames.time[middle], sigma)
         excess.append(_excess(segment.frames.position[middle], place, 3.0 * spread))
-    inside = float(chdtr(found[0][0].points.shape[1], 9.0))
+    inside = share_within(found[0][0].points.shape[1], 9.0)
     share = np.array(excess) / inside
     crowd = density * float(ball_volume(3.0 * sigma, found[0][0].points.shape[1]))
     return float(share.mean()), float(np.hypot(share.std() / np.sqrt(share.size), crowd / 2))

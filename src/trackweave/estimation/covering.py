@@ -3,11 +3,13 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.trees import tree_of
+from trackweave.estimation.trees import FEW, tree_of
 
 __all__ = ["covered_by", "note_on_area", "spacing_of"]
 
 FEWEST_IN_HULL = 10
+# Of the square of its extent, a line's area is less: rounding.
+FLAT = 1e-12
 
 
 def spacing_of(position: FloatArray) -> float:
@@ -33,15 +35,44 @@ def covered_by(position: FloatArray, sigma: float) -> float:
 
 def _hull(position: FloatArray) -> float | None:
     """Return the area or volume of the reports' hull [m², m³], None where they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
     places = np.unique(position, axis=0)
     if places.shape[0] <= position.shape[1]:
         return None
+    if position.shape[1] == 2 and places.shape[0] <= FEW:
+        return _area(places)
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         return float(ConvexHull(places).volume)
     except QhullError:
         return None
+
+
+def _area(places: FloatArray) -> float | None:
+    """Return the area of the hull of sorted places [m²], None where they are on a line."""
+    # Andrew's monotone chain (1979), there and back, with coordinates from the middle.
+    middle = places.mean(axis=0)
+    points = [(float(x), float(y)) for x, y in places - middle]
+    hull: list[tuple[float, float]] = []
+    for way in (points, points[::-1]):
+        begin = len(hull)
+        for point in way:
+            while len(hull) > begin + 1 and _turn(hull[-2], hull[-1], point) <= 0.0:
+                hull.pop()
+            hull.append(point)
+        hull.pop()
+    x, y = np.array(hull).T
+    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return area if area > FLAT * float(np.ptp(x)) ** 2 + FLAT * float(np.ptp(y)) ** 2 else None
+
+
+def _turn(
+    first: tuple[float, float], second: tuple[float, float], third: tuple[float, float]
+) -> float:
+    """Return twice the area of a triangle, positive where it turns left."""
+    return (second[0] - first[0]) * (third[1] - first[1]) - (second[1] - first[1]) * (
+        third[0] - first[0]
+    )
 
 
 def note_on_area(position: FloatArray, covered: float) -> str | None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import Frames
-from trackweave.estimation.trees import tree_of
+from trackweave.estimation.trees import pairs_within, tree_of
 
 __all__ = ["reach", "segments"]
 
@@ -34,7 +34,7 @@ def reach(blocks: list[Frames]) -> tuple[float, float] | None:
     for frames in blocks:
         trees = [tree_of(position) for position in frames.position]
         for before, after, gap in zip(trees, trees[1:], np.diff(frames.time), strict=False):
-            counts += before.count_neighbors(after, radii * (gap / interval))
+            counts += pairs_within(before, after, radii * (gap / interval))
     chance = _chance_counts(everything, radii)
     n_reports = sum(p.shape[0] for frames in blocks for p in frames.position[1:])
     found = _outermost(counts, chance, FEW * n_reports)
@@ -75,7 +75,7 @@ def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
     mixed = np.stack(
         [np.sort(axis)[_scatter(axis.size, k)] for k, axis in enumerate(some.T)], axis=1
     )
-    counts = tree_of(some).count_neighbors(tree_of(mixed), radii).astype(float)
+    counts = pairs_within(tree_of(some), tree_of(mixed), radii).astype(float)
     # Few pairs are near: below a thousand, the volume tells better.
     enough = min(int(np.searchsorted(counts, min(1000.0, counts[-1] / 4))), radii.size - 1)
     near = radii[:enough] / radii[enough]

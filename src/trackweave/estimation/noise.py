@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from trackweave.arrays import FloatArray
+from trackweave.chi_squared import quantile_of
 from trackweave.estimation._noise import WRONG, follow_chains
+from trackweave.estimation.simplex import least_by_simplex
 
 __all__ = ["calm_noise", "least_noise", "noise_in_turns", "noise_of_chains"]
 
@@ -161,12 +162,9 @@ def _fitted(
 
     starts = [np.array([level] if fixed else [level, 0.0]) for level in STARTS]
     best = min(starts, key=surprise)
-    # A run that has nothing to estimate need not wait for this import.
-    from scipy.optimize import minimize
-
-    found = minimize(surprise, best, method="Nelder-Mead", options={"maxiter": 80, "fatol": 1e-3})
-    scale = 1.0 if fixed else float(np.exp(found.x[-1] / 2))
-    return sigma * scale, float(np.exp(found.x[0])) * unit
+    found = least_by_simplex(surprise, best, rounds=80, within=1e-3)
+    scale = 1.0 if fixed else float(np.exp(found[-1] / 2))
+    return sigma * scale, float(np.exp(found[0])) * unit
 
 
 def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
@@ -180,8 +178,7 @@ def _far_off(
 ) -> tuple[float, float]:
     """Return how many of the objects' own reports lie where one in a hundred does, and all."""
     variance, process, density = noise
-    # The quantile of χ²; scipy.stats takes longer to import than all the rest.
-    limit = 2.0 * float(gammaincinv(places.shape[2] / 2.0, 0.99))
+    limit = quantile_of(places.shape[2], 0.99)
     _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
     return far, trusted
 

@@ -13,9 +13,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammainc
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.chi_squared import poisson_reaches
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
@@ -134,8 +134,7 @@ def _speaks(beside: _Beside, sensor: SensorEstimate) -> bool:
     if float(np.median(whole)) > OTHER_SIGMA * MEDIAN_SQUARE:
         return False
     missed = (1.0 - sensor.detection_probability) * count
-    # As many or more of a Poisson number.
-    return float(gammainc(n_far, missed * strangers[far].mean())) < BY_CHANCE
+    return poisson_reaches(n_far, missed * strangers[far].mean()) < BY_CHANCE
 
 
 def fitted_tails(square: FloatArray) -> tuple[float, float]:

@@ -1,18 +1,101 @@
-"""Trees of points, for who is near whom."""
+"""Who is near whom: SciPy's trees, and for few points their distances."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias, Union
 
-from trackweave.arrays import FloatArray
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["tree_of"]
+__all__ = ["FEW", "FewPoints", "Tree", "pairs_within", "tree_of"]
+
+FEW = 512
+"""Of so many points all distances are sooner there than SciPy is imported."""
+
+Tree: TypeAlias = Union["FewPoints", "cKDTree"]
 
 
-def tree_of(position: FloatArray) -> "cKDTree":
-    """Return SciPy's tree of points, shape (points, dim)."""
-    # A run that has nothing to estimate need not wait for this import.
+class FewPoints:
+    """What a tree tells of points, shape (points, dim), from the distances of all pairs.
+
+    Of points that are as near as each other the first comes first.
+    """
+
+    def __init__(self, position: FloatArray) -> None:
+        self.data = position
+
+    def query(
+        self, position: FloatArray, k: int = 1, distance_upper_bound: float = np.inf
+    ) -> tuple[FloatArray, IntArray]:
+        """Find the nearest points of each position.
+
+        Parameters
+        ----------
+        position
+            Where from, shape (positions, dim).
+        k
+            How many.
+        distance_upper_bound
+            Only what is nearer counts.
+
+        Returns
+        -------
+        Distances and indices, shape (positions, k), or (positions,) of one nearest. Where there
+        are no more, the distance is infinite and the index the number of points.
+        """
+        size = self.data.shape[0]
+        if position.shape[0] > FEW:
+            distance, index = _grown(self).query(
+                position, k=k, distance_upper_bound=distance_upper_bound
+            )
+            return distance, index
+        square = _squares(position, self.data)
+        square[square >= distance_upper_bound**2] = np.inf
+        index = square.argmin(axis=1)[:, None] if k == 1 < size else _order(square)[:, :k]
+        square = np.take_along_axis(square, index, axis=1)
+        missing = ((0, 0), (0, k - square.shape[1]))
+        index = np.pad(index, missing)
+        square = np.pad(square, missing, constant_values=np.inf)
+        index[np.isinf(square)] = size
+        distance = np.sqrt(square)
+        return (distance[:, 0], index[:, 0]) if k == 1 else (distance, index)
+
+
+def tree_of(position: FloatArray) -> Tree:
+    """Return a tree of points, shape (points, dim)."""
+    few = FewPoints(position)
+    return few if position.shape[0] <= FEW else _grown(few)
+
+
+def pairs_within(first: Tree, second: Tree, radii: FloatArray) -> IntArray:
+    """Return how many pairs of a point of each tree are within each radius, rising."""
+    if isinstance(first, FewPoints) and isinstance(second, FewPoints):
+        square = np.sort(_squares(first.data, second.data), axis=None)
+        return np.searchsorted(square, radii * radii, side="right")
+    found: IntArray = _grown(first).count_neighbors(_grown(second), radii)
+    return found
+
+
+def _grown(tree: Tree) -> "cKDTree":
+    """Return SciPy's tree of the same points."""
+    if not isinstance(tree, FewPoints):
+        return tree
+    # A run that has little to estimate, or nothing, need not wait for this import.
     from scipy.spatial import cKDTree
 
-    return cKDTree(position)
+    return cKDTree(tree.data)
+
+
+def _squares(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return squared distances, shape (first, second)."""
+    # Summed from the first coordinate on, as trees do.
+    total = np.zeros((first.shape[0], second.shape[0]))
+    for axis in range(first.shape[1]):
+        total += np.subtract.outer(first[:, axis], second[:, axis]) ** 2
+    return total
+
+
+def _order(square: FloatArray) -> IntArray:
+    return np.argsort(square, axis=1, kind="stable")

@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import gammainc
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.chi_squared import poisson_reaches
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
@@ -108,10 +108,9 @@ class MotionDoubts:
             most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
             return self._settle(is_used=found.number <= most and len(case.groups) <= self._tracks)
         self._due = 2 * n_assigned
-        # As many or more of a Poisson number.
         if (
             found.number == 0
-            or gammainc(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
+            or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
         ):
             return False
         self._is_told = settings.sources.get(KEY) == "file"
