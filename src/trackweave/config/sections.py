@@ -196,6 +196,26 @@ class SensorSection(Section, of=(Sensor,)):
         Key("two or three numbers in metres, such as [0.0, 0.0]", size=(2, 3)),
         "Where the sensor stands, x, y[, z] [m].",
     ]
+    range_bias_m: Annotated[
+        float, Key("a number of metres", -1e6, 1e6), "How much too long its ranges are [m]."
+    ]
+    range_scale: Annotated[
+        float,
+        Key("a number from 0.5 to 2, such as 1.001", 0.5, 2.0),
+        "How many times as long as the true ones its ranges are.",
+    ]
+    azimuth_bias_deg: Annotated[
+        float,
+        Key("a number from -180 to 180 degrees", -180.0, 180.0),
+        "How much too great its azimuths or bearings are, as where its north is not north "
+        "[degrees, clockwise].",
+    ]
+    translation: Annotated[
+        Pair, "How far its positions are shifted, east and north [m]; of sensors that report them."
+    ]
+    clock_offset: Annotated[
+        float, Key("a number of seconds", -1e6, 1e6), "How far its clock is ahead [s]."
+    ]
     field_of_view: Annotated[
         FieldOfViewSection,
         "Where it sees; left out = as its silence tells beside other sensors, else everywhere.",

@@ -16,9 +16,11 @@ from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["DOUBTED", "Sensor"]
+__all__ = ["BIASES", "DOUBTED", "Sensor"]
 
-DOUBTED = ("sigma", "scan_period", "rotation")
+BIASES = ("range_bias_m", "range_scale", "azimuth_bias_deg", "translation", "clock_offset")
+"""Keys of what is wrong with all reports of a sensor alike; a tracker is given them without it."""
+DOUBTED = ("sigma", "scan_period", "rotation", *BIASES)
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
 Echo: TypeAlias = Annotated[
@@ -85,8 +87,8 @@ class Sensor:
     trust
         Whether what is told is kept where reports contradict it: of all keys, or of those named.
 
-        Only "sigma", "scan_period" and "rotation" ever give way, in ``track``. A tracker that is
-        given scans one by one always keeps what it was told.
+        Only "sigma", "scan_period", "rotation" and biases ever give way, in ``track``. A tracker
+        that is given scans one by one always keeps what it was told.
 
     Raises
     ------

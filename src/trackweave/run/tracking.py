@@ -34,6 +34,7 @@ from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
+from trackweave.run.registering import registration_of
 from trackweave.run.regions import Engaged, engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
@@ -158,7 +159,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     configuration = load_configuration(config)
     require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
-    configuration = with_facts(configuration, every)
+    is_judged = not preset_notes(preset) and not every.has_foreign
+    registration = registration_of(every, with_facts(configuration, every), looks=is_judged)
+    every, configuration = registration.reports, registration.configuration
     begun = _prior_table(priors, every)
     doubts = ConsistencyChecks(configuration)
     with engaged(engine, workers) as regions:
@@ -170,10 +173,11 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         )
     rows, log, assigned = done
     doubles, table, course = attempt.doubles, attempt.table, attempt.course
-    settings = doubts.entered(attempt.settings)
+    settings = registration.entered(doubts.entered(attempt.settings))
     tracks = rows.table(table.dim)
     apart = () if regions is None else regions.notes
-    settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes(), *apart))
+    notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes(), *apart)
+    settings = replace(settings, notes=notes)
     tracks, history, assigned, lineage = with_divisions(
         table, (tracks, assigned), settings, begun, generator
     )
@@ -181,7 +185,6 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     # Tracks by a document's letter are no judges of what was told.
     case = Case(table, settings, assigned.track, history, course.looks())
     overruled = doubts.findings()
-    is_judged = not preset_notes(preset) and not table.has_foreign
     found = diagnose(case, overruled) if is_judged else overruled
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
@@ -193,7 +196,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     if regions is not None:
         record = regions.entered(record)
     record |= {
-        "told": doubts.as_record(),
+        "told": [*doubts.as_record(), *registration.told_record()],
+        "registration": registration.as_record(),
         "diagnostics": [each.as_record() for each in found],
         "divisions": None if lineage is None else lineage.as_record(),
     }
