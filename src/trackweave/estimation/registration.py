@@ -15,7 +15,7 @@ from trackweave.estimation.bias_equations import (
     weights_of,
 )
 from trackweave.estimation.common_objects import objects_of
-from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
+from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, Sightings
 
 __all__ = ["Registered", "registered"]
 

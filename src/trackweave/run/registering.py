@@ -1,6 +1,6 @@
 """Biases of sensors: those that are told taken out of reports, others looked for."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 

@@ -34,8 +34,8 @@ from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
-from trackweave.run.registering import registration_of
 from trackweave.run.regions import Engaged, engaged, require_cuttable
+from trackweave.run.registering import registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 
