@@ -12,6 +12,7 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
+from trackweave.models.biases import Biases
 from trackweave.models.motion import MODELS, PROCESS_NOISE
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
@@ -158,7 +159,7 @@ class StrengthSection(Section, of=(StrengthModel,), is_whole=True):
     """What the strength of a report tells of its origin: both kinds are about normal."""
 
 
-class SensorSection(Section, of=(Sensor,)):
+class SensorSection(Section, of=(Sensor, Biases)):
     """What a sensor measures, how well and how often."""
 
     measurement: Annotated[
@@ -195,26 +196,6 @@ class SensorSection(Section, of=(Sensor,)):
         tuple[Annotated[float, COORDINATE], ...],
         Key("two or three numbers in metres, such as [0.0, 0.0]", size=(2, 3)),
         "Where the sensor stands, x, y[, z] [m].",
-    ]
-    range_bias_m: Annotated[
-        float, Key("a number of metres", -1e6, 1e6), "How much too long its ranges are [m]."
-    ]
-    range_scale: Annotated[
-        float,
-        Key("a number from 0.5 to 2, such as 1.001", 0.5, 2.0),
-        "How many times as long as the true ones its ranges are.",
-    ]
-    azimuth_bias_deg: Annotated[
-        float,
-        Key("a number from -180 to 180 degrees", -180.0, 180.0),
-        "How much too great its azimuths or bearings are, as where its north is not north "
-        "[degrees, clockwise].",
-    ]
-    translation: Annotated[
-        Pair, "How far its positions are shifted, east and north [m]; of sensors that report them."
-    ]
-    clock_offset: Annotated[
-        float, Key("a number of seconds", -1e6, 1e6), "How far its clock is ahead [s]."
     ]
     field_of_view: Annotated[
         FieldOfViewSection,

@@ -17,7 +17,7 @@ from trackweave.estimation.sightings import N_BIASES, SCALE
 
 __all__ = ["Explanation", "chosen", "conditional"]
 
-# What a sensor with biases costs beforehand, and each of its biases; a range scale is rarer [nats].
+# What a sensor with biases costs beforehand, and each of them; a range scale is rarer [nats].
 A_SENSOR, A_BIAS, A_SCALE = 3.0, 1.0, 3.0
 # Of so many sensors every set is tried; of more, one sensor after another is added or taken away.
 MOST_EXHAUSTIVE = 6
@@ -83,10 +83,10 @@ def _best_of(
     evidence = _evidence(is_free, matrix, vector, prior)
     while is_free.any():
         trials = []
-        for place in np.flatnonzero(is_free):
+        for place in np.flatnonzero(is_free).tolist():
             without = is_free.copy()
             without[place] = False
-            trials.append((_evidence(without, matrix, vector, prior), int(place)))
+            trials.append((_evidence(without, matrix, vector, prior), place))
         better, place = max(trials)
         if better <= evidence:
             break

@@ -54,7 +54,7 @@ def objects_of(
         pairs.append(_mutual(found, _costs(courses, found, unknown, OTHER_VELOCITY * fastest)))
     joined = np.concatenate(pairs)
     links = coo_matrix((np.ones(len(joined)), tuple(joined.T)), shape=(n_tracks, n_tracks))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
 def _courses(sightings: Sightings, bias: FloatArray) -> _Courses:
@@ -147,4 +147,4 @@ def _mutual(pairs: IntArray, cost: FloatArray) -> IntArray:
     order = np.argsort(cost, kind="stable")
     pairs = pairs[order]
     best = [np.unique(pairs[:, side], return_index=True)[1] for side in (0, 1)]
-    return pairs[np.intersect1d(*best)]
+    return pairs[np.intersect1d(best[0], best[1])]

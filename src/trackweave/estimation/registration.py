@@ -11,21 +11,29 @@ from trackweave.estimation.bias_equations import (
     Equations,
     Pieces,
     equations_of,
+    feigned_of,
     pieces_of,
     weights_of,
 )
 from trackweave.estimation.common_objects import objects_of
-from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, Sightings
+from trackweave.estimation.sightings import AZIMUTH, CLOCK, N_BIASES, RANGE, Sightings
 
 __all__ = ["Registered", "registered"]
 
 # Standard deviations of biases beforehand: a range [m], a share, an azimuth [rad], a clock [s].
 USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
-# Positions may be shifted about as far as the fastest comes from scan to scan.
-MOST_ROUNDS, MOST_STEPS, SETTLED = 6, 8, 0.02
+MOST_ROUNDS, MOST_STEPS, SETTLED = 8, 8, 0.02
+# How many times as sure it is beforehand that there is no bias that is not looked for.
+PINNED = 1e12
 # So many objects tell something of biases, if most reports lie so many times as far off as
 # expected at most.
 FEWEST_OBJECTS, WORST_SCALE = 6, 2.0
+# Objects contradict one another if biases are so many times less sure than reports by themselves
+# would make them.
+WORST_INFLATION = 3.0
+# Pieces are longer where more than this share of what tells of clocks is noise; a clock of which
+# so much is nothing tells.
+NOISY, FEIGNED, LONGEST = 0.05, 0.2, 4.0
 # A bias is believed so many standard deviations from none, and corrected where it moves reports
 # by such a share of their noise.
 CLEAR, WORTH = 4.0, 0.2
@@ -55,29 +63,37 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
     # Association and biases by turns: at first as uncertain as beforehand, then as known. ``may``
     # are the biases that are looked for, shape (sensors, 4), ``fastest`` the greatest speed [m/s].
     prior = _prior(sightings, fastest)
-    precision = np.where(may, 1.0 / prior**2, 1e12 / prior**2).ravel()
+    precision = np.where(may, 1.0 / prior**2, PINNED / prior**2).ravel()
     bias, covariance = np.zeros(may.shape), np.diag(1.0 / precision)
-    objects = None
+    objects, longer = None, 1.0
     for _ in range(MOST_ROUNDS):
         again = objects_of(sightings, bias, covariance, fastest)
-        if objects is not None and np.array_equal(again, objects):
-            break
-        objects = again
-        pieces = pieces_of(sightings, objects)
+        before, pieces = bias, pieces_of(sightings, again, longer)
         n_objects = int(pieces.object.max(initial=-1)) + 1
         if n_objects < FEWEST_OBJECTS:
             return _nothing(may, f"only {n_objects} objects are seen by several sensors at a time")
         bias, equations, scale = _fitted(sightings, pieces, bias, precision)
         inflation = _inflation(equations, pieces, precision)
         covariance = np.linalg.inv(equations.matrix / inflation + np.diag(precision))
-    if scale > WORST_SCALE:
+        feigned = feigned_of(sightings, pieces, bias, equations)
+        noisy = feigned.max() > NOISY and longer < LONGEST
+        if objects is not None and not noisy and np.array_equal(again, objects):
+            break
+        objects, longer = again, 2.0 * longer if noisy else longer
+    untold = feigned > FEIGNED
+    if np.any(untold & may[:, CLOCK]):
+        return registered(sightings, may & ~_clocks(may, untold), fastest)
+    moved = np.abs(bias - before).ravel() / np.sqrt(np.diagonal(covariance))
+    if scale > WORST_SCALE or inflation > WORST_INFLATION or moved.max() > 1.0:
         return _nothing(may, "no biases make what the sensors see agree")
     matrix = equations.matrix / inflation
     vector = equations.vector / inflation + matrix @ bias.ravel()
     noise = np.repeat(_noise(sightings, pieces), N_BIASES)
     found = _believed((matrix, vector), prior.ravel(), may.ravel(), equations.size / noise)
     return Registered(
-        *(each.reshape(may.shape) for each in found[:3]),
+        bias=found[0].reshape(may.shape),
+        likely=found[1].reshape(may.shape),
+        sigma=found[2].reshape(may.shape),
         covariance=found[3],
         n_objects=n_objects,
         n_reports=pieces.row.size,
@@ -85,10 +101,18 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
     )
 
 
+def _clocks(may: NDArray[np.bool_], sensors: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which numbers are the clocks of some sensors, in the shape of ``may``."""
+    clocks = np.zeros_like(may)
+    clocks[sensors, CLOCK] = True
+    return clocks
+
+
 def _prior(sightings: Sightings, fastest: float) -> FloatArray:
     prior = np.tile(USUAL, (sightings.n_sensors, 1))
     shift = fastest * float(sightings.period.max())
-    prior[np.ix_(~sightings.is_polar, [RANGE, AZIMUTH])] = shift
+    for number in (RANGE, AZIMUTH):
+        prior[~sightings.is_polar, number] = shift
     return prior
 
 

@@ -1,6 +1,6 @@
 """What a sensor reports, how often, how well and how falsely."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -11,6 +11,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
 from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
+from trackweave.models.biases import Biases
 from trackweave.models.coverage import FieldOfView, hiding
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
@@ -18,8 +19,8 @@ from trackweave.models.strength import StrengthModel
 
 __all__ = ["BIASES", "DOUBTED", "Sensor"]
 
-BIASES = ("range_bias_m", "range_scale", "azimuth_bias_deg", "translation", "clock_offset")
-"""Keys of what is wrong with all reports of a sensor alike; a tracker is given them without it."""
+BIASES = tuple(each.name for each in fields(Biases))
+"""Keys of what is wrong with all reports of a sensor alike."""
 DOUBTED = ("sigma", "scan_period", "rotation", *BIASES)
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)

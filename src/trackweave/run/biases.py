@@ -1,14 +1,13 @@
 """Biases of sensors as keys of a file, and reports without them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.config import Configuration
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
@@ -50,11 +49,12 @@ def as_key(key: str, numbers: FloatArray, *, is_sigma: bool = False) -> Any:
     return own[0] * (_DEGREES if key == "azimuth_bias_deg" else 1.0)
 
 
-def told_biases(reports: ReportTable, configuration: Configuration) -> FloatArray:
+def told_biases(reports: ReportTable, told_of: Callable[[str], Mapping[str, Any]]) -> FloatArray:
     """Return the biases that are told, 0 for none, shape (sensors, 4) as in ``Sightings``."""
+    # ``told_of`` gives the keys of a sensor, by its name.
     bias = np.zeros((len(reports.sensors), N_BIASES))
     for index, name in enumerate(reports.sensors):
-        said, kind = configuration.sensor(name), reports.kind_of(index)
+        said, kind = told_of(name), reports.kind_of(index)
         may = keys_of(kind)
         for key, places in BIAS_KEYS.items():
             if key not in said:
@@ -71,10 +71,8 @@ def told_biases(reports: ReportTable, configuration: Configuration) -> FloatArra
 
 
 def unbiased(reports: ReportTable, bias: FloatArray) -> ReportTable:
-    """Return reports as they would be without biases, in order of time; the same where all are 0.
-
-    What passes through goes with its row.
-    """
+    """Return reports as they would be without biases, the same table where all are 0."""
+    # They are in order of time, and what passes through goes with its row.
     if not bias.any():
         return reports
     measurement = reports.measurement.copy()

@@ -26,6 +26,7 @@ __all__ = ["Registration", "registration_of"]
 # So many reports tell enough: those of the middle of a recording.
 MOST_REPORTS = 40_000
 DIGITS = 6
+NOT_COMPARED = "no two sensors can be compared"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class Registration:
 
     def entered(self, settings: Settings) -> Settings:
         """Return a configuration as used, in which what was found counts as estimated."""
-        learned = {f"sensors.{name}.{key}": "estimated" for name, _, key in self._found_out()}
+        learned = {f"sensors.{name}.{key}": "estimated" for name, _, key in self.found_out()}
         return replace(settings, sources={**settings.sources, **learned})
 
     def notes(self) -> list[str]:
@@ -48,7 +49,7 @@ class Registration:
         if self.found is None:
             return []
         words: dict[str, list[str]] = {}
-        for name, index, key in self._found_out():
+        for name, index, key in self.found_out():
             value = as_key(key, self.told[index] + self.found.bias[index])
             sigma = as_key(key, self._sigmas[index], is_sigma=True)
             words.setdefault(name, []).append(_words(key, value, sigma))
@@ -63,26 +64,28 @@ class Registration:
         ]
 
     def as_record(self) -> dict[str, Any] | None:
-        """Return what was found of biases; None where nothing was looked for."""
-        if self.found is None:
+        """Return what was looked for and found of biases; None where nothing was."""
+        if self.found is None and not self.refused:
             return None
+        found = self.found
+        sensors = {
+            name: {key: self._of_key(index, key) for key in keys_of(self.reports.kind_of(index))}
+            for index, name in enumerate(self.reports.sensors)
+            if found is not None and name not in self.refused
+        }
         return {
-            "objects": self.found.n_objects,
-            "reports": self.found.n_reports,
-            "doubt": self.found.doubt or None,
-            "sensors": {
-                name: {key: self._of_key(index, key) for key in keys_of(kind)}
-                for index, name in enumerate(self.reports.sensors)
-                if name not in self.refused and (kind := self.reports.kind_of(index)) is not None
-            },
-            "refused": self.refused,
+            "objects": 0 if found is None else found.n_objects,
+            "reports": 0 if found is None else found.n_reports,
+            "doubt": NOT_COMPARED if found is None else found.doubt or None,
+            "sensors": sensors,
+            "refused": dict(self.refused),
         }
 
     def told_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of each key that was told otherwise."""
         return [
             {"key": f"sensors.{name}.{key}", **self._of_key(index, key)}
-            for name, index, key in self._found_out()
+            for name, index, key in self.found_out()
             if self.told[index, list(BIAS_KEYS[key])].any()
         ]
 
@@ -91,7 +94,7 @@ class Registration:
         assert self.found is not None
         return np.sqrt(np.diagonal(self.found.covariance)).reshape(self.told.shape)
 
-    def _found_out(self) -> Iterator[tuple[str, int, str]]:
+    def found_out(self) -> Iterator[tuple[str, int, str]]:
         """Yield name and number of each sensor with each of its keys that is not as told."""
         if self.found is None:
             return
@@ -118,7 +121,7 @@ def registration_of(
 ) -> Registration:
     """Return reports without the biases that are told, and those that the reports show clearly."""
     # Only with ``looks`` are any looked for.
-    told = told_biases(every, configuration)
+    told = told_biases(every, configuration.sensor)
     reports = unbiased(every, told)
     known = Registration(reports, configuration, told)
     if not looks or len(reports.sensors) < 2 or reports.has_foreign:
@@ -126,6 +129,7 @@ def registration_of(
     observed = observe(reports, configuration)
     middle = _middle_of(reports)
     refused = _refused(middle, configuration, observed)
+    known = replace(known, refused=refused)
     if len(reports.sensors) - len(refused) < 2:
         return known
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
@@ -133,20 +137,18 @@ def registration_of(
     if seen is None:
         return known
     found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
+    known = replace(known, found=found)
     if not found.bias.any():
-        return replace(known, found=found, refused=refused)
-    bias = told + found.bias
-    every = unbiased(every, bias)
-    return Registration(every, _with_keys(known, found), told, found, refused)
-
-
-def _with_keys(known: Registration, found: Registered) -> Configuration:
-    """Return the configuration with the biases that are taken out."""
-    sensors = known.configuration.table("sensors")
-    for name, index, key in replace(known, found=found)._found_out():
-        value = _rounded(as_key(key, known.told[index] + found.bias[index]))
+        return known
+    sensors = configuration.table("sensors")
+    for name, index, key in known.found_out():
+        value = _rounded(as_key(key, told[index] + found.bias[index]))
         sensors[name] = {**sensors.get(name, {}), key: value}
-    return known.configuration.changed(sensors=sensors)
+    changed = configuration.changed(sensors=sensors)
+    # What is used is what is written down, to the last digit.
+    return replace(
+        known, reports=unbiased(every, told_biases(every, changed.sensor)), configuration=changed
+    )
 
 
 def _middle_of(reports: ReportTable) -> ReportTable:

@@ -11,6 +11,7 @@ from trackweave.config import Configuration
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.covering import covered_by
 from trackweave.estimation.frames import frames_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.sightings import Sightings, tracks_apart
@@ -29,6 +30,8 @@ FASTEST_ON_GROUND = 60.0
 WIDER = 1.5
 # How exact places are before tracks tell it: a share of the way from scan to scan.
 ROUGH = 0.15
+# With so many unrelated reports where an object's next may be, tracks are torn and mixed.
+CROWDED = 0.3
 
 
 def sightings_of(
@@ -37,10 +40,8 @@ def sightings_of(
     observed: Mapping[str, ObservedSensor],
     chosen: Sequence[int],
 ) -> tuple[Sightings, float] | None:
-    """Return what some sensors saw, and the greatest speed [m/s]; None where no tracks stand out.
-
-    ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
-    """
+    """Return what some sensors saw, and the greatest speed [m/s]; None where it is not clear."""
+    # ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
     place = geometry.centre + np.where(
@@ -54,6 +55,12 @@ def sightings_of(
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
     fastest = configuration.said("motion", "max_speed") or _fastest(positions, chosen)
     if fastest is None:
+        return None
+    if any(
+        _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
+        > CROWDED
+        for i in chosen
+    ):
         return None
     track = np.full(len(reports), -1, dtype=np.int64)
     rows = [np.flatnonzero(reports.sensor == index) for index in chosen]
@@ -126,6 +133,14 @@ def _fastest(positions: ReportTable, chosen: Sequence[int]) -> float | None:
             if found is not None:
                 speeds.append(found[0])
     return WIDER * float(np.median(speeds)) if speeds else None
+
+
+def _crowd(place: FloatArray, scan: IntArray, reach_of_one: float) -> float:
+    """Return how many unrelated reports of a scan lie where an object's next may be."""
+    if len(place) < 3:
+        return 0.0
+    per_scan = len(place) / np.unique(scan).size
+    return per_scan * np.pi * reach_of_one**2 / covered_by(place, reach_of_one)
 
 
 def _flies_without_height(

@@ -17,17 +17,16 @@ from trackweave.config.fill import Settings
 from trackweave.config.learned import learned_sources
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.tracks import TENTATIVE, TrackTable
+from trackweave.domain.tracks import TENTATIVE
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
 from trackweave.io.marking import marked, table_of, with_index
 from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
-from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.consistency_checks import ConsistencyChecks
-from trackweave.run.course import Attempt, attempt_of
+from trackweave.run.course import Attempt, attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.lineage import with_divisions
@@ -162,7 +161,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     is_judged = not preset_notes(preset) and not every.has_foreign
     registration = registration_of(every, with_facts(configuration, every), looks=is_judged)
     every, configuration = registration.reports, registration.configuration
-    begun = _prior_table(priors, every)
+    begun = prior_table(priors, every)
     doubts = ConsistencyChecks(configuration)
     with engaged(engine, workers) as regions:
         attempt, done = _agreed(
@@ -174,18 +173,17 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     rows, log, assigned = done
     doubles, table, course = attempt.doubles, attempt.table, attempt.course
     settings = registration.entered(doubts.entered(attempt.settings))
-    tracks = rows.table(table.dim)
     apart = () if regions is None else regions.notes
     notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes(), *apart)
     settings = replace(settings, notes=notes)
     tracks, history, assigned, lineage = with_divisions(
-        table, (tracks, assigned), settings, begun, generator
+        table, (rows.table(table.dim), assigned), settings, begun, generator
     )
     assignment = assigned.by_row()
     # Tracks by a document's letter are no judges of what was told.
-    case = Case(table, settings, assigned.track, history, course.looks())
-    overruled = doubts.findings()
-    found = diagnose(case, overruled) if is_judged else overruled
+    found = doubts.findings()
+    if is_judged:
+        found = diagnose(Case(table, settings, assigned.track, history, course.looks()), found)
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
@@ -385,20 +383,3 @@ def report_table(
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
     return table, came
-
-
-def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
-    if priors is None:
-        return None
-    table = priors if isinstance(priors, TrackTable) else read_priors(priors, reports.frame)
-    if len(table) and table.dim != reports.dim:
-        raise InvalidInputError(
-            f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
-        )
-    if len(table) and table.time.max() > reports.time.max():
-        raise InvalidInputError(
-            f"priors: newest at {table.time.max():.15g} s, after the last report at "
-            f"{reports.time.max():.15g} s, so that every report would be too late; expected "
-            "tracks of before the reports"
-        )
-    return table
