@@ -26,7 +26,6 @@ __all__ = ["Registration", "registration_of"]
 # So many reports tell enough: those of the middle of a recording.
 MOST_REPORTS = 40_000
 DIGITS = 6
-NOT_COMPARED = "no two sensors can be compared"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +37,7 @@ class Registration:
     told: FloatArray  # As told, shape (sensors, 4)
     found: Registered | None = None  # What reports show besides; None where nothing was looked for
     refused: dict[str, str] = field(default_factory=dict)  # Why not, by sensor
+    doubt: str = ""  # Why nothing could be looked for at all
 
     def entered(self, settings: Settings) -> Settings:
         """Return a configuration as used, in which what was found counts as estimated."""
@@ -65,7 +65,7 @@ class Registration:
 
     def as_record(self) -> dict[str, Any] | None:
         """Return what was looked for and found of biases; None where nothing was."""
-        if self.found is None and not self.refused:
+        if self.found is None and not self.doubt:
             return None
         found = self.found
         sensors = {
@@ -76,7 +76,7 @@ class Registration:
         return {
             "objects": 0 if found is None else found.n_objects,
             "reports": 0 if found is None else found.n_reports,
-            "doubt": NOT_COMPARED if found is None else found.doubt or None,
+            "doubt": (self.doubt if found is None else found.doubt) or None,
             "sensors": sensors,
             "refused": dict(self.refused),
         }
@@ -131,11 +131,11 @@ def registration_of(
     refused = _refused(middle, configuration, observed)
     known = replace(known, refused=refused)
     if len(reports.sensors) - len(refused) < 2:
-        return known
+        return replace(known, doubt="no two sensors can be compared")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
     seen = sightings_of(middle, configuration, observed, chosen)
     if seen is None:
-        return known
+        return replace(known, doubt="no tracks of one sensor stand out, as in a crowd")
     found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
     known = replace(known, found=found)
     if not found.bias.any():
