@@ -23,8 +23,6 @@ from trackweave.run.sighting import sightings_of
 
 __all__ = ["Registration", "registration_of"]
 
-# So many reports tell enough: those of the middle of a recording.
-MOST_REPORTS = 40_000
 DIGITS = 6
 
 
@@ -127,13 +125,12 @@ def registration_of(
     if not looks or len(reports.sensors) < 2 or reports.has_foreign:
         return known
     observed = observe(reports, configuration)
-    middle = _middle_of(reports)
-    refused = _refused(middle, configuration, observed)
+    refused = _refused(reports, configuration, observed)
     known = replace(known, refused=refused)
     if len(reports.sensors) - len(refused) < 2:
         return replace(known, doubt="no two sensors can be compared")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
-    seen = sightings_of(middle, configuration, observed, chosen)
+    seen = sightings_of(reports, configuration, observed, chosen)
     if seen is None:
         return replace(known, doubt="no tracks of one sensor stand out, as in a crowd")
     found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
@@ -149,12 +146,6 @@ def registration_of(
     return replace(
         known, reports=unbiased(every, told_biases(every, changed.sensor)), configuration=changed
     )
-
-
-def _middle_of(reports: ReportTable) -> ReportTable:
-    """Return the reports in the middle of the time, where there are more than enough."""
-    skip = (len(reports) - MOST_REPORTS) // 2
-    return reports if skip <= 0 else reports.part(np.arange(skip, skip + MOST_REPORTS))
 
 
 def _refused(

@@ -22,6 +22,9 @@ from trackweave.run.scans import with_turns
 
 __all__ = ["sightings_of"]
 
+# So many reports tell enough, but no less than so many turns of the slowest: where these hold
+# more, those of a part of the plane.
+MOST_REPORTS, LEAST_TURNS = 40_000, 40.0
 # Where less than this share of a range is on the ground, a report says little of it.
 STEEPEST = 0.7
 # A range without a height is one on the ground, as far as objects are no faster [m/s].
@@ -63,7 +66,8 @@ def sightings_of(
     ):
         return None
     track = np.full(len(reports), -1, dtype=np.int64)
-    rows = [np.flatnonzero(reports.sensor == index) for index in chosen]
+    looked_at = _enough(reports.time, place, float(periods[list(chosen)].max()))
+    rows = [np.flatnonzero((reports.sensor == index) & looked_at) for index in chosen]
     found = [
         tracklets_of(
             SensorReports(
@@ -97,6 +101,8 @@ def _geometry(
         own, kind = reports.sensor == index, reports.kind_of(index)
         if kind is MeasurementKind.POSITION:
             centre[own] = reports.measurement[own, :2]
+            if reports.dim == 3:
+                height[own] = reports.measurement[own, 2]
             continue
         is_polar[index] = True
         slant[own], azimuth[own] = reports.measurement[own, 0], on_plane[own, 1]
@@ -112,6 +118,23 @@ def _geometry(
         reports.time, reports.sensor, np.full(n_reports, -1, dtype=np.int64), centre, distance,
         slant, azimuth, steepness, height, is_polar, np.ones(is_polar.size),
     )  # fmt: skip
+
+
+def _enough(time: FloatArray, place: FloatArray, slowest: float) -> NDArray[np.bool_]:
+    """Tell which reports are looked at: those in the middle of the time, and of the plane."""
+    if time.size <= MOST_REPORTS:
+        return np.ones(time.size, dtype=np.bool_)
+    skip = (time.size - MOST_REPORTS) // 2
+    begin, end = time[skip], time[skip + MOST_REPORTS - 1]
+    more = max(0.0, LEAST_TURNS * slowest - (end - begin)) / 2.0
+    chosen = (time >= begin - more) & (time <= end + more)
+    share = MOST_REPORTS / int(np.count_nonzero(chosen))
+    if share >= 1.0:
+        return chosen
+    centre = np.median(place[chosen], axis=0)
+    away = np.abs((place - centre) / (np.ptp(place[chosen], axis=0) + 1e-9)).max(axis=1)
+    near: NDArray[np.bool_] = away <= np.quantile(away[chosen], share)
+    return chosen & near
 
 
 def _periods(reports: ReportTable, observed: Mapping[str, ObservedSensor]) -> FloatArray:
