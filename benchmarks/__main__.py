@@ -28,6 +28,8 @@ SCRIPTS = {
     "tracking": ["tracking.py"],
     "unseen": ["tracking.py", "--first", "6"],
     "estimates": ["estimates.py"],
+    "biases": ["biases.py", "--seeds", "3"],
+    "biases-found": ["biases.py", "--only", "--first", "31", "--seeds", "12"],
     "optimality": ["optimality.py"],
     "opensky": ["opensky.py"],
     "manoeuvres": ["manoeuvres.py"],
@@ -101,6 +103,8 @@ GROUPS = {
     "presets": PAGE,
 }
 OWN_PAGES = {
+    "biases": "explanation/estimation.md",
+    "biases-found": "explanation/estimation.md",
     "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
     "damaged": "reference/formats.md",

@@ -18,6 +18,7 @@ from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle, with_facts
+from trackweave.run.registering import registration_of
 
 __all__ = ["run_init"]
 
@@ -49,13 +50,16 @@ def run_init(
 def _estimate(
     voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
 ) -> dict[str, Any]:
-    configuration = with_facts(load_configuration(None), table)
+    registration = registration_of(table, with_facts(load_configuration(None), table))
+    table, configuration = registration.reports, registration.configuration
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
     )
     # What a run takes where nobody says a seed.
-    notes = (*table.notes, *doubles.notes(), *settings.notes)
-    settings = replace(settings, values={**settings.values, "seed": 0}, notes=notes)
+    notes = (*table.notes, *registration.notes(), *doubles.notes(), *settings.notes)
+    settings = replace(
+        registration.entered(settings), values={**settings.values, "seed": 0}, notes=notes
+    )
     text = commented_toml(
         settings,
         head=_head(reports, table),

@@ -12,6 +12,7 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
+from trackweave.models.biases import Biases
 from trackweave.models.motion import MODELS, PROCESS_NOISE
 from trackweave.models.sensors import Sensor
 from trackweave.models.strength import StrengthModel
@@ -158,7 +159,7 @@ class StrengthSection(Section, of=(StrengthModel,), is_whole=True):
     """What the strength of a report tells of its origin: both kinds are about normal."""
 
 
-class SensorSection(Section, of=(Sensor,)):
+class SensorSection(Section, of=(Sensor, Biases)):
     """What a sensor measures, how well and how often."""
 
     measurement: Annotated[

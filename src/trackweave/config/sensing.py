@@ -18,7 +18,7 @@ from trackweave.estimation.estimates import SensorEstimate
 from trackweave.keys import show_value
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.rotation import Rotation
-from trackweave.models.sensors import Sensor
+from trackweave.models.sensors import BIASES, Sensor
 from trackweave.models.strength import StrengthModel
 
 __all__ = [
@@ -130,6 +130,10 @@ def sensor_of(
     if isinstance(kind, ForeignKind):
         configuration.plugins.enter(name, kind, sources)
     detection = choose("detection_probability", *_likely(found, "detection_probability"))
+    for key in BIASES:
+        # They are taken out of reports before anything else.
+        if sources.said(("sensors", name, key)) is not None:
+            choose(key)
     position = choose("position")
     view = choose("field_of_view", view_keys(seen.field_of_view))
     clutter = _clutter(sources, section, (name, found, seen))

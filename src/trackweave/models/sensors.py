@@ -1,6 +1,6 @@
 """What a sensor reports, how often, how well and how falsely."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -11,14 +11,17 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
 from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
+from trackweave.models.biases import Biases
 from trackweave.models.coverage import FieldOfView, hiding
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["DOUBTED", "Sensor"]
+__all__ = ["BIASES", "DOUBTED", "Sensor"]
 
-DOUBTED = ("sigma", "scan_period", "rotation")
+BIASES = tuple(each.name for each in fields(Biases))
+"""Keys of what is wrong with all reports of a sensor alike."""
+DOUBTED = ("sigma", "scan_period", "rotation", *BIASES)
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
 Echo: TypeAlias = Annotated[
@@ -85,8 +88,8 @@ class Sensor:
     trust
         Whether what is told is kept where reports contradict it: of all keys, or of those named.
 
-        Only "sigma", "scan_period" and "rotation" ever give way, in ``track``. A tracker that is
-        given scans one by one always keeps what it was told.
+        Only "sigma", "scan_period", "rotation" and biases ever give way, in ``track``. A tracker
+        that is given scans one by one always keeps what it was told.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from trackweave.config.plots import PlotSettings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
+from trackweave.errors import InvalidInputError
 from trackweave.io.marking import notes_on_names
+from trackweave.io.tracks_in import read_priors
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.doubles import Doubles, doubles_of, is_lone, note_on_lone
@@ -25,7 +27,15 @@ from trackweave.trackers.clock_guard import MAX_AHEAD
 from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
-__all__ = ["Attempt", "Course", "attempt_of", "course_of", "rotations_in", "tracker_of"]
+__all__ = [
+    "Attempt",
+    "Course",
+    "attempt_of",
+    "course_of",
+    "prior_table",
+    "rotations_in",
+    "tracker_of",
+]
 
 if TYPE_CHECKING:
     from trackweave.trackers.fused_plots import FusedPlotsTracker, ScanTracker
@@ -266,3 +276,21 @@ def _notes_on_priors(priors: TrackTable | None, ends: FloatArray) -> list[str]:
         f"priors: newest at {newest:.15g} s; {n_late} of {ends.size} reports are of before "
         "and count as late"
     ]
+
+
+def prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
+    """Return the tracks from which to set out, None for none, refusing those that cannot be."""
+    if priors is None:
+        return None
+    table = priors if isinstance(priors, TrackTable) else read_priors(priors, reports.frame)
+    if len(table) and table.dim != reports.dim:
+        raise InvalidInputError(
+            f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
+        )
+    if len(table) and table.time.max() > reports.time.max():
+        raise InvalidInputError(
+            f"priors: newest at {table.time.max():.15g} s, after the last report at "
+            f"{reports.time.max():.15g} s, so that every report would be too late; expected "
+            "tracks of before the reports"
+        )
+    return table

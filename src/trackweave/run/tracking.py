@@ -17,17 +17,16 @@ from trackweave.config.fill import Settings
 from trackweave.config.learned import learned_sources
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.tracks import TENTATIVE, TrackTable
+from trackweave.domain.tracks import TENTATIVE
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
 from trackweave.io.marking import marked, table_of, with_index
 from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
-from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.consistency_checks import ConsistencyChecks
-from trackweave.run.course import Attempt, attempt_of
+from trackweave.run.course import Attempt, attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.joining import in_hindsight
@@ -35,6 +34,7 @@ from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
 from trackweave.run.regions import Engaged, engaged, require_cuttable
+from trackweave.run.registering import registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.solvers.auto import Auto
 
@@ -158,8 +158,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     configuration = load_configuration(config)
     require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
-    configuration = with_facts(configuration, every)
-    begun = _prior_table(priors, every)
+    is_judged = not preset_notes(preset) and not every.has_foreign
+    registration = registration_of(every, with_facts(configuration, every), looks=is_judged)
+    every, configuration = registration.reports, registration.configuration
+    begun = prior_table(priors, every)
     doubts = ConsistencyChecks(configuration)
     with engaged(engine, workers) as regions:
         attempt, done = _agreed(
@@ -170,18 +172,16 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         )
     rows, log, assigned = done
     doubles, table, course = attempt.doubles, attempt.table, attempt.course
-    settings = doubts.entered(attempt.settings)
-    tracks = rows.table(table.dim)
-    apart = () if regions is None else regions.notes
-    settings = replace(settings, notes=(*settings.notes, *course.notes, *log.notes(), *apart))
-    seen = in_hindsight(table, (tracks, assigned), settings, begun, generator)
+    settings = registration.entered(doubts.entered(attempt.settings))
+    notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes())
+    settings = replace(settings, notes=notes + (() if regions is None else regions.notes))
+    seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, generator)
     tracks, history, assigned = seen.tracks, seen.history, seen.assigned
     assignment = assigned.by_row()
     # Tracks by a document's letter are no judges of what was told.
-    case = Case(table, settings, assigned.track, history, course.looks())
-    overruled = doubts.findings()
-    is_judged = not preset_notes(preset) and not table.has_foreign
-    found = diagnose(case, overruled) if is_judged else overruled
+    found = doubts.findings()
+    if is_judged:
+        found = diagnose(Case(table, settings, assigned.track, history, course.looks()), found)
     settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
     merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
@@ -192,7 +192,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     if regions is not None:
         record = regions.entered(record)
     record |= {
-        "told": doubts.as_record(),
+        "told": [*doubts.as_record(), *registration.told_record()],
+        "registration": registration.as_record(),
         "diagnostics": [each.as_record() for each in found],
         **seen.as_record(),
     }
@@ -380,20 +381,3 @@ def report_table(
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
     return table, came
-
-
-def _prior_table(priors: Any, reports: ReportTable) -> TrackTable | None:
-    if priors is None:
-        return None
-    table = priors if isinstance(priors, TrackTable) else read_priors(priors, reports.frame)
-    if len(table) and table.dim != reports.dim:
-        raise InvalidInputError(
-            f"priors: states in {table.dim} dimensions; expected {reports.dim} as in the reports"
-        )
-    if len(table) and table.time.max() > reports.time.max():
-        raise InvalidInputError(
-            f"priors: newest at {table.time.max():.15g} s, after the last report at "
-            f"{reports.time.max():.15g} s, so that every report would be too late; expected "
-            "tracks of before the reports"
-        )
-    return table

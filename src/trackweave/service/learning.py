@@ -21,6 +21,7 @@ from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle, with_facts
+from trackweave.run.registering import registration_of
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
 
@@ -89,7 +90,10 @@ def learned(
     told = with_facts(configuration, reports)
     if needs_estimates(told, reports.sensors) and not is_enough(heard, facts):
         return None
+    registration = registration_of(reports, told)
+    reports, told = registration.reports, registration.configuration
     doubles, (settings, estimates) = doubles_of(reports, lambda once: settle(once, told))
+    settings = registration.entered(settings)
     if settings.plots is not None:
         raise InvalidInputError("plots.fuse: true; expected false, as live plots are not fused")
     values = _complete(settings)
@@ -111,7 +115,9 @@ def learned(
         remarks=estimates.remarks if estimates else {},
         doubts=estimates.doubts if estimates else {},
     )
-    return Learned(spec, text, (*reports.notes, *doubles.notes(), *settings.notes))
+    return Learned(
+        spec, text, (*reports.notes, *registration.notes(), *doubles.notes(), *settings.notes)
+    )
 
 
 def _with_told(spec: Spec, configuration: Configuration) -> Spec:

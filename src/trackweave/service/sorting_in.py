@@ -11,6 +11,7 @@ from trackweave.errors import TrackweaveError
 from trackweave.io.reports import ONLY_SENSOR, reports_in
 from trackweave.io.tables import RawTable, with_our_names
 from trackweave.models.sensors import Sensor
+from trackweave.run.biases import told_biases, unbiased
 from trackweave.run.polar_to_cartesian import laid
 from trackweave.service.spec import Spec
 
@@ -107,6 +108,9 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
         reports = _of_sensors(reports, fits)
     if not len(reports):
         return SortedIn(None, reports.skipped, strange, unfit)
+    # Biases that were told or learned are taken out before anything else.
+    told = spec.configuration.get("sensors", {})
+    reports = unbiased(reports, told_biases(reports, lambda name: told.get(name, {})))
     stands = {name: sensors[name].position for name in reports.sensors}
     places = {name: place for name, place in stands.items() if place is not None}
     on_plane, _ = laid(reports, places)

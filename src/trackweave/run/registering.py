@@ -1,0 +1,205 @@
+"""Biases of sensors: those that are told taken out of reports, others looked for."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
+from trackweave.config.fill import Settings
+from trackweave.config.sensing import ObservedSensor
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import digits
+from trackweave.estimation.registration import Registered, registered
+from trackweave.estimation.sightings import N_BIASES, SCALE
+from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
+from trackweave.run.observing import observe, positions_in
+from trackweave.run.sighting import sightings_of
+
+__all__ = ["Registration", "registration_of"]
+
+DIGITS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """Reports without their sensors' biases, and what was found of these."""
+
+    reports: ReportTable
+    configuration: Configuration  # With the biases that were taken out
+    told: FloatArray  # As told, shape (sensors, 4)
+    found: Registered | None = None  # What reports show besides; None where nothing was looked for
+    refused: dict[str, str] = field(default_factory=dict)  # Why not, by sensor
+    doubt: str = ""  # Why nothing could be looked for at all
+
+    def entered(self, settings: Settings) -> Settings:
+        """Return a configuration as used, in which what was found counts as estimated."""
+        learned = {f"sensors.{name}.{key}": "estimated" for name, _, key in self.found_out()}
+        return replace(settings, sources={**settings.sources, **learned})
+
+    def notes(self) -> list[str]:
+        """Return a sentence on each sensor of whose biases something was found out."""
+        if self.found is None:
+            return []
+        words: dict[str, list[str]] = {}
+        for name, index, key in self.found_out():
+            value = as_key(key, self.told[index] + self.found.bias[index])
+            sigma = as_key(key, self._sigmas[index], is_sigma=True)
+            words.setdefault(name, []).append(_words(key, value, sigma))
+        right = [n for n in self.reports.sensors if n not in words and n not in self.refused]
+        beside = f" beside {', '.join(right)}" if right else ""
+        return [
+            f"sensor {name}: {', '.join(said)}{beside}, by {self.found.n_objects} objects that "
+            "several sensors see; taken out of its reports before they are tracked, so that "
+            "times, ranges and directions count without it; mend the sensor, or give the keys "
+            f"and trust in [sensors.{name}] to keep what is told"
+            for name, said in words.items()
+        ]
+
+    def as_record(self) -> dict[str, Any] | None:
+        """Return what was looked for and found of biases; None where nothing was."""
+        if self.found is None and not self.doubt:
+            return None
+        found = self.found
+        sensors = {
+            name: {key: self._of_key(index, key) for key in keys_of(self.reports.kind_of(index))}
+            for index, name in enumerate(self.reports.sensors)
+            if found is not None and name not in self.refused
+        }
+        return {
+            "objects": 0 if found is None else found.n_objects,
+            "reports": 0 if found is None else found.n_reports,
+            "doubt": (self.doubt if found is None else found.doubt) or None,
+            "sensors": sensors,
+            "refused": dict(self.refused),
+        }
+
+    def told_record(self) -> list[dict[str, Any]]:
+        """Return what was told, learned and used of each key that was told otherwise."""
+        return [
+            {"key": f"sensors.{name}.{key}", **self._of_key(index, key)}
+            for name, index, key in self.found_out()
+            if self.told[index, list(BIAS_KEYS[key])].any()
+        ]
+
+    @property
+    def _sigmas(self) -> FloatArray:
+        assert self.found is not None
+        return np.sqrt(np.diagonal(self.found.covariance)).reshape(self.told.shape)
+
+    def found_out(self) -> Iterator[tuple[str, int, str]]:
+        """Yield name and number of each sensor with each of its keys that is not as told."""
+        if self.found is None:
+            return
+        for index, name in enumerate(self.reports.sensors):
+            for key in keys_of(self.reports.kind_of(index)):
+                if self.found.bias[index, list(BIAS_KEYS[key])].any():
+                    yield name, index, key
+
+    def _of_key(self, index: int, key: str) -> dict[str, Any]:
+        assert self.found is not None
+        found, told = self.found, self.told[index]
+        sigma = _finite(as_key(key, found.sigma[index], is_sigma=True))
+        learned = _finite(as_key(key, told + found.likely[index]))
+        return {
+            "told": as_key(key, told),
+            "learned": None if sigma is None else learned,
+            "sigma": sigma,
+            "used": _rounded(as_key(key, told + found.bias[index])),
+        }
+
+
+def registration_of(
+    every: ReportTable, configuration: Configuration, *, looks: bool = True
+) -> Registration:
+    """Return reports without the biases that are told, and those that the reports show clearly."""
+    # Only with ``looks`` are any looked for.
+    told = told_biases(every, configuration.sensor)
+    reports = unbiased(every, told)
+    known = Registration(reports, configuration, told)
+    if not looks or len(reports.sensors) < 2 or reports.has_foreign:
+        return known
+    observed = observe(reports, configuration)
+    refused = _refused(reports, configuration, observed)
+    known = replace(known, refused=refused)
+    if len(reports.sensors) - len(refused) < 2:
+        return replace(known, doubt="no two sensors can be compared")
+    chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
+    seen = sightings_of(reports, configuration, observed, chosen)
+    if seen is None:
+        return replace(known, doubt="no tracks of one sensor stand out, as in a crowd")
+    found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
+    known = replace(known, found=found)
+    if not found.bias.any():
+        return known
+    sensors = configuration.table("sensors")
+    for name, index, key in known.found_out():
+        value = _rounded(as_key(key, told[index] + found.bias[index]))
+        sensors[name] = {**sensors.get(name, {}), key: value}
+    changed = configuration.changed(sensors=sensors)
+    # What is used is what is written down, to the last digit.
+    return replace(
+        known, reports=unbiased(every, told_biases(every, changed.sensor)), configuration=changed
+    )
+
+
+def _refused(
+    reports: ReportTable, configuration: Configuration, observed: dict[str, ObservedSensor]
+) -> dict[str, str]:
+    """Return why nothing can be told of a sensor's biases, by name; others are left out."""
+    places = positions_in(reports, configuration)
+    refused = {}
+    for index, name in enumerate(reports.sensors):
+        seen, kind = observed[name], reports.kind_of(index)
+        if isinstance(kind, ForeignKind) or not kind.gives_position(reports.dim):
+            refused[name] = "its reports do not say where objects are"
+        elif seen.says_where:
+            refused[name] = "it moves, or may: its reports say where it was"
+        elif kind.has_range and name not in places and seen.needs_place:
+            refused[name] = "nobody says where it stands"
+        elif seen.rotation is None and seen.scan_period is None:
+            refused[name] = "it has no scans"
+    return refused
+
+
+def _may_be(
+    reports: ReportTable, configuration: Configuration, refused: dict[str, str]
+) -> NDArray[np.bool_]:
+    """Tell which biases may be other than told, shape (sensors, 4)."""
+    may = np.ones((len(reports.sensors), N_BIASES), dtype=np.bool_)
+    for index, name in enumerate(reports.sensors):
+        kind, said = reports.kind_of(index), configuration.sensor(name)
+        if name in refused:
+            may[index] = False
+            continue
+        if kind is MeasurementKind.POSITION:
+            may[index, SCALE] = False
+        trust = said.get("trust", False)
+        for key in keys_of(kind):
+            if key in said and (trust is True or (trust and key in trust)):
+                may[index, list(BIAS_KEYS[key])] = False
+    return may
+
+
+def _finite(value: Any) -> Any:
+    """Return a number, or a list of them, rounded, for JSON; None where it is not finite."""
+    return _rounded(value) if np.all(np.isfinite(value)) else None
+
+
+def _rounded(value: Any) -> Any:
+    """Return a number, or a list of them, with as many digits as are ever told."""
+    if isinstance(value, list):
+        return [_rounded(each) for each in value]
+    return digits(value, DIGITS)
+
+
+def _words(key: str, value: Any, sigma: Any) -> str:
+    """Return what was found of a key, and how sure it is."""
+    numbers, sure = np.atleast_1d(value), np.atleast_1d(sigma)
+    said = ", ".join(f"{a:.4g} ± {b:.2g}" for a, b in zip(numbers, sure, strict=True))
+    return f"{key} {said}"

@@ -1,0 +1,185 @@
+"""Reports in tracks of one sensor each, as registration takes them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config import Configuration
+from trackweave.config.sensing import ObservedSensor
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.covering import covered_by
+from trackweave.estimation.frames import frames_of
+from trackweave.estimation.motion import reach
+from trackweave.estimation.sightings import Sightings, tracks_apart
+from trackweave.estimation.tracklets import SensorReports, tracklets_of
+from trackweave.run.observing import positions_in
+from trackweave.run.polar_to_cartesian import laid, platforms_of
+from trackweave.run.scans import with_turns
+
+__all__ = ["sightings_of"]
+
+# So many reports tell enough, but no less than so many turns of the slowest: where these hold
+# more, those of a part of the plane.
+MOST_REPORTS, LEAST_TURNS = 40_000, 40.0
+# Where less than this share of a range is on the ground, a report says little of it.
+STEEPEST = 0.7
+# A range without a height is one on the ground, as far as objects are no faster [m/s].
+FASTEST_ON_GROUND = 60.0
+# Some go faster than the speed at which successors stand out.
+WIDER = 1.5
+# How exact places are before tracks tell it: a share of the way from scan to scan.
+ROUGH = 0.15
+# With so many unrelated reports where an object's next may be, tracks are torn and mixed.
+CROWDED = 0.3
+
+
+def sightings_of(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    chosen: Sequence[int],
+) -> tuple[Sightings, float] | None:
+    """Return what some sensors saw, and the greatest speed [m/s]; None where it is not clear."""
+    # ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
+    geometry = _geometry(reports, configuration, chosen)
+    outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
+    place = geometry.centre + np.where(
+        geometry.is_polar[reports.sensor, None], geometry.distance[:, None] * outward, 0.0
+    )
+    turning = {name: seen.rotation for name, seen in observed.items() if seen.rotation is not None}
+    scan = with_turns(reports, turning)
+    if scan is None:
+        scan = np.unique(reports.time, return_inverse=True)[1].reshape(-1)
+    periods = _periods(reports, observed)
+    positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
+    fastest = configuration.said("motion", "max_speed") or _fastest(positions, chosen)
+    if fastest is None:
+        return None
+    if any(
+        _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
+        > CROWDED
+        for i in chosen
+    ):
+        return None
+    track = np.full(len(reports), -1, dtype=np.int64)
+    looked_at = _enough(reports.time, place, float(periods[list(chosen)].max()))
+    rows = [np.flatnonzero((reports.sensor == index) & looked_at) for index in chosen]
+    found = [
+        tracklets_of(
+            SensorReports(
+                reports.time[own], place[own], np.full(own.size, ROUGH * fastest * periods[index]),
+                geometry.height[own], scan[own], periods[index],
+            ),
+            fastest,
+        )
+        for index, own in zip(chosen, rows, strict=True)
+    ]  # fmt: skip
+    track[np.concatenate(rows)] = tracks_apart(found)
+    keep = (track >= 0) & (geometry.steepness < 1.0 / STEEPEST)
+    keep &= ~_flies_without_height(reports, place, track, geometry)
+    if not keep.any():
+        return None
+    return replace(geometry, track=track, period=periods).part(keep), fastest
+
+
+def _geometry(
+    reports: ReportTable, configuration: Configuration, chosen: Sequence[int]
+) -> Sightings:
+    """Return all reports without tracks; those of other sensors hold nothing of use."""
+    places = positions_in(reports, configuration)
+    on_plane, platform = laid(reports, places)[0].measurement, platforms_of(reports, places)
+    n_reports = len(reports)
+    centre, slant = platform[:, :2].copy(), np.zeros(n_reports)
+    distance, azimuth, steepness = np.ones(n_reports), np.zeros(n_reports), np.ones(n_reports)
+    height = np.full(n_reports, np.nan) if reports.height is None else reports.height.copy()
+    is_polar = np.zeros(len(reports.sensors), dtype=np.bool_)
+    for index in chosen:
+        own, kind = reports.sensor == index, reports.kind_of(index)
+        if kind is MeasurementKind.POSITION:
+            centre[own] = reports.measurement[own, :2]
+            if reports.dim == 3:
+                height[own] = reports.measurement[own, 2]
+            continue
+        is_polar[index] = True
+        slant[own], azimuth[own] = reports.measurement[own, 0], on_plane[own, 1]
+        distance[own] = on_plane[own, 0]
+        if kind.has_elevation and reports.dim == 3:
+            elevation = on_plane[own, 2]
+            distance[own] *= np.cos(elevation)
+            height[own] = platform[own, 2] + on_plane[own, 0] * np.sin(elevation)
+            steepness[own] = np.cos(elevation)
+        else:
+            steepness[own] = slant[own] / np.maximum(distance[own], 1e-9)
+    return Sightings(
+        reports.time, reports.sensor, np.full(n_reports, -1, dtype=np.int64), centre, distance,
+        slant, azimuth, steepness, height, is_polar, np.ones(is_polar.size),
+    )  # fmt: skip
+
+
+def _enough(time: FloatArray, place: FloatArray, slowest: float) -> NDArray[np.bool_]:
+    """Tell which reports are looked at: those in the middle of the time, and of the plane."""
+    if time.size <= MOST_REPORTS:
+        return np.ones(time.size, dtype=np.bool_)
+    skip = (time.size - MOST_REPORTS) // 2
+    begin, end = time[skip], time[skip + MOST_REPORTS - 1]
+    more = max(0.0, LEAST_TURNS * slowest - (end - begin)) / 2.0
+    chosen = (time >= begin - more) & (time <= end + more)
+    share = MOST_REPORTS / int(np.count_nonzero(chosen))
+    if share >= 1.0:
+        return chosen
+    centre = np.median(place[chosen], axis=0)
+    away = np.abs((place - centre) / (np.ptp(place[chosen], axis=0) + 1e-9)).max(axis=1)
+    near: NDArray[np.bool_] = away <= np.quantile(away[chosen], share)
+    return chosen & near
+
+
+def _periods(reports: ReportTable, observed: Mapping[str, ObservedSensor]) -> FloatArray:
+    """Return from scan to scan of each sensor [s]; that of the quickest where it has none."""
+    found = []
+    for name in reports.sensors:
+        turn = observed[name].rotation
+        found.append(observed[name].scan_period if turn is None else turn.period)
+    known = [period for period in found if period is not None]
+    return np.array([min(known) if period is None else period for period in found])
+
+
+def _fastest(positions: ReportTable, chosen: Sequence[int]) -> float | None:
+    """Return a speed that few objects exceed [m/s], None where no reports follow each other."""
+    speeds = []
+    for index in chosen:
+        if np.count_nonzero(positions.sensor == index) > 1:
+            found = reach(frames_of(positions, index)[0])
+            if found is not None:
+                speeds.append(found[0])
+    return WIDER * float(np.median(speeds)) if speeds else None
+
+
+def _crowd(place: FloatArray, scan: IntArray, reach_of_one: float) -> float:
+    """Return how many unrelated reports of a scan lie where an object's next may be."""
+    if len(place) < 3:
+        return 0.0
+    per_scan = len(place) / np.unique(scan).size
+    return per_scan * np.pi * reach_of_one**2 / covered_by(place, reach_of_one)
+
+
+def _flies_without_height(
+    reports: ReportTable, place: FloatArray, track: IntArray, geometry: Sightings
+) -> NDArray[np.bool_]:
+    """Tell which reports tell a slant range alone of what is no place on the ground."""
+    kinds = [reports.kind_of(index) for index in range(len(reports.sensors))]
+    is_flat = np.array([kind.has_range and not kind.has_elevation for kind in kinds])
+    doubtful = is_flat[reports.sensor] & np.isnan(geometry.height) & (track >= 0)
+    if not doubtful.any():
+        return doubtful
+    order = np.flatnonzero(track >= 0)
+    order = order[np.lexsort((reports.time[order], track[order]))]
+    first = np.flatnonzero(np.diff(track[order], prepend=-1))
+    last = np.append(first[1:], order.size) - 1
+    way = np.linalg.norm(place[order[last]] - place[order[first]], axis=1)
+    speed = way / np.maximum(reports.time[order[last]] - reports.time[order[first]], 1e-9)
+    doubtful[order] &= (speed > FASTEST_ON_GROUND)[track[order]]
+    return doubtful

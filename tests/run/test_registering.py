@@ -1,0 +1,176 @@
+"""What is wrong with a sensor is found where others see the same objects, and only there."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from run.biased_sky import off, on_plane, sky, told
+from trackweave import track
+from trackweave.config import load_configuration
+from trackweave.metrics import assignment_quality
+from trackweave.run.registering import registration_of
+from trackweave.run.tracking import report_table
+
+NONE = {"range_bias_m": 0.0, "range_scale": 1.0, "azimuth_bias_deg": 0.0, "clock_offset": 0.0}
+
+
+def registered(reports, keys):
+    configuration = load_configuration(keys)
+    return registration_of(report_table(reports.drop("target"), configuration)[0], configuration)
+
+
+def used(registration, key):
+    sensors = registration.as_record()["sensors"]
+    return {name: own[key]["used"] for name, own in sensors.items()}
+
+
+@pytest.fixture(scope="module")
+def biased():
+    return registered(off(sky(), "north", 100.0, 0.3, 0.5), told())
+
+
+def test_range_azimuth_and_clock_of_one_radar_are_found(biased):
+    own = biased.as_record()["sensors"]["north"]
+    assert own["range_bias_m"]["used"] == pytest.approx(100.0, rel=0.1)
+    assert own["azimuth_bias_deg"]["used"] == pytest.approx(0.3, rel=0.1)
+    assert own["clock_offset"]["used"] == pytest.approx(0.5, rel=0.1)
+    assert own["range_scale"]["used"] == 1.0
+
+
+def test_what_is_said_to_be_uncertain_is_about_as_uncertain_as_it_is(biased):
+    own = biased.as_record()["sensors"]["north"]
+    for key, true in (("range_bias_m", 100.0), ("azimuth_bias_deg", 0.3), ("clock_offset", 0.5)):
+        assert abs(own[key]["learned"] - true) < 4.0 * own[key]["sigma"]
+        assert own[key]["sigma"] < 0.05 * true
+
+
+def test_the_others_keep_what_they_report(biased):
+    assert all(used(biased, key)[name] == NONE[key] for key in NONE for name in ("east", "west"))
+
+
+def test_reports_come_out_as_they_would_have_been(biased):
+    configuration = load_configuration(told())
+    right = report_table(sky().drop("target"), configuration)[0]
+    place = np.argsort(right.row)
+    mended = biased.reports
+    again = np.argsort(mended.report.astype(int))
+    np.testing.assert_allclose(mended.time[again], right.time[place], atol=0.05)
+    np.testing.assert_allclose(
+        mended.measurement[again, 0], right.measurement[place, 0], atol=15.0
+    )
+
+
+def test_they_stay_in_the_order_of_time_with_their_rows(biased):
+    assert np.all(np.diff(biased.reports.time) >= 0.0)
+    assert sorted(biased.reports.row) == [*range(1, len(biased.reports) + 1)]
+
+
+def test_nothing_is_touched_where_nothing_is_wrong():
+    configuration = load_configuration(told())
+    table, _ = report_table(sky().drop("target"), configuration)
+    registration = registration_of(table, configuration)
+    assert registration.reports is table
+    assert registration.configuration is configuration
+    assert registration.notes() == []
+
+
+def test_a_radar_alone_is_not_looked_at():
+    registration = registered(off(sky(names=("west",)), "west", 100.0, 0.3, 0.5), told(("west",)))
+    assert registration.found is None
+    assert registration.as_record() is None
+
+
+def test_of_two_radars_the_one_that_is_off_is_found_by_geometry():
+    names = ("north", "west")
+    registration = registered(
+        off(sky(names=names, n_aircraft=40), "west", 100.0, 0.3), told(names)
+    )
+    assert used(registration, "azimuth_bias_deg") == {
+        "north": 0.0,
+        "west": pytest.approx(0.3, rel=0.1),
+    }
+    assert used(registration, "range_bias_m") == {
+        "north": 0.0,
+        "west": pytest.approx(100.0, rel=0.1),
+    }
+
+
+def test_if_all_clocks_are_ahead_alike_nothing_shows_it():
+    reports = sky()
+    for name in told()["sensors"]:
+        reports = off(reports, name, clock=0.5)
+    registration = registered(reports, told())
+    assert set(used(registration, "clock_offset").values()) == {0.0}
+
+
+def test_most_clocks_are_believed():
+    registration = registered(off(sky(), "east", clock=-0.8), told())
+    found = used(registration, "clock_offset")
+    assert found == {"east": pytest.approx(-0.8, rel=0.1), "north": 0.0, "west": 0.0}
+
+
+def test_a_large_bias_is_found_too():
+    registration = registered(off(sky(), "west", 400.0, 1.5, 3.0), told())
+    assert used(registration, "azimuth_bias_deg")["west"] == pytest.approx(1.5, rel=0.05)
+    assert used(registration, "clock_offset")["west"] == pytest.approx(3.0, rel=0.05)
+
+
+def test_positions_are_shifted_back():
+    shift = pl.col("x") + 250.0 * (pl.col("sensor") == "east").cast(pl.Float64)
+    reports = on_plane(sky()).with_columns(x=shift, target=None)
+    own = registered(reports, told()).as_record()["sensors"]["east"]
+    assert own["translation"]["used"][0] == pytest.approx(250.0, rel=0.1)
+    assert own["translation"]["sigma"][0] < 25.0
+
+
+def test_a_sensor_that_moves_is_refused_by_name():
+    reports = on_plane(sky()).with_columns(target=None)
+    where = pl.when(pl.col("sensor") == "east").then(6e4)
+    registration = registered(reports.with_columns(sensor_x=where, sensor_y=where), told())
+    assert "moves" in registration.refused["east"]
+    assert "east" not in registration.as_record()["sensors"]
+
+
+def test_what_is_told_is_taken_out_and_only_the_rest_is_found():
+    keys = told()
+    keys["sensors"]["north"]["range_bias_m"] = 60.0
+    own = registered(off(sky(), "north", 100.0), keys)
+    found = own.as_record()["sensors"]["north"]["range_bias_m"]
+    assert found["told"] == 60.0
+    assert found["used"] == pytest.approx(100.0, rel=0.1)
+    assert [each["key"] for each in own.told_record()] == ["sensors.north.range_bias_m"]
+
+
+def test_what_is_trusted_stays_as_told():
+    keys = told()
+    keys["sensors"]["north"] |= {"range_bias_m": 0.0, "trust": ["range_bias_m"]}
+    registration = registered(off(sky(), "north", 60.0), keys)
+    assert used(registration, "range_bias_m")["north"] == 0.0
+
+
+def test_aircraft_keep_their_names_under_a_biased_radar():
+    right, wrong = sky(minutes=2.0), off(sky(minutes=2.0), "north", 100.0, 0.3, 0.5)
+    quality = []
+    for reports in (right, wrong):
+        result = track(reports.drop("target"), told())
+        found = result.assignments["track"].fill_null(-1).to_numpy()
+        order = reports.sort("report")["target"].cast(pl.String).fill_null("").to_list()
+        by_report = result.assignments.sort("report")["track"].fill_null(-1).to_numpy()
+        assert found.size == len(order)
+        quality.append(assignment_quality(order, by_report).idf1)
+    assert quality[1] == pytest.approx(quality[0], abs=0.01)
+    assert result.run["sources"]["sensors.north.clock_offset"] == "estimated"
+    used_now = result.run["configuration"]["sensors"]["north"]["azimuth_bias_deg"]
+    assert used_now == result.run["registration"]["sensors"]["north"]["azimuth_bias_deg"]["used"]
+    assert any(note.startswith("sensor north: range_bias_m") for note in result.run["notes"])
+
+
+def test_what_a_run_used_makes_the_same_run_when_told():
+    wrong = off(sky(minutes=2.0), "north", 100.0, 0.3, 0.5).drop("target")
+    first = track(wrong, told())
+    own = first.run["configuration"]["sensors"]["north"]
+    biases = {key: own[key] for key in ("range_bias_m", "azimuth_bias_deg", "clock_offset")}
+    keys = told()
+    keys["sensors"]["north"] |= {**biases, "trust": [*biases]}
+    again = track(wrong, keys)
+    assert again.assignments.equals(first.assignments)
