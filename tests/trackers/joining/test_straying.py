@@ -72,5 +72,5 @@ def test_going_on_straight_is_likelier_than_coming_back():
     found = straying(0.02)
     own, other = np.array([60]), np.array([80])
     back = np.array([paths.first[5] + 80])
-    on = found.log_density(paths, own, other, np.array([False]))
-    assert on > found.log_density(paths, own, back, np.array([False])) + 5.0
+    on = found.log_density(paths, own, other)
+    assert on > found.log_density(paths, own, back) + 5.0

@@ -34,6 +34,8 @@ REACH, SIGMAS = 2.0, 6.0
 """Nobody comes farther than so many times its speed before or after lets it, but for noise."""
 KNOWN_LINK = 2.0
 """What speaks for two segments that the tracker held to be one object [nats]."""
+CLEAR = 0.6
+"""How probable a join has to be that the tracker had not made."""
 ROUNDS, MESSAGES = 20, 40
 SURE = 25.0
 """Nothing is surer than this [nats]: of larger odds, differences would be lost."""
@@ -121,9 +123,8 @@ def joins_of(
     pairs = _candidates(paths, segments, is_new, np.inf if longest is None else longest)
     if pairs.wait.size == 0:
         return None
-    lone = segments.count[pairs.begins[pairs.begin]] < 2
     gain = straying.log_density(
-        paths, paths.last[pairs.ends[pairs.end]], paths.first[pairs.begins[pairs.begin]], lone
+        paths, paths.last[pairs.ends[pairs.end]], paths.first[pairs.begins[pairs.begin]]
     )
     # Of how long a silence lasts nothing is known but its order.
     gain -= np.log(np.maximum(pairs.wait, least) * np.log(max(span / least, 2.0)))
@@ -141,8 +142,10 @@ def _candidates(
     """Return which ends and beginnings may be one object's, by how fast it is."""
     first, last = float(segments.begin.min()), float(segments.end.max())
     edge = EDGE * segments.interval
-    ends = np.flatnonzero(segments.end < last - edge)
-    begins = np.flatnonzero(is_new & (segments.begin > first + edge))
+    # A lone report after a silence may be anybody's: it stays where the tracker put it, or goes.
+    moves = segments.count > 1
+    ends = np.flatnonzero(moves & (segments.end < last - edge))
+    begins = np.flatnonzero(moves & is_new & (segments.begin > first + edge))
     states, dim = paths.states, paths.dim
     place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
     at_end, at_begin = paths.last[ends], paths.first[begins]
@@ -168,17 +171,14 @@ def _candidates(
 class _Kind:
     """One kind of event, such as firm tracks that end: how many, and where."""
 
-    def __init__(
-        self, room: Room, places: Places, which: NDArray[np.bool_], lone: NDArray[np.bool_]
-    ) -> None:
+    def __init__(self, room: Room, places: Places, which: NDArray[np.bool_]) -> None:
         self._which = which
         rows = np.flatnonzero(which)
         own = Places(places.position[rows], places.speed[rows])
         some = np.unique(np.linspace(0, max(rows.size - 1, 0), min(rows.size, MOST)).astype(int))
         samples = own if some.size == rows.size else Places(*(each[some] for each in own))
-        single = lone[rows]
-        self._near = room.near(samples, own, whatever_speed=single)
-        self._even = np.where(single, 1.0 / room.volume, room.even(own))
+        self._near = room.near(samples, own)
+        self._even = room.even(own)
         self._some, self._scale = rows[some], rows.size / max(some.size, 1)
 
     def density(self, weight: FloatArray) -> tuple[float, FloatArray]:
@@ -197,10 +197,9 @@ class _Rates:
         begun = Places.of(paths, paths.first[pairs.begins], onwards=True)
         ended = Places.of(paths, paths.last[pairs.ends], onwards=False)
         firm_begin, firm_end = segments.is_firm[pairs.begins], segments.is_firm[pairs.ends]
-        one_begin, none = segments.count[pairs.begins] < 2, np.zeros(pairs.ends.size, np.bool_)
         # Of segments of a few reports many are nobody's: they speak for themselves.
-        self._begins = [(w, _Kind(room, begun, w, one_begin)) for w in (firm_begin, ~firm_begin)]
-        self._ends = [(w, _Kind(room, ended, w, none)) for w in (firm_end, ~firm_end)]
+        self._begins = [(w, _Kind(room, begun, w)) for w in (firm_begin, ~firm_begin)]
+        self._ends = [(w, _Kind(room, ended, w)) for w in (firm_end, ~firm_end)]
         self._presence = room.presence(ended)
 
     def settled(self, pairs: _Pairs, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -271,7 +270,7 @@ def _chosen(
     for row in np.sort(worth[rows[rows >= 0]]).tolist():
         early, late = int(pairs.ends[pairs.end[row]]), int(pairs.begins[pairs.begin[row]])
         if segments.before[late] != early:
-            if probability[row] <= 0.5:
+            if probability[row] < CLEAR:
                 continue
             found.append(Join(early, late, float(pairs.wait[row]), float(probability[row])))
         before[late], followed[early] = early, True

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import Paths
@@ -51,23 +50,14 @@ class Room:
         share = np.full(self._seen.speed.size, 1.0 / self._seen.speed.size)
         return np.asarray(0.5 * self.even(places) + 0.5 * self.near(self._seen, places) @ share)
 
-    def near(
-        self,
-        samples: Places,
-        places: Places,
-        *,
-        whatever_speed: NDArray[np.bool_] | None = None,
-    ) -> FloatArray:
+    def near(self, samples: Places, places: Places) -> FloatArray:
         """Return the density that each sample gives each place, shape (places, samples)."""
         # None gives any to its own place, where samples and places are the same.
         density = np.ones((places.speed.size, samples.speed.size))
         for axis in range(samples.position.shape[1]):
             off = places.position[:, axis, np.newaxis] - samples.position[:, axis]
             density *= _bell(off / self._width) / self._width
-        alike = _bell((places.speed[:, np.newaxis] - samples.speed) / ALIKE) / ALIKE
-        if whatever_speed is not None:
-            alike[whatever_speed] = 1.0
-        density *= alike
+        density *= _bell((places.speed[:, np.newaxis] - samples.speed) / ALIKE) / ALIKE
         if samples is places:
             np.fill_diagonal(density, 0.0)
         return density

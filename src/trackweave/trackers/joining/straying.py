@@ -10,7 +10,6 @@ from math import lgamma, log, pi
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import Paths, Segments
@@ -56,12 +55,9 @@ class Straying:
                 found.append(squares)
         return cls(np.array(times), np.array(found)) if times else None
 
-    def log_density(
-        self, paths: Paths, before: IntArray, after: IntArray, lone: NDArray[np.bool_]
-    ) -> FloatArray:
+    def log_density(self, paths: Paths, before: IntArray, after: IntArray) -> FloatArray:
         """Return how likely segments that end in some states go on in others, pair by pair."""
-        # The logarithm of the density of the place [m⁻ᵈ] and of the logarithm of the speed; of
-        # the place alone where ``lone`` is true.
+        # The logarithm of the density of the place [m⁻ᵈ] and of the logarithm of the speed.
         wait = paths.states.time[after] - paths.states.time[before]
         off, covariance, pace = _off(paths, before, after)
         scales = self._at(wait)
@@ -74,7 +70,7 @@ class Straying:
         change, unsure = _change(paths, before, after)
         spread = unsure + scales[:, dim] + LEAST_CHANGE**2
         kept = student_log_density(change[:, np.newaxis], spread[:, np.newaxis, np.newaxis])
-        return place + np.where(lone, 0.0, kept)
+        return place + kept
 
     def _at(self, wait: FloatArray) -> FloatArray:
         logs = np.log(np.maximum(wait, self.time[0]))
