@@ -32,6 +32,7 @@ from typing import Any
 import numpy as np
 from service_traffic import (
     MORNING,
+    PERIOD,
     PLACE,
     Datagram,
     Sent,
@@ -39,9 +40,10 @@ from service_traffic import (
     send,
     traffic,
 )
-from service_watchers import Watchers, children_of, cpu_of, latencies, memory_of
+from service_watchers import Watchers, children_of, cpu_of, latencies, memory_of, wait_of
 
 from trackweave.domain.frames import LocalFrame
+from trackweave.run.scans import N_SECTORS
 
 Process = subprocess.Popen[bytes]
 TAIL_S = 60.0
@@ -88,6 +90,7 @@ class _Service:
                 "--page", f"127.0.0.1:{self.page}", "--data", str(self.folder / "data"),
                 "--listen", f"udp://127.0.0.1:{self.udp}?format=asterix",
             ],
+            start_new_session=True,
             preexec_fn=None if core is None else partial(os.sched_setaffinity, 0, {core}),
         )  # fmt: skip
         return self.process
@@ -159,12 +162,13 @@ def _loaded(
     out.connect(("127.0.0.1", service.udp))
     send(datagrams[:first], out, begun, sent)
     own, others, sender = service.cpu(), watchers.cpu(), time.process_time()
-    looks = [_look(service, begun)]
+    looks, waited = [_look(service, begun)], wait_of(service.process.pid)
     for part in np.array_split(np.arange(first, len(datagrams)), LOOKS):
         send([datagrams[k] for k in part], out, begun, sent)
         looks.append(_look(service, begun))
     span = looks[-1]["at_s"] - looks[0]["at_s"]
     sender = time.process_time() - sender
+    waited = wait_of(service.process.pid) - waited
     cores = {n: round((t - own.get(n, 0.0)) / span, 3) for n, t in service.cpu().items()}
     apart = {n: round((t - others[n]) / span, 3) for n, t in watchers.cpu().items()}
     if told.restart:
@@ -180,8 +184,9 @@ def _loaded(
         "aircraft": told.aircraft,
         "tracks": len(service.get("/tracks")["features"]),
         "cores": {**cores, "all": round(sum(cores.values()), 3)},
+        "service_waited_for_a_core_s_per_s": round(waited / span, 3),
         "cores_apart": {**apart, "generator": round(sender / span, 3)},
-        "latency_s": latencies(watchers.seen, sent.last, MORNING),
+        "latency_s": latencies(watchers.seen, _of_scans(sent.last), MORNING),
         "latency_beyond_wait_s": latencies(watchers.seen, _waits(told, sent), MORNING),
         "memory_mb": {"quarter": mb[0], "half": mb[LOOKS // 3], "end": mb[-1], "most": max(mb)},
         "load_average": [round(each, 1) for each in (load, os.getloadavg()[0])],
@@ -197,9 +202,14 @@ def _loaded(
 def _waits(told: argparse.Namespace, sent: Sent) -> dict[float, float]:
     """Return until when each sector is waited for, by its end."""
     if not told.no_marks:
-        return sent.last
+        return _of_scans(sent.last)
     ends = sorted(sent.first)
-    return {end: sent.first[later] for end, later in pairwise(ends)}
+    return _of_scans({end: sent.first[later] for end, later in pairwise(ends)})
+
+
+def _of_scans(moments: dict[float, float]) -> dict[float, float]:
+    """Return those at which the tracker's own sectors end, of which a turn has fewer."""
+    return {end: when for end, when in moments.items() if end / PERIOD * N_SECTORS % 1.0 == 0.0}
 
 
 def _look(service: _Service, begun: float) -> dict[str, float]:

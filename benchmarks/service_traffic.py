@@ -9,7 +9,7 @@ from pymap3d import geodetic2aer
 
 from trackweave.domain.frames import LocalFrame
 
-PERIOD, SECTORS = 4.0, 8
+PERIOD, SECTORS = 4.0, 32
 PLACE = (45.5, 15.5)
 MORNING = 36_000.0
 """The time of the day at which the traffic begins [s]."""
@@ -121,8 +121,8 @@ def send(datagrams: list[Datagram], out: socket.socket, begun: float, sent: Sent
 
 
 def _start(radar: int, radars: int) -> float:
-    """Return when a radar passes north [s]: no two radars end their sectors at one moment."""
-    return radar / radars * (1.0 + 1.0 / SECTORS) * PERIOD
+    """Return when a radar passes north [s]."""
+    return radar / radars * PERIOD
 
 
 def _seen(

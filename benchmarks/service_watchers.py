@@ -81,7 +81,7 @@ class Watchers:
     def _start(self, *words: str) -> "subprocess.Popen[str]":
         process = subprocess.Popen(
             [sys.executable, __file__, *words],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True,
         )  # fmt: skip
         self._processes[words[0]] = process
         return process
@@ -96,7 +96,7 @@ class Watchers:
 def latencies(
     seen: list[tuple[float, float]], since: dict[float, float], morning: float
 ) -> dict[str, float] | None:
-    """Return how long after moments [s] the first message that tells of a sector came [s].
+    """Return how long after moments [s] the last message that tells of a sector came [s].
 
     Parameters
     ----------
@@ -109,13 +109,16 @@ def latencies(
 
     Returns
     -------
-    The median, 99 % and the longest, of the last three quarters; None for none.
+    The median, 99 % and the longest, of the last three quarters; None for none. A sector of which
+    no message tells by itself counts with the first message of a later one.
     """
     when = np.array([each for each, _ in seen])
     told = np.maximum.accumulate(np.array([each for _, each in seen])) - morning
     ends = np.array(sorted(since))
     ends = ends[len(ends) // 4 :]
     place = np.searchsorted(told, ends - 1e-6)
+    after = np.searchsorted(told, ends + 1e-6)
+    place = np.maximum(place, after - 1)
     ends, place = ends[place < len(told)], place[place < len(told)]
     if not len(ends):
         return None
@@ -134,6 +137,15 @@ def cpu_of(pid: int) -> float:
     except OSError:
         return 0.0
     return sum(map(int, fields[11:15])) / TICK
+
+
+def wait_of(pid: int) -> float:
+    """Return how long the threads of a process have waited for a core so far [s]."""
+    waited = 0
+    for task in Path(f"/proc/{pid}/task").glob("*/schedstat"):
+        with suppress(OSError):
+            waited += int(task.read_text().split()[1])
+    return waited / 1e9
 
 
 def children_of(pid: int) -> list[int]:

@@ -36,6 +36,8 @@ PICTURE_S = 0.1
 """Least time between two pictures [s]."""
 IDLE_S = 120.0
 """After so long a silence of all sensors the clock closes nothing any more [s]."""
+AHEAD_S = 5.0
+"""The clock closes scans no farther beyond the times that the tracker believed of a sensor [s]."""
 MOST_STRANGE = 20_000
 
 _log = logging.getLogger("trackweave.service")
@@ -158,7 +160,13 @@ class Office:
         heard = self.delays.heard
         if not self.engine.is_configured or now - max(heard.values(), default=-np.inf) > IDLE_S:
             return {}
-        return self.delays.until(now)
+        told, until = self.engine.told(), self.delays.until(now)
+        # A time that cannot be, or a clock that was set, closes nothing that may still come.
+        return {
+            name: min(until[name], told[name] + now - heard[name] + AHEAD_S)
+            for name in until
+            if name in told
+        }
 
     def wants_to_learn(self) -> bool:
         """Tell whether a configuration can perhaps be found now."""
