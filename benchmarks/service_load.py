@@ -48,6 +48,7 @@ from trackweave.run.scans import N_SECTORS
 Process = subprocess.Popen[bytes]
 TAIL_S = 60.0
 """So much traffic is kept for the restart [s]."""
+NOTHING_S = 0.01
 LOOKS = 30
 """So often memory and CPU are looked at."""
 
@@ -263,22 +264,25 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
     engine.take(1, Kind.CONFIGURE, spec.payload())
     cpu = dict.fromkeys(("decode", "journal", "track", "draw", "message"), 0.0)
     drawn, n_reports, longest, since = 0.0, 0, 0.0, datagrams[-1].when / 4
-    closed = datagrams[0].when
+    closed, paths = datagrams[0].when, list[float]()
     for datagram in datagrams:
         when, marks = datagram.when, [time.process_time()]
         table = decoder.feed(datagram.content)
         marks.append(time.process_time())
         payload = packed_reports(completed(table), "udp", decoder.facts)
         marks.append(time.process_time())
+        closing = 0.0
         if when > closed:
             # All radars' datagrams of the moment before are in.
+            begun = time.process_time()
             close = as_json({"until": {"": MORNING + closed}})
             engine.take(engine.sequence + 1, Kind.CLOSE, close)
-            closed = when
+            closed, closing = when, time.process_time() - begun
         engine.take(engine.sequence + 1, Kind.REPORTS, payload)
         marks.append(time.process_time())
         change = None
-        if when - drawn >= 0.15:
+        # A mark that closes no scan takes no time.
+        if when - drawn >= 0.15 or closing > NOTHING_S:
             change, drawn = board.draw(engine), when
         marks.append(time.process_time())
         if change is not None:
@@ -288,6 +292,9 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
             continue
         n_reports += datagram.plots
         longest = max(longest, marks[3] - marks[2])
+        if change is not None and closing > NOTHING_S:
+            # From the last datagram of a sector to its message.
+            paths.append(closing + marks[2] - marks[0] + marks[5] - marks[3])
         for name, took in zip(cpu, np.diff(marks), strict=True):
             cpu[name] += float(took)
     span = datagrams[-1].when - since
@@ -300,6 +307,10 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
         "cores": {name: round(took / span, 4) for name, took in cpu.items()},
         "all": round(sum(cpu.values()) / span, 3),
         "longest_step_cpu_s": round(longest, 3),
+        "sector_to_message_cpu_s": {
+            "median": round(float(np.median(paths)), 3),
+            "p99": round(float(np.quantile(paths, 0.99)), 3),
+        },
         "snapshot": {
             "mb": round(len(content) / 1e6, 2),
             "cpu_s": round(time.process_time() - begun, 3),
