@@ -239,11 +239,13 @@ def _restarted(aircraft: int, service: _Service) -> dict[str, Any]:
     service.begun()
     count = 0.9 * aircraft
     full = service.wait("a picture", lambda: len(service.get("/tracks")["features"]) >= count)
+    cpu = sum(service.cpu().values())
     ready = full + service.wait("ok", lambda: service.get("/healthz")["status"] == "ok")
     return {
         "journal_and_snapshots_mb": round(size / 1e6, 1),
         "tracks": len(service.get("/tracks")["features"]),
         "full_picture_after_s": round(full, 2),
+        "cpu_s": round(cpu, 2),
         "ok_after_s": round(ready, 2),
     }
 

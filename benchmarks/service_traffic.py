@@ -2,6 +2,7 @@
 
 import socket
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -114,7 +115,8 @@ def send(datagrams: list[Datagram], out: socket.socket, begun: float, sent: Sent
     """Send datagrams when it is time, and note when that was [s of the monotonic clock]."""
     for each in datagrams:
         time.sleep(max(0.0, begun + each.when - time.monotonic()))
-        out.send(each.content)
+        with suppress(ConnectionRefusedError):  # the service is away
+            out.send(each.content)
         now = time.monotonic()
         sent.first.setdefault(each.when, now)
         sent.last[each.when] = now
