@@ -2,15 +2,20 @@
 
     python benchmarks/service_load.py --aircraft 400 --radars 2 --seconds 60 --listeners 5
 
-Radars that turn once in four seconds speak ASTERIX 048 over UDP in real time; listeners read the
-stream and discard it, one parses it. CPU is that of the processes (user and system), the sender's
-apart. Latency is from the last datagram of a sector until a listener has its tracks' message,
-beyond the end of the sector.
+Radars that turn once in four seconds speak ASTERIX 048 over UDP in real time, and tell in 034
+when a sector is over (``--no-marks``: they do not); listeners read the stream and discard it, one
+parses it, and a browser shows the page (``--browser``). CPU is that of the processes (user and
+system), shown apart. Latency is until the parsing listener has the message of a sector: from the
+last datagram of the sector, and beyond what the sector waits for, which without marks is the next
+datagram of each radar. ``--crowd`` shows the service more than it can take in the second third of
+the time, ``--restart`` kills and begins it anew at the end; ``--alone`` takes the same traffic
+through the parts without network and clock.
 """
 
 import argparse
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -19,26 +24,46 @@ import threading
 import time
 import tomllib
 import urllib.request
-from contextlib import suppress
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from pymap3d import geodetic2aer
+from service_traffic import (
+    MORNING,
+    PERIOD,
+    PLACE,
+    Datagram,
+    Sent,
+    configuration,
+    send,
+    traffic,
+)
+from service_watchers import Watchers, children_of, cpu_of, latencies, memory_of, wait_of
 
 from trackweave.domain.frames import LocalFrame
+from trackweave.run.scans import N_SECTORS
 
-PERIOD, SECTORS = 4.0, 8
-PLACE = (45.5, 15.5)
-TICK = os.sysconf("SC_CLK_TCK")
+Process = subprocess.Popen[bytes]
+TAIL_S = 60.0
+"""So much traffic is kept for the restart [s]."""
+NOTHING_S = 0.01
+LOOKS = 30
+"""So often memory and CPU are looked at."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    for name, usual in (("aircraft", 400), ("radars", 2), ("seconds", 60), ("listeners", 5)):
+    for name, usual in (
+        ("aircraft", 400), ("radars", 2), ("seconds", 60), ("listeners", 5), ("seed", 1),
+        ("crowd", 0),
+    ):  # fmt: skip
         parser.add_argument(f"--{name}", type=int, default=usual)
-    parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--core", type=int, help="the one core that the service may use")
+    parser.add_argument("--no-marks", action="store_true", help="no sector messages")
+    parser.add_argument("--browser", action="store_true", help="with the page shown")
+    parser.add_argument("--restart", action="store_true", help="kill and begin anew at the end")
     parser.add_argument("--alone", action="store_true", help="no network, no clock")
     told = parser.parse_args()
     if told.alone:
@@ -48,54 +73,181 @@ def main() -> None:
         print(json.dumps(_measured(told, Path(folder)), indent=1))
 
 
-def _measured(told: argparse.Namespace, folder: Path) -> dict[str, object]:
-    page, udp = _free_port(socket.SOCK_STREAM), _free_port(socket.SOCK_DGRAM)
-    config = folder / "tracker.toml"
-    config.write_text(_configuration(told.radars))
-    process = subprocess.Popen(
-        [
-            sys.executable, "-m", "trackweave", "serve", "--quiet", "--config", str(config),
-            "--page", f"127.0.0.1:{page}", "--data", str(folder / "data"),
-            "--listen", f"udp://127.0.0.1:{udp}?format=asterix",
-        ],
-        preexec_fn=None if told.core is None else partial(os.sched_setaffinity, 0, {told.core}),
+class _Service:
+    """The service's process, and how it is asked how it is."""
+
+    def __init__(self, folder: Path, core: int | None) -> None:
+        self.folder, self._core = folder, core
+        self.page, self.udp = _free_port(socket.SOCK_STREAM), _free_port(socket.SOCK_DGRAM)
+        self.process = self.begun()
+
+    def begun(self) -> "Process":
+        """Return the service's process, begun now."""
+        core = self._core
+        self.process = subprocess.Popen(
+            [
+                sys.executable, "-m", "trackweave", "serve", "--quiet",
+                "--config", str(self.folder / "tracker.toml"),
+                "--page", f"127.0.0.1:{self.page}", "--data", str(self.folder / "data"),
+                "--listen", f"udp://127.0.0.1:{self.udp}?format=asterix",
+            ],
+            start_new_session=True,
+            preexec_fn=None if core is None else partial(os.sched_setaffinity, 0, {core}),
+        )  # fmt: skip
+        return self.process
+
+    def get(self, path: str) -> Any:
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.page}{path}", timeout=120) as answer:
+            return json.load(answer)
+
+    def counter(self, name: str) -> float:
+        """Return a number of the service's metrics."""
+        where = f"http://127.0.0.1:{self.page}/metrics"
+        with urllib.request.urlopen(where, timeout=120) as answer:
+            lines = answer.read().decode().splitlines()
+        return sum(float(line.split()[-1]) for line in lines if line.split()[0].startswith(name))
+
+    def wait(self, what: str, is_so: Any, within: float = 120.0) -> float:
+        """Return how long it takes until something is so [s]."""
+        begun = time.monotonic()
+        while time.monotonic() - begun < within:
+            try:
+                if is_so():
+                    return time.monotonic() - begun
+            except OSError:
+                pass
+            time.sleep(0.05)
+        raise SystemExit(f"not so within {within:.0f} s: {what}")
+
+    def cpu(self) -> dict[str, float]:
+        """Return the CPU that the service and each kind of its children have taken so far [s]."""
+        found = {"service": cpu_of(self.process.pid)}
+        for child in children_of(self.process.pid):
+            words = Path(f"/proc/{child}/cmdline").read_bytes()
+            name = "input" if b"service.inputs" in words else "decoding"
+            found[name] = found.get(name, 0.0) + cpu_of(child)
+        return found
+
+
+def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    (folder / "tracker.toml").write_text(configuration(told.radars))
+    datagrams = traffic(
+        told.aircraft, told.radars, told.seconds, seed=told.seed, marks=not told.no_marks,
+        crowd=told.crowd,
     )  # fmt: skip
+    service = _Service(folder, told.core)
     try:
-        _wait(page)
-        listeners = [_Listener(page, parses=place == 0) for place in range(told.listeners)]
-        messages = _traffic(told)
-        # What is slow only once, such as loading kernels, is not of the load.
-        half = len(messages) // 4
-        begun, load = time.monotonic() + 0.5, os.getloadavg()[0]
-        sender = time.process_time()
-        _send(messages[:half], udp, begun)
-        before, memory = _cpu_of(process.pid), [_memory_of(process.pid)]
-        for part in np.array_split(np.arange(half, len(messages)), 4):
-            _send([messages[k] for k in part], udp, begun)
-            memory.append(_memory_of(process.pid))
-        after, span = _cpu_of(process.pid), messages[-1][0] - messages[half - 1][0]
-        time.sleep(3.0)
-        health, n_reports = _get(page, "/healthz"), sum(count for _, _, count in messages)
-        parts = {name: round((after[name] - before.get(name, 0.0)) / span, 3) for name in after}
-        return {
-            "reports": n_reports,
-            "reports_per_s": round(n_reports / messages[-1][0], 1),
-            "aircraft": told.aircraft,
-            "tracks": len(_get(page, "/tracks")["features"]),
-            "cores": {**parts, "all": round(sum(parts.values()), 3)},
-            "sender_cpu_s": round(time.process_time() - sender, 2),
-            "messages": [listener.count for listener in listeners],
-            "latency_s": listeners[0].quantiles(begun) if listeners else None,
-            "memory_mb": [round(each / 1e6) for each in memory],
-            "load_average": [round(each, 1) for each in (load, os.getloadavg()[0])],
-            "resynchronised": _counter(page, "trackweave_resynchronised_total"),
-            **{
-                name: health[name] for name in ("dropped", "late", "set_aside", "lag_s", "refused")
-            },
-        }
+        service.wait("ready", lambda: service.get("/healthz")["status"] != "starting")
+        time.sleep(5.0)  # its inputs begin after its page
+        watchers = Watchers(service.page, told.listeners, browser=told.browser)
+        time.sleep(8.0 if told.browser else 2.0)
+        found = _loaded(told, service, watchers, datagrams)
+        if told.restart:
+            found["restart"] = _restarted(told.aircraft, service)
+        return found
     finally:
-        process.terminate()
-        process.wait()
+        service.process.terminate()
+        service.process.wait()
+
+
+def _loaded(
+    told: argparse.Namespace, service: _Service, watchers: Watchers, datagrams: list[Datagram]
+) -> dict[str, Any]:
+    """Send all there is, and return what came of it."""
+    begun, load, sent = time.monotonic() + 0.5, os.getloadavg()[0], Sent()
+    # What is slow only once, such as loading kernels, is not of the load.
+    n_tail = np.searchsorted([each.when for each in datagrams], datagrams[-1].when - TAIL_S)
+    datagrams, tail = (datagrams[:n_tail], datagrams[n_tail:]) if told.restart else (datagrams, [])
+    first = len(datagrams) // 4
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    out.connect(("127.0.0.1", service.udp))
+    send(datagrams[:first], out, begun, sent)
+    own, others, sender = service.cpu(), watchers.cpu(), time.process_time()
+    looks, waited = [_look(service, begun)], wait_of(service.process.pid)
+    for part in np.array_split(np.arange(first, len(datagrams)), LOOKS):
+        send([datagrams[k] for k in part], out, begun, sent)
+        looks.append(_look(service, begun))
+    span = looks[-1]["at_s"] - looks[0]["at_s"]
+    sender = time.process_time() - sender
+    waited = wait_of(service.process.pid) - waited
+    cores = {n: round((t - own.get(n, 0.0)) / span, 3) for n, t in service.cpu().items()}
+    apart = {n: round((t - others[n]) / span, 3) for n, t in watchers.cpu().items()}
+    if told.restart:
+        # Traffic goes on while the service is away.
+        threading.Thread(target=send, args=(tail, out, begun, Sent()), daemon=True).start()
+    behind = service.wait("up to date", lambda: service.get("/healthz")["lag_s"] < 0.1)
+    time.sleep(1.0)
+    health, n_reports = service.get("/healthz"), sum(each.plots for each in datagrams)
+    mb = [look["mb"] for look in looks]
+    return {
+        "reports": n_reports,
+        "reports_per_s": round(n_reports / datagrams[-1].when, 1),
+        "aircraft": told.aircraft,
+        "tracks": len(service.get("/tracks")["features"]),
+        "cores": {**cores, "all": round(sum(cores.values()), 3)},
+        "service_waited_for_a_core_s_per_s": round(waited / span, 3),
+        "cores_apart": {**apart, "generator": round(sender / span, 3)},
+        "latency_s": latencies(watchers.seen, _of_scans(sent.last), MORNING),
+        "latency_beyond_wait_s": latencies(watchers.seen, _waits(told, sent), MORNING),
+        "memory_mb": {"quarter": mb[0], "half": mb[LOOKS // 3], "end": mb[-1], "most": max(mb)},
+        "load_average": [round(each, 1) for each in (load, os.getloadavg()[0])],
+        "up_to_date_after_s": round(behind, 2),
+        "bounds": [look["bound"] for look in looks] if told.crowd else max(_bounds(looks)),
+        "lags_s": [look["lag_s"] for look in looks] if told.crowd else max(_lags(looks)),
+        "resynchronised": service.counter("trackweave_resynchronised_total"),
+        **{name: health[name] for name in ("dropped", "late", "set_aside", "refused")},
+        "watchers": watchers.close(),
+    }
+
+
+def _waits(told: argparse.Namespace, sent: Sent) -> dict[float, float]:
+    """Return until when each sector is waited for, by its end."""
+    if not told.no_marks:
+        return _of_scans(sent.last)
+    ends = sorted(sent.first)
+    return _of_scans({end: sent.first[later] for end, later in pairwise(ends)})
+
+
+def _of_scans(moments: dict[float, float]) -> dict[float, float]:
+    """Return those at which the tracker's own sectors end, of which a turn has fewer."""
+    return {end: when for end, when in moments.items() if end / PERIOD * N_SECTORS % 1.0 == 0.0}
+
+
+def _look(service: _Service, begun: float) -> dict[str, float]:
+    pids = [service.process.pid, *children_of(service.process.pid)]
+    return {
+        "at_s": time.monotonic() - begun,
+        "mb": round(sum(map(memory_of, pids)) / 1e6),
+        "bound": service.counter("trackweave_work_bound_level"),
+        "lag_s": service.get("/healthz")["lag_s"],
+    }
+
+
+def _bounds(looks: list[dict[str, float]]) -> list[float]:
+    return [look["bound"] for look in looks]
+
+
+def _lags(looks: list[dict[str, float]]) -> list[float]:
+    return [look["lag_s"] for look in looks]
+
+
+def _restarted(aircraft: int, service: _Service) -> dict[str, Any]:
+    """Kill the service and begin it anew; return how long that takes."""
+    service.process.send_signal(signal.SIGKILL)
+    service.process.wait()
+    size = sum(f.stat().st_size for f in (service.folder / "data" / "journal").iterdir())
+    service.begun()
+    count = 0.9 * aircraft
+    full = service.wait("a picture", lambda: len(service.get("/tracks")["features"]) >= count)
+    cpu = sum(service.cpu().values())
+    ready = full + service.wait("ok", lambda: service.get("/healthz")["status"] == "ok")
+    return {
+        "journal_and_snapshots_mb": round(size / 1e6, 1),
+        "tracks": len(service.get("/tracks")["features"]),
+        "full_picture_after_s": round(full, 2),
+        "cpu_s": round(cpu, 2),
+        "ok_after_s": round(ready, 2),
+    }
 
 
 def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one loop, each part timed
@@ -108,28 +260,31 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
     from trackweave.service.records import Kind, as_json, packed_reports
     from trackweave.service.spec import Spec
 
-    messages = _traffic(told)
+    datagrams = traffic(told.aircraft, told.radars, told.seconds, seed=told.seed, marks=False)
     decoder, engine, board = AsterixDecoder(), Engine(), Board()
-    spec = Spec(tomllib.loads(_configuration(told.radars)), frame=LocalFrame(*PLACE))
+    spec = Spec(tomllib.loads(configuration(told.radars)), frame=LocalFrame(*PLACE))
     engine.take(1, Kind.CONFIGURE, spec.payload())
     cpu = dict.fromkeys(("decode", "journal", "track", "draw", "message"), 0.0)
-    drawn, n_reports, longest, since = 0.0, 0, 0.0, messages[-1][0] / 4
-    closed = messages[0][0]
-    for when, message, count in messages:
-        marks = [time.process_time()]
-        table = decoder.feed(message)
+    drawn, n_reports, longest, since = 0.0, 0, 0.0, datagrams[-1].when / 4
+    closed, paths = datagrams[0].when, list[float]()
+    for datagram in datagrams:
+        when, marks = datagram.when, [time.process_time()]
+        table = decoder.feed(datagram.content)
         marks.append(time.process_time())
         payload = packed_reports(completed(table), "udp", decoder.facts)
         marks.append(time.process_time())
+        closing = 0.0
         if when > closed:
             # All radars' datagrams of the moment before are in.
+            begun = time.process_time()
             close = as_json({"until": {"": MORNING + closed}})
             engine.take(engine.sequence + 1, Kind.CLOSE, close)
-            closed = when
+            closed, closing = when, time.process_time() - begun
         engine.take(engine.sequence + 1, Kind.REPORTS, payload)
         marks.append(time.process_time())
         change = None
-        if when - drawn >= 0.15:
+        # A mark that closes no scan takes no time.
+        if when - drawn >= 0.15 or closing > NOTHING_S:
             change, drawn = board.draw(engine), when
         marks.append(time.process_time())
         if change is not None:
@@ -137,11 +292,14 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
         marks.append(time.process_time())
         if when < since:
             continue
-        n_reports += count
+        n_reports += datagram.plots
         longest = max(longest, marks[3] - marks[2])
+        if change is not None and closing > NOTHING_S:
+            # From the last datagram of a sector to its message.
+            paths.append(closing + marks[2] - marks[0] + marks[5] - marks[3])
         for name, took in zip(cpu, np.diff(marks), strict=True):
             cpu[name] += float(took)
-    span = messages[-1][0] - since
+    span = datagrams[-1].when - since
     begun = time.process_time()
     content = engine.pack()
     return {
@@ -151,181 +309,15 @@ def _alone(told: argparse.Namespace) -> dict[str, object]:  # noqa: PLR0915 one 
         "cores": {name: round(took / span, 4) for name, took in cpu.items()},
         "all": round(sum(cpu.values()) / span, 3),
         "longest_step_cpu_s": round(longest, 3),
+        "sector_to_message_cpu_s": {
+            "median": round(float(np.median(paths)), 3),
+            "p99": round(float(np.quantile(paths, 0.99)), 3),
+        },
         "snapshot": {
             "mb": round(len(content) / 1e6, 2),
             "cpu_s": round(time.process_time() - begun, 3),
         },
     }
-
-
-class _Listener:
-    """Reads the stream; one that parses notes when messages came, and of what time."""
-
-    def __init__(self, port: int, *, parses: bool) -> None:
-        self.count = 0
-        self._parses, self._seen = parses, list[tuple[float, float]]()
-        threading.Thread(target=self._read, args=(port,), daemon=True).start()
-
-    def quantiles(self, begun: float) -> dict[str, float] | None:
-        """Return median and 99 % of the time from the end of a sector to its message [s]."""
-        late = [when - begun - (told - MORNING) for when, told in self._seen]
-        late = late[len(late) // 4 :]
-        if not late:
-            return None
-        return {
-            "median": round(float(np.median(late)), 3),
-            "p99": round(float(np.quantile(late, 0.99)), 3),
-        }
-
-    def _read(self, port: int) -> None:
-        from websockets.exceptions import ConnectionClosed
-        from websockets.sync.client import connect
-
-        with (
-            suppress(ConnectionClosed),
-            connect(f"ws://127.0.0.1:{port}/stream", max_size=None) as stream,
-        ):
-            for message in stream:
-                self.count += 1
-                if self._parses:
-                    said = json.loads(message)
-                    if said["type"] == "tracks" and said["time"] is not None:
-                        self._seen.append((time.monotonic(), said["time"]))
-
-
-MORNING = 36_000.0
-"""The time of the day at which the traffic begins [s]."""
-
-
-def _traffic(told: argparse.Namespace) -> list[tuple[float, bytes, int]]:
-    """Return when each datagram is sent, what it holds, and how many plots."""
-    rng = np.random.default_rng(told.seed)
-    place = rng.uniform(-1.5e5, 1.5e5, (told.aircraft, 2))
-    velocity = rng.normal(0.0, 150.0, (told.aircraft, 2))
-    found = []
-    for radar in range(told.radars):
-        centre, start = _centre(radar), radar / told.radars * PERIOD
-        for turn in range(int(told.seconds / PERIOD)):
-            when = np.full(told.aircraft, start + turn * PERIOD)
-            for _ in range(3):
-                azimuth, true = _seen_from(centre, place + velocity * when[:, None])
-                when = start + (turn + azimuth / (2 * np.pi)) * PERIOD
-            distance = true + rng.normal(0, 60, told.aircraft)
-            measured = azimuth + np.radians(rng.normal(0, 0.07, told.aircraft))
-            seen = (rng.random(told.aircraft) < 0.95) & (distance < 4.6e5)
-            for sector in range(SECTORS):
-                rows = np.flatnonzero(seen & (azimuth * SECTORS // (2 * np.pi) == sector))
-                end = start + (turn + (sector + 1) / SECTORS) * PERIOD
-                for begin in range(0, max(len(rows), 1), 100):
-                    some = rows[begin : begin + 100]
-                    plots = b"".join(
-                        _plot(radar, MORNING + when[k], distance[k], measured[k]) for k in some
-                    )
-                    if plots:
-                        found.append((end, _block(48, plots), len(some)))
-    return sorted(found)
-
-
-def _seen_from(centre: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return azimuth from the radar's own north [rad] and distance [m] of places on the plane."""
-    frame = LocalFrame(*PLACE)
-    latitude, longitude, _ = frame.to_geodetic(place)
-    here, there, _ = frame.to_geodetic(centre[None])
-    azimuth, _, distance = geodetic2aer(latitude, longitude, 0.0, here[0], there[0], 0.0)
-    return np.radians(azimuth) % (2 * np.pi), distance
-
-
-def _plot(radar: int, time_: float, distance: float, azimuth: float) -> bytes:
-    rho = int(distance / 1852.0 * 256.0 + 0.5) & 0xFFFF
-    theta = int(azimuth / (2 * np.pi) * 65536.0 + 0.5) % 65536
-    return (
-        b"\xf0\x19"
-        + bytes([radar])
-        + int(time_ * 128.0).to_bytes(3, "big")
-        + b"\x40"
-        + (rho.to_bytes(2, "big") + theta.to_bytes(2, "big"))
-    )
-
-
-def _block(category: int, records: bytes) -> bytes:
-    return bytes([category]) + (3 + len(records)).to_bytes(2, "big") + records
-
-
-def _centre(radar: int) -> np.ndarray:
-    return np.array([radar * 4e4, 0.0])
-
-
-def _configuration(radars: int) -> str:
-    lines = [
-        "[frame]", f"origin = [{PLACE[0]}, {PLACE[1]}]",
-        "[motion]", "process_noise = 1.0", "max_speed = 600.0",
-        "[lifecycle]", "new_target_density = 1e-12",
-        "[output]", "period = 4.0",
-    ]  # fmt: skip
-    for radar in range(radars):
-        x, y = _centre(radar)
-        phase = (-radar / radars * 360.0 - MORNING / PERIOD * 360.0) % 360.0
-        lines += [
-            f'[sensors."025/{radar:03d}"]', 'measurement = "range-azimuth"',
-            f"position = [{x}, {y}]", "sigma = {range_m = 60.0, azimuth_deg = 0.07}",
-            "detection_probability = 0.95", "clutter_density = 1e-9",
-            f"scan_period = {PERIOD}", 'rotation = "clockwise"', f"phase_deg = {phase}",
-        ]  # fmt: skip
-    return "\n".join(lines) + "\n"
-
-
-def _send(messages: list[tuple[float, bytes, int]], port: int, begun: float) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
-        for when, message, _ in messages:
-            time.sleep(max(0.0, begun + when - time.monotonic()))
-            out.sendto(message, ("127.0.0.1", port))
-
-
-def _cpu_of(pid: int) -> dict[str, float]:
-    """Return the CPU that the service and each of its children have taken so far [s]."""
-    listed = subprocess.run(
-        ["ps", "-o", "pid=,args=", "--ppid", str(pid), "-p", str(pid)],
-        capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
-    found: dict[str, float] = {}
-    for line in listed.splitlines():
-        number, _, words = line.strip().partition(" ")
-        name = (
-            "input" if "service.inputs" in words else "service" if "serve" in words else "decoding"
-        )
-        fields = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()
-        found[name] = found.get(name, 0.0) + (int(fields[11]) + int(fields[12])) / TICK
-    return found
-
-
-def _memory_of(pid: int) -> int:
-    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
-
-
-def _get(port: int, path: str) -> dict:
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=120) as answer:
-        return json.load(answer)
-
-
-def _counter(port: int, name: str) -> float:
-    """Return a number of the service's metrics."""
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=120) as answer:
-        lines = answer.read().decode().splitlines()
-    return sum(float(line.split()[-1]) for line in lines if line.split()[0].startswith(name))
-
-
-def _wait(port: int) -> None:
-    for _ in range(600):
-        try:
-            is_ready = _get(port, "/healthz")["status"] != "starting"
-        except OSError:
-            is_ready = False
-        if is_ready:
-            time.sleep(5.0)  # its inputs begin after its page
-            return
-        time.sleep(0.5)
-    raise SystemExit("the service does not begin")
 
 
 def _free_port(kind: socket.SocketKind) -> int:

@@ -12,7 +12,8 @@ from trackweave.service import clerk as clerks
 from trackweave.service.clerk import Clerk
 from trackweave.service.delays import Delays, Standstill
 from trackweave.service.office import Office
-from trackweave.service.records import packed_reports
+from trackweave.service.records import Kind, packed_reports
+from trackweave.service.spec import Spec
 
 
 def test_what_waited_while_inputs_were_not_read_is_not_late() -> None:
@@ -39,6 +40,59 @@ def test_what_waited_while_inputs_were_not_read_is_not_late() -> None:
     for second in range(80, 400):
         tell(float(second), 1000.0 + second + 0.2)
     assert until(1400.0) > 330.0
+
+
+def told_in_sectors(behind: float) -> Delays:
+    """Return what is known of a radar that tells a sector of half a second, then its end.
+
+    What it saw comes so long after the mark of the moment [s].
+    """
+    delays = Delays()
+    for sector in range(60):
+        begin, now = 0.5 * sector, 1000.0 + 0.5 * (sector + 1)
+        delays.note({"radar": [begin - behind, begin + 0.49 - behind, 30]}, now)
+        delays.mark({"radar": begin + 0.5})
+    return delays
+
+
+def test_a_radar_that_ends_its_sectors_itself_is_waited_for_no_longer() -> None:
+    until = told_in_sectors(0.0).until(1030.0)["radar"]
+    assert 30.0 <= until < 30.01
+    # The clock alone would wait for what usually comes half a second later.
+    assert told_in_sectors(0.0).until(1030.4)["radar"] == until
+
+
+def test_a_radar_whose_plots_follow_its_marks_later_is_waited_for() -> None:
+    until = told_in_sectors(2.0).until(1030.0)["radar"]
+    assert 27.4 < until < 28.01
+
+
+def test_a_mark_of_another_clock_counts_for_nothing() -> None:
+    delays = told_in_sectors(0.0)
+    before = delays.until(1030.0)
+    delays.mark({"radar": 90_000.0, "unheard": 5.0})
+    assert delays.until(1030.0) == before
+
+
+def test_one_time_that_cannot_be_closes_nothing_far_ahead(tmp_path: Path) -> None:
+    table = {"time": [1.0, 2.0], "sensor": ["pier", "pier"], "x": [1.0, 2.0], "y": [2.0, 3.0]}
+    configuration = {
+        "sensors": {"pier": {"sigma": {"x": 1.0, "y": 1.0}, "detection_probability": 0.9,
+                             "clutter_density": 1e-6}},
+        "motion": {"process_noise": 1.0, "max_speed": 10.0},
+        "lifecycle": {"new_target_density": 1e-6},
+    }  # fmt: skip
+    office = Office.open(tmp_path)
+    try:
+        office.engine.take(1, Kind.CONFIGURE, Spec(configuration).payload())
+        payload = packed_reports(pl.DataFrame(table), "udp", Facts())
+        office.engine.take(2, Kind.REPORTS, payload)
+        office.delays.note({"pier": [1.0, 2.0, 2]}, 1000.0)
+        assert 0.9 < office.closing(1000.1)["pier"] < 2.1
+        office.delays.note({"pier": [90_000.0, 90_000.0, 1]}, 1000.2)
+        assert office.closing(1000.3)["pier"] < 8.0
+    finally:
+        office.close()
 
 
 def test_the_clock_stands_while_too_much_waits_for_the_tracker(

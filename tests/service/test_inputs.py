@@ -16,9 +16,10 @@ import polars as pl
 import pytest
 
 from formats.samples import BLOCKS, LINES, NMEA, ROWS, SBS
+from service.asterix import marker, plot
 from service.serving import free_port
 from trackweave.errors import InvalidInputError
-from trackweave.service.inputs.outbox import FRAME, REPORTS, completed, told_times
+from trackweave.service.inputs.outbox import FRAME, MARKS, REPORTS, completed, told_times
 from trackweave.service.inputs.source import source_of
 from trackweave.service.records import arrived
 
@@ -38,6 +39,8 @@ class Listening:
         self.process = process
         self.tables: list[pl.DataFrame] = []
         self.state: dict[str, Any] = {}
+        self.marks: list[tuple[int, dict[str, float]]] = []
+        """Marks of beams, with how many reports had come before."""
         self._kept = b""
 
     def read(self, is_done: Callable[["Listening"], bool]) -> None:
@@ -68,6 +71,8 @@ class Listening:
             self._kept = self._kept[end:]
             if kind == REPORTS:
                 self.tables.append(arrived(body).table)
+            elif kind == MARKS:
+                self.marks.append((self.reports(), json.loads(words)["marks"]))
             else:
                 self.state = json.loads(words)
 
@@ -113,6 +118,21 @@ def test_standard_input_is_read_to_its_end(name: str) -> None:
     assert found.state["skipped"] > 0  # each sample has something that is no report
     assert all(table["time"].null_count() == 0 for table in found.tables)
     assert all(table["sensor"].null_count() == 0 for table in found.tables)
+
+
+def test_the_end_of_a_sector_is_told_behind_its_reports_and_at_once() -> None:
+    port, said = free_port(), [marker(36_000.0, 0.0), plot(36_000.1, 3e4, 9.0)]
+    said.append(plot(36_000.2, 4e4, 18.0) + marker(36_000.5, 45.0))
+    with (
+        listening(f"udp://127.0.0.1:{port}?format=asterix") as heard,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        sender.connect(("127.0.0.1", port))
+        heard.read(lambda each: "clients" in each.state)
+        for message in said:
+            sender.send(message)
+        heard.read(lambda each: bool(each.marks))
+        assert heard.marks == [(2, {"025/011": 36_000.5})]
 
 
 def test_standard_input_hands_on_what_came_while_nothing_more_comes() -> None:

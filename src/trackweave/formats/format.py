@@ -44,7 +44,9 @@ class Decoder(Protocol):
     many, a live service puts the time of receipt.
 
     One that has a method ``cut()`` is told where a datagram ends: what it kept back of it will
-    never be completed. It returns what ``finish`` would, and goes on.
+    never be completed. It returns what ``finish`` would, and goes on. One that has a dictionary
+    ``marks`` says there when each sensor, by name, last told that its beam came by somewhere,
+    in the seconds of the reports.
     """
 
     @property

@@ -20,12 +20,11 @@ from trackweave.service.desk import (
     OverloadedError,
     Picture,
     Receipt,
-    Rejected,
     Rows,
     Subscription,
 )
 from trackweave.service.fanout import Fanout
-from trackweave.service.inputs.outbox import completed, told_times
+from trackweave.service.inputs.outbox import told_times
 from trackweave.service.inputs.process import Input
 from trackweave.service.inputs.source import Source
 from trackweave.service.log import say
@@ -33,14 +32,16 @@ from trackweave.service.office import Office, Order, Outcome
 from trackweave.service.records import Kind, as_json, packed_reports
 from trackweave.service.rehearsing import Rehearsal, warm_solvers
 from trackweave.service.saying import Saying
-from trackweave.service.sorting_in import checked_rows
+from trackweave.service.sorting_in import usable_rows
 
 __all__ = ["Clerk"]
 
 MOST_WAITING = 20_000
 """So many reports wait for the tracker; beyond, no more are taken."""
-TICK, BEAT, SNAPSHOT_S = 0.1, 1.0, 10.0
-"""Seconds between two looks at the clock, two reports on how it is, and two snapshots."""
+TICK, BEAT = 0.1, 1.0
+"""Seconds between two looks at the clock, and two reports on how it is."""
+SNAPSHOT_S, LATEST_SNAPSHOT_S = 10.0, 30.0
+"""Seconds between two snapshots, where there is time for one, and where there is not."""
 AGAIN = 1.0
 """Seconds until a disk that refused is tried again."""
 
@@ -92,9 +93,13 @@ class Clerk:
         self.publishers: list[Callable[[Any], None]] = []
         self._wait = _Waiting()
         self._rehearsal, self._is_ready = Rehearsal(), asyncio.Event()
-        self._inputs = [Input(source, self._handed, self._is_ready) for source in sources]
+        self._inputs = [
+            Input(source, self._handed, self._marked, self._is_ready) for source in sources
+        ]
         self._tracking = ThreadPoolExecutor(1, thread_name_prefix="tracker")
         self._writing = ThreadPoolExecutor(1, thread_name_prefix="journal")
+        self._keeping = ThreadPoolExecutor(1, thread_name_prefix="snapshot")
+        self._kept: asyncio.Future[None] | None = None
         self._appended, self._work = asyncio.Event(), asyncio.Event()
         self._refused, self._standstill = "", Standstill()
         self._is_reconfiguring = False
@@ -111,7 +116,7 @@ class Clerk:
             return Receipt(0, (), self._office.journal.synced)
         spec = self._office.engine.spec
         loop = asyncio.get_running_loop()
-        table, rejected = await loop.run_in_executor(None, _checked, rows, spec)
+        table, rejected = await loop.run_in_executor(None, usable_rows, rows, spec)
         if table.is_empty():
             return Receipt(0, rejected, self._office.journal.synced)
         self._require_room()
@@ -180,6 +185,7 @@ class Clerk:
             await loop.run_in_executor(self._writing, self._office.journal.sync)
         self._tracking.shutdown(cancel_futures=True)
         self._writing.shutdown()
+        self._keeping.shutdown()
         self._office.close()
 
     def reload(self) -> str:
@@ -202,6 +208,20 @@ class Clerk:
         with suppress(OutputError):
             self._append(Kind.REPORTS, payload, count)
             self._hear(told)
+
+    def _marked(self, marks: Mapping[str, float]) -> None:
+        """Take in that sensors' beams came by somewhere: their sectors before are perhaps over."""
+        self._office.delays.mark(marks)
+        with suppress(OutputError):
+            self._close(tuple(marks))
+
+    def _close(self, names: Sequence[str] = ()) -> None:
+        """Write down up to when nothing is waited for any more, of some sensors or of all."""
+        until = self._office.closing(self._standstill.clock(time.monotonic()))
+        if names:
+            until = {name: until[name] for name in names if name in until}
+        if until and not self._refused:
+            self._append(Kind.CLOSE, as_json({"until": until}))
 
     def _hear(self, told: Mapping[str, Sequence[float]]) -> None:
         self._office.delays.note(told, self._standstill.clock(time.monotonic()))
@@ -283,9 +303,14 @@ class Clerk:
                 is_settled = office.engine.configured_by >= self._configured_by
                 if is_settled and (self._is_reconfiguring or office.wants_to_learn()):
                     await self._learn(self._configuration)
-                if office.is_snapshot_due(SNAPSHOT_S):
+                # Right after a picture there is time before the next scans, if ever.
+                is_idle = outcome.drawn is not None and not self._wait.ready
+                every = SNAPSHOT_S if is_idle else LATEST_SNAPSHOT_S
+                is_free = self._kept is None or self._kept.done()
+                if is_free and office.is_snapshot_due(every):
                     content = await loop.run_in_executor(self._tracking, office.packed)
-                    await loop.run_in_executor(self._writing, office.keep, *content)
+                    # Neither the tracker nor an acknowledgement waits for it.
+                    self._kept = loop.run_in_executor(self._keeping, office.keep, *content)
 
     async def _learn(self, configuration: Configuration) -> None:
         """Find out with what to run, and write it to the journal."""
@@ -332,9 +357,7 @@ class Clerk:
             if self._refused:
                 continue
             with suppress(OutputError):
-                until = self._office.closing(self._standstill.clock(time.monotonic()))
-                if until:
-                    self._append(Kind.CLOSE, as_json({"until": until}))
+                self._close()
                 # Whoever is not ready has to catch up, which is no lag yet.
                 lag = self._lag() if self._is_ready.is_set() else 0.0
                 bound = self._office.pace.bound(lag, time.monotonic())
@@ -367,20 +390,3 @@ class Clerk:
             return max(0.0, time.monotonic() - ready[0].arrived) if ready else 0.0
         except IndexError:
             return 0.0
-
-
-def _checked(rows: Rows, spec: Any) -> tuple[Any, tuple[Rejected, ...]]:
-    """Return the rows that can be used, and why others cannot."""
-    import numpy as np
-
-    table = completed(rows.table)
-    found = checked_rows(table, spec)
-    bad = {each.row: each for each in found.skipped}
-    rejected = tuple(
-        Rejected(int(rows.row[number - 1]), bad[number].message("reports"))
-        for number in sorted(bad)
-    )
-    if not bad:
-        return table, rejected
-    good = np.setdiff1d(np.arange(table.height), [number - 1 for number in bad])
-    return table[good.tolist()], rejected

@@ -1,4 +1,7 @@
-"""How late sensors usually tell what they saw: up to when nothing has to be waited for."""
+"""How late sensors usually tell what they saw: up to when nothing has to be waited for.
+
+By the clock, and by what they say of time themselves.
+"""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -14,6 +17,12 @@ MARGIN = 0.05
 """Seconds that are waited beyond."""
 MOST = 10.0
 """A sensor is waited for so much longer than the quickest at most [s]."""
+ENOUGH = 20
+"""After so many arrivals it is known how far what a sensor saw is behind its own marks."""
+FINEST = 1.0 / 128.0
+"""Seconds by which marks are exact."""
+STRANGE = 60.0
+"""What is so far off is of another clock, or wrong [s]."""
 
 
 @dataclass
@@ -45,6 +54,9 @@ class Delays:
 
     _seen: dict[str, deque[tuple[float, float]]] = field(default_factory=dict)
     _delay: dict[str, float] = field(default_factory=dict)
+    _marks: dict[str, float] = field(default_factory=dict)
+    _behind: dict[str, deque[float]] = field(default_factory=dict)
+    _last: dict[str, float] = field(default_factory=dict)
     heard: dict[str, float] = field(default_factory=dict)
     """When each was last heard, by the wall clock [s]."""
 
@@ -52,16 +64,37 @@ class Delays:
         """Take in which times sensors told, from first to last [s], at a time of the clock."""
         for name, (first, last, *_) in told.items():
             seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
-            if seen and abs((now - last) - seen[-1][1]) > 60.0:
+            if seen and abs((now - last) - seen[-1][1]) > STRANGE:
                 # Another recording, or a clock that was set: what was learned is of no use.
                 seen.clear()
+                self._marks.pop(name, None)
+                self._behind.pop(name, None)
             seen.append((now - first, now - last))
             ordered = sorted(each[0] for each in seen)
             least = min(each[1] for each in seen)
             usual = ordered[min(int(USUAL * len(ordered)), len(ordered) - 1)]
             self._delay[name] = min(usual, least + MOST)
-            self.heard[name] = now
+            self.heard[name], self._last[name] = now, last
+            if name in self._marks:
+                behind = self._behind.setdefault(name, deque(maxlen=REMEMBERED))
+                behind.append(self._marks[name] - first)
+
+    def mark(self, times: Mapping[str, float]) -> None:
+        """Take in when sensors' beams came by somewhere, as they say themselves [s].
+
+        It is no promise: some radars tell plots with the mark behind them, others seconds later.
+        How far plots are behind is learned from those that follow.
+        """
+        for name, time in times.items():
+            if name in self._last and abs(time - self._last[name]) <= STRANGE:
+                self._marks[name] = time
 
     def until(self, now: float) -> dict[str, float]:
         """Return up to when nothing has to be waited for, by sensor [s]."""
-        return {name: now - delay - MARGIN for name, delay in self._delay.items()}
+        found = {name: now - delay - MARGIN for name, delay in self._delay.items()}
+        for name, time in self._marks.items():
+            behind = sorted(self._behind.get(name, ()))
+            if len(behind) >= ENOUGH:
+                usual = behind[min(int(USUAL * len(behind)), len(behind) - 1)]
+                found[name] = max(found[name], time + FINEST - max(usual, 0.0))
+        return found

@@ -66,7 +66,7 @@ def _scenario() -> Scenario:
         duration=DURATION,
         sensors=sensors,
         random=RandomTargets(
-            count=14, speed=(4.0, 12.0), birth_rate=0.05, survival=0.99, stay_inside=False
+            count=14, speed=(4.0, 12.0), birth_rate=0.13, survival=0.999, stay_inside=False
         ),
         process_noise=0.02,
     )

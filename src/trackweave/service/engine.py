@@ -114,6 +114,13 @@ class Engine:
         """The sensors that it knows."""
         return {} if self._running is None else self._running.sensors
 
+    def told(self) -> dict[str, float]:
+        """Return the latest time that each sensor has told and that was believed [s]."""
+        if self._running is None:
+            return {}
+        known = self._running.cutter.sensors
+        return {name: cut.told for name, cut in known.items() if np.isfinite(cut.told)}
+
     def tracks(self) -> TrackTable:
         """Return the live tracks, tentative ones too."""
         if self._running is None:

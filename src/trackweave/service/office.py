@@ -1,5 +1,6 @@
 """Journal, engine and files of one service, and how they are brought back to where they were."""
 
+import logging
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -14,12 +15,13 @@ from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import needs_estimates
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
-from trackweave.errors import InvalidInputError, TrackweaveError
+from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
 from trackweave.service.board import Board, Drawn
 from trackweave.service.delays import Delays
 from trackweave.service.engine import Change, Engine
 from trackweave.service.journal import Journal, Retention
 from trackweave.service.learning import Learned, is_enough, learned
+from trackweave.service.log import say
 from trackweave.service.pacing import Pace
 from trackweave.service.records import Arrived, arrived
 from trackweave.service.snapshots import Snapshots
@@ -30,11 +32,15 @@ __all__ = ["Office", "Order", "Outcome", "restored"]
 
 MOST_AT_ONCE = 2_000
 """So many reports the tracker takes in before others have their turn."""
-PICTURE_S = 0.15
+PICTURE_S = 0.1
 """Least time between two pictures [s]."""
 IDLE_S = 120.0
 """After so long a silence of all sensors the clock closes nothing any more [s]."""
+AHEAD_S = 5.0
+"""The clock closes scans no farther beyond the times that the tracker believed of a sensor [s]."""
 MOST_STRANGE = 20_000
+
+_log = logging.getLogger("trackweave.service")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +98,8 @@ class Office:
     _strange: list[Arrived] = field(default_factory=list)
     _tried: int = 0
     _drawn: float = -np.inf
+    _is_undrawn: bool = True
+    """Whether scans have come since the last picture."""
     _kept: float = field(default_factory=time.monotonic)
     _kept_sequence: int = 0
 
@@ -132,10 +140,11 @@ class Office:
             if change.strange:
                 self._note_strange(order, change)
         drawn, now = None, time.monotonic()
-        if now - self._drawn >= PICTURE_S and (scans or self._drawn == -np.inf):
-            drawn = board.draw(self.engine)
+        self._is_undrawn |= bool(scans)
+        if self._is_undrawn and now - self._drawn >= PICTURE_S:
+            drawn, self._is_undrawn = board.draw(self.engine), False
             # Where drawing takes long, it is done more rarely.
-            self._drawn = time.monotonic() + 4.0 * (time.monotonic() - now)
+            self._drawn = time.monotonic() + 2.0 * (time.monotonic() - now)
         oldest = min((order.arrived for order in batch), default=now)
         return Outcome(
             drawn,
@@ -151,7 +160,13 @@ class Office:
         heard = self.delays.heard
         if not self.engine.is_configured or now - max(heard.values(), default=-np.inf) > IDLE_S:
             return {}
-        return self.delays.until(now)
+        told, until = self.engine.told(), self.delays.until(now)
+        # A time that cannot be, or a clock that was set, closes nothing that may still come.
+        return {
+            name: min(until[name], told[name] + now - heard[name] + AHEAD_S)
+            for name in until
+            if name in told
+        }
 
     def wants_to_learn(self) -> bool:
         """Tell whether a configuration can perhaps be found now."""
@@ -216,12 +231,15 @@ class Office:
         return self.engine.sequence, pack(content)
 
     def keep(self, sequence: int, content: bytes) -> None:
-        """Write a snapshot, and forget what nobody needs any more."""
+        """Write a snapshot, and forget what nobody needs any more; a disk may refuse that."""
         self._kept, self._kept_sequence = time.monotonic(), sequence
-        self.snapshots.write(sequence, content)
         retention = self.retention
-        if retention.most_bytes is not None or retention.most_seconds is not None:
-            self.journal.forget(self.snapshots.covered, retention, time.time())
+        try:
+            self.snapshots.write(sequence, content)
+            if retention.most_bytes is not None or retention.most_seconds is not None:
+                self.journal.forget(self.snapshots.covered, retention, time.time())
+        except OutputError as err:
+            say(_log, logging.WARNING, "snapshot refused", message=str(err))
 
     def _write(self, change: Change) -> None:
         if change.rows and self.engine.spec is not None:

@@ -13,9 +13,11 @@ from trackweave.io.tables import RawTable, with_our_names
 from trackweave.models.sensors import Sensor
 from trackweave.run.biases import told_biases, unbiased
 from trackweave.run.polar_to_cartesian import laid
+from trackweave.service.desk import Rejected, Rows
+from trackweave.service.inputs.outbox import completed
 from trackweave.service.spec import Spec
 
-__all__ = ["SortedIn", "checked_rows", "sorted_in"]
+__all__ = ["SortedIn", "checked_rows", "sorted_in", "usable_rows"]
 
 _HEIGHTS = ("z", "alt_m")
 _FLAT = {"z", "alt_m", "elevation_deg", "sigma_z", "sigma_alt_m", "sigma_elevation_deg"}
@@ -70,6 +72,33 @@ def checked_rows(table: pl.DataFrame, spec: Spec | None) -> ReportTable:
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
     projection = "tangent" if frame is None else frame.projection
     return reports_in(raw, frame_origin=origin, frame_projection=projection, on_bad_row="skip")
+
+
+def usable_rows(rows: Rows, spec: Spec | None) -> tuple[pl.DataFrame, tuple[Rejected, ...]]:
+    """Return the rows that can be used, and why others cannot.
+
+    Parameters
+    ----------
+    rows
+        What was sent.
+    spec
+        The plane to lay them on, and how many dimensions there are; None to choose.
+
+    Returns
+    -------
+    The rows with a sensor and a time each, and those that were left out.
+    """
+    table = completed(rows.table)
+    found = checked_rows(table, spec)
+    bad = {each.row: each for each in found.skipped}
+    rejected = tuple(
+        Rejected(int(rows.row[number - 1]), bad[number].message("reports"))
+        for number in sorted(bad)
+    )
+    if not bad:
+        return table, rejected
+    good = np.setdiff1d(np.arange(table.height), [number - 1 for number in bad])
+    return table[good.tolist()], rejected
 
 
 def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) -> SortedIn:

@@ -223,6 +223,25 @@ def test_sectors_tell_a_turn_too() -> None:
     assert decoder.facts.scan_periods == {"025/012": 5.0}
 
 
+def test_marks_are_in_the_time_of_the_reports_past_midnight_too() -> None:
+    def mark(moment: float) -> bytes:
+        return block(34, record(n1="190c", n2="02", n3=f"{round(128 * moment):06x}", n4="40"))
+
+    def plot(moment: float) -> bytes:
+        return block(48, record(n1="190c", n2=f"{round(128 * moment):06x}", n4="32804000"))
+
+    decoder = AsterixDecoder()
+    decoder.feed(mark(86_399.0))
+    assert decoder.marks == {}  # before the first report nobody knows of which day it is
+    decoder.feed(plot(86_399.25) + mark(86_399.5))
+    assert decoder.marks == {"025/012": 86_399.5}
+    decoder.feed(mark(0.5))
+    assert decoder.marks == {"025/012": 86_400.5}
+    table = decoder.feed(plot(0.75))
+    assert table is not None
+    assert table["time"].to_list() == [86_400.75]
+
+
 def test_a_place_that_is_not_on_the_earth_is_none() -> None:
     decoder = AsterixDecoder()
     assert decoder.feed(block(62, record(n1="1964", n4=NOON, n5="0100000100000000"))) is None

@@ -254,6 +254,8 @@ def test_a_real_feed_of_seven_radars(shared: Path) -> None:
     place = decoder.facts.places["025/012"]
     assert (round(place.latitude_deg, 4), round(place.longitude_deg, 4)) == (43.571, 16.4061)
     assert decoder.facts.scan_periods["025/012"] == pytest.approx(4.945, abs=1e-3)
+    last = table.filter(pl.col("sensor") == "025/012")["time"].max()
+    assert 0.0 < decoder.marks["025/012"] - last.timestamp() < 5.0
 
 
 @pytest.mark.shared

@@ -63,6 +63,15 @@ class DayClock:
             self._day, self._last = float(days[-1]), float(told[-1])
         return pl.Series("time", moment, nan_to_null=True)
 
+    def moment(self, of_day: float, clock: float) -> float | None:
+        """Return a time of the day [s] as reports would have it; None before the first of them."""
+        if self._dated:
+            near = clock if _is_sane(np.asarray(clock)) else self._clock
+            return of_day + round((near - of_day) / _DAY_S) * _DAY_S
+        if self._last is None:
+            return None
+        return of_day + self._day - round((of_day - self._last) / _DAY_S) * _DAY_S
+
 
 class ShortClock:
     """Completes times of category 001, of which only what is left over from 512 s is sent.

@@ -1,5 +1,6 @@
 """Bytes in, reports out: the decoder of all categories."""
 
+import numpy as np
 import polars as pl
 
 from trackweave.formats.asterix import (
@@ -83,6 +84,7 @@ class AsterixDecoder:
     def __init__(self, edition_021: str = cat021.DEFAULT_EDITION) -> None:
         self.skips = Skips()
         self.facts = Facts()
+        self.marks: dict[str, float] = {}
         self.n_records = 0
         self.n_octets = 0
         self._categories = categories_of(edition_021)
@@ -123,9 +125,10 @@ class AsterixDecoder:
 
     def _table(self, gathering: Gathering) -> pl.DataFrame | None:
         """Return all reports of a buffer in the order in which they came."""
+        crossed = list[tuple[str, float, int]]()
         for number in (2, 34):
             for records in gathering.records(number):
-                self._stations.tell(records)
+                crossed += self._stations.tell(records)
                 if number == 2:
                     self._short.tell(records.begin, records.number("030", scale=TIME_S))
         parts = list[Part]()
@@ -138,4 +141,14 @@ class AsterixDecoder:
                     part.columns.update(columns(records))
                     parts.append(part)
         self._short.complete(parts)
-        return table_of(parts, self._days, self._counts) if parts else None
+        table = table_of(parts, self._days, self._counts) if parts else None
+        self._mark(crossed, gathering)
+        return table
+
+    def _mark(self, crossed: list[tuple[str, float, int]], gathering: Gathering) -> None:
+        """Note when beams last crossed a sector's border, in the time of the reports."""
+        for name, of_day, begin in sorted(crossed, key=lambda each: each[2]):
+            clock = float(gathering.clock_of(np.array([begin]))[0])
+            moment = self._days.moment(of_day, clock)
+            if moment is not None:
+                self.marks[name] = moment

@@ -1,4 +1,4 @@
-"""What categories 034 and 002 say of radars: where they stand, and how long they take to turn."""
+"""What categories 034 and 002 say of radars: where they stand, how they turn, where they are."""
 
 import numpy as np
 
@@ -31,15 +31,22 @@ class Stations:
         self._measured: dict[str, list[float]] = {}
         self._passed: dict[tuple[str | None, int, int], float] = {}
 
-    def tell(self, records: Records) -> None:
-        """Take records of category 034 or 002."""
+    def tell(self, records: Records) -> list[tuple[str, float, int]]:
+        """Take records of category 034 or 002.
+
+        Returns
+        -------
+        For each beam that crossed north or a sector's border: the radar, the time of the day [s],
+        and where in the buffer that is said.
+        """
         names = sensor_names(records).tolist()
         kind, _ = records.read("000")
         moment, turn = (records.number(item, scale=TIME_S) for item in ("030", "041"))
         for row in np.flatnonzero(turn > 0):
             self._enter(self._told, names[row], float(turn[row]))
         sector, _ = records.read("020")
-        for row in np.flatnonzero(np.isin(kind, (_NORTH_MARK, _SECTOR)) & ~np.isnan(moment)):
+        crossed = np.flatnonzero(np.isin(kind, (_NORTH_MARK, _SECTOR)) & ~np.isnan(moment))
+        for row in crossed:
             passed = (names[row], int(kind[row]), int(sector[row]))
             since = (moment[row] - self._passed.get(passed, moment[row])) % _DAY_S
             # A message that was captured twice is one.
@@ -52,6 +59,11 @@ class Stations:
         for turns in (self._measured, self._told):
             for name, known in turns.items():
                 self._facts.scan_periods[name] = float(np.median(known))
+        return [
+            (names[row], float(moment[row]), int(records.begin[row]))
+            for row in crossed
+            if names[row] is not None
+        ]
 
     def _places(self, records: Records, names: list[str | None]) -> None:
         latitude, there = records.read("120", "LAT")

@@ -20,11 +20,11 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.io.tables import RawTable, with_our_names
 from trackweave.service.records import packed_reports
 
-__all__ = ["FRAME", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]
+__all__ = ["FRAME", "MARKS", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]
 
 FRAME = struct.Struct("<BII")
 """What a message is of, and how long its two parts are: words in JSON, then bytes."""
-REPORTS, STATE = 1, 2
+REPORTS, STATE, MARKS = 1, 2, 3
 MOST_WAITING = 20_000
 """So many reports wait for the service; of what comes then, nothing is taken."""
 SOON = 0.1
@@ -95,6 +95,12 @@ class Outbox:
             table = completed(table, self.sensor)
             words = {"reports": table.height, "told": told_times(table)}
             self._put(table.height, framed(REPORTS, words, self._packed(table, facts)))
+
+    def mark(self, times: dict[str, float]) -> None:
+        """Hand on what was gathered, and then when sensors' beams came by somewhere [s]."""
+        with self._changed:
+            self.flush()
+            self._put(0, framed(MARKS, {"marks": times}))
 
     def close(self) -> None:
         """Hand on what is left, and end once it is written."""

@@ -7,15 +7,17 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
-from trackweave.service.inputs.outbox import FRAME, REPORTS
+from trackweave.service.inputs.outbox import FRAME, MARKS, REPORTS
 from trackweave.service.inputs.source import Source
 
-__all__ = ["Handed", "Input"]
+__all__ = ["Handed", "Input", "Marked"]
 
 Handed = Callable[[bytes, int, dict[str, list[float]]], Awaitable[None]]
 """Takes a record's payload, how many reports it has, and the first and last time that each
 sensor told in it, with how often.
 What is not awaited for is not read: so the process sees that it has to drop."""
+Marked = Callable[[dict[str, float]], None]
+"""Takes when sensors' beams came by somewhere, as they say themselves, by name [s]."""
 _STDIN = {"stdin": None, "replay": asyncio.subprocess.PIPE}
 """What an input reads; a recording waits there until it may begin."""
 
@@ -27,18 +29,20 @@ class Input:
     ----------
     source
         What it listens to.
-    handed
-        Takes what it hands on.
+    handed, marked
+        Take what it hands on.
     begin
         Set once recordings may begin; who sends live is heard from the start.
     """
 
-    def __init__(self, source: Source, handed: Handed, begin: asyncio.Event) -> None:
+    def __init__(
+        self, source: Source, handed: Handed, marked: Marked, begin: asyncio.Event
+    ) -> None:
         self.source = source
         self.state: dict[str, Any] = {"dropped": 0, "skipped": 0, "clients": 0, "message": ""}
         self.reports = 0
         self.has_ended = False
-        self._handed, self._begin = handed, begin
+        self._handed, self._marked, self._begin = handed, marked, begin
         self._process: asyncio.subprocess.Process | None = None
 
     async def run(self) -> None:
@@ -80,5 +84,7 @@ class Input:
             if kind == REPORTS:
                 self.reports += words["reports"]
                 await self._handed(body, words["reports"], words["told"])
+            elif kind == MARKS:
+                self._marked(words["marks"])
             else:
                 self.state.update(words)

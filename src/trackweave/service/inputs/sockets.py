@@ -34,6 +34,7 @@ class Feed:
         self._make, self._outbox = make, outbox
         self._decoder = make()
         self._counted = 0
+        self._marks: dict[str, float] = {}
         self.heard = time.monotonic()
 
     def take(self, data: bytes) -> None:
@@ -69,6 +70,10 @@ class Feed:
         self._outbox.skipped += self._decoder.skips.count - self._counted
         self._counted = self._decoder.skips.count
         self._outbox.add(table, self._decoder.facts)
+        marks = getattr(self._decoder, "marks", None)
+        if marks and marks != self._marks:
+            self._outbox.mark({n: t for n, t in marks.items() if self._marks.get(n) != t})
+            self._marks = dict(marks)
 
     def _begin_anew(self, message: str) -> None:
         self._outbox.message = message[:300]

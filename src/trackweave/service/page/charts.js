@@ -58,7 +58,8 @@ export class Strip {
     }
     if (this.most !== null) high = Math.max(Math.min(high, this.most), this.zero ? 0 : low);
     const room = high > low ? 0.06 * (high - low) : Math.abs(high) || 1;
-    return [this.zero && low === 0 ? 0 : low - room, high + room];
+    const above = this.most === null ? high + room : Math.min(high + room, Math.max(this.most, high));
+    return [this.zero && low === 0 ? 0 : low - room, above];
   }
 
   #line(ctx, { points, colour, dots }, px, py) {

@@ -94,7 +94,9 @@ export const UNITS = {
     speed: (value) =>
       value / KNOT < 9.95 ? `${(value / KNOT).toFixed(1)} kt` : `${Math.round(value / KNOT)} kt`,
     height: (value) => `${counted(Math.round(value / FOOT / 25) * 25)} ft`,
-    distance: (value) => `${digits(value / NAUTICAL_MILE)} NM`,
+    // Where miles would be nothing but zeros, seamen and pilots take metres.
+    distance: (value) =>
+      Math.abs(value) < 0.1 * NAUTICAL_MILE ? `${digits(value)} m` : `${digits(value / NAUTICAL_MILE)} NM`,
     ruler: (value) => `${+(value / NAUTICAL_MILE).toPrecision(3)} NM`,
     unit: NAUTICAL_MILE,
   },
