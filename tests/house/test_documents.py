@@ -84,7 +84,7 @@ def test_the_page_of_the_configuration_says_each_keys_range() -> None:
     checked = 0
     for place, ends in limits().items():
         said = page[place] if ends else ""
-        numbers = {float(number) for number in re.findall(r"\d[\de.-]*\d|\d", said)}
+        numbers = {float(number) for number in re.findall(r"-?\d[\de.-]*\d|-?\d", said)}
         if "1 − 1e-12" in said or "no nearer than 1e-12" in said:
             numbers |= {1 - 1e-12}
         if said != "the same":

@@ -127,14 +127,14 @@ def _enough(time: FloatArray, place: FloatArray, slowest: float) -> NDArray[np.b
     skip = (time.size - MOST_REPORTS) // 2
     begin, end = time[skip], time[skip + MOST_REPORTS - 1]
     more = max(0.0, LEAST_TURNS * slowest - (end - begin)) / 2.0
-    chosen = (time >= begin - more) & (time <= end + more)
+    chosen: NDArray[np.bool_] = (time >= begin - more) & (time <= end + more)
     share = MOST_REPORTS / int(np.count_nonzero(chosen))
     if share >= 1.0:
         return chosen
     centre = np.median(place[chosen], axis=0)
     away = np.abs((place - centre) / (np.ptp(place[chosen], axis=0) + 1e-9)).max(axis=1)
     near: NDArray[np.bool_] = away <= np.quantile(away[chosen], share)
-    return chosen & near
+    return np.logical_and(chosen, near)
 
 
 def _periods(reports: ReportTable, observed: Mapping[str, ObservedSensor]) -> FloatArray:
