@@ -86,6 +86,35 @@ def test_uses_what_came_with_the_package_and_keeps_nothing(built, tmp_path):
     assert tell(bare, tmp_path / "cache")[:3] == [found, odds, {"compiled": 2}]
 
 
+def test_a_kernel_that_is_compiled_here_takes_in_one_that_came(built, tmp_path):
+    code = """
+import json
+import numba, numpy as np
+from trackweave.filters._kernels import squared_distance
+@numba.njit
+def twice(where):
+    return 2.0 * squared_distance(where, np.zeros(2), np.eye(2))
+print(json.dumps([twice(np.array([3.0, 4.0])), dict(squared_distance._cache.came)]))
+"""
+    assert json.loads(run(code, built, tmp_path / "cache")) == [50.0, {"shipped": 1}]
+
+
+def test_a_kernel_without_its_function_is_compiled(package, tmp_path):
+    code = """
+import pickle, sys
+from pathlib import Path
+for file in Path(sys.argv[1]).glob("*.kernel"):
+    versions = pickle.loads(file.read_bytes())
+    for types, payload in versions.items():
+        library, described, *rest = pickle.loads(payload)
+        described.mangled_name += "x"
+        versions[types] = pickle.dumps((library, described, *rest))
+    file.write_bytes(pickle.dumps(versions))
+"""
+    run(code, package, tmp_path / "none", package / FOLDER.name)
+    assert tell(package, tmp_path / "cache")[2] == {"compiled": 2}
+
+
 def test_an_edit_of_what_a_kernel_imports_makes_it_compile(package, tmp_path):
     imported = package / "arrays.py"
     imported.write_text(imported.read_text() + "# edited\n")

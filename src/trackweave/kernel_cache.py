@@ -22,6 +22,7 @@ import llvmlite
 import numba
 from llvmlite import binding
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys
@@ -35,6 +36,7 @@ __all__ = [
     "environment_of",
     "machine",
     "name_of",
+    "rebuilt",
     "why_not_shipped",
 ]
 
@@ -117,6 +119,18 @@ class _Kept(FunctionCache):
         )
 
 
+class _Shipped(JITCodeLibrary):
+    """Code that came with the package; LLVM's form of it is read where another kernel needs it."""
+
+    bitcode: bytes
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._shared_module = binding.parse_bitcode(self.bitcode)
+            self._codegen._engine._load_defined_symbols(self._shared_module)
+        return self._shared_module
+
+
 def machine() -> dict[str, str]:
     """Return what code has to be compiled with, and for, to run here."""
     return {
@@ -167,6 +181,47 @@ def name_of(function: Callable[..., Any]) -> str:
     return f"{function.__module__.partition('.')[2]}.{function.__qualname__}.kernel"
 
 
+def rebuilt(
+    target_context: Any, library: tuple[str, str, tuple[bytes, bytes]], described: Any, *rest: Any
+) -> CompileResult:
+    """Return a version of a kernel from what numba keeps of it, without LLVM's form of it.
+
+    Reading that takes two thirds of the time, and a call needs the machine code alone.
+
+    Parameters
+    ----------
+    target_context
+        Numba's, of this processor.
+    library
+        A name, a word and the code: for the machine, and LLVM's bitcode.
+    described
+        Numba's description of the function.
+    rest
+        What else numba keeps.
+
+    Returns
+    -------
+    What can be called.
+
+    Raises
+    ------
+    ValueError
+        If the code has no function of that description.
+    """
+    name, kind, (code, bitcode) = library
+    codegen, called = target_context.codegen(), described.llvm_cpython_wrapper_name
+    # Numba reads off the bitcode what there is to call.
+    codegen._engine._defined_symbols.add(called)
+    none = binding.parse_assembly("").as_bitcode()
+    library = (name, kind, (code, none))
+    result = CompileResult._rebuild(target_context, library, described, *rest)
+    if not result.library.get_pointer_to_function(called):
+        raise ValueError(f"{name}: no function {called}")
+    result.library.__class__ = _Shipped
+    result.library.bitcode, result.library._shared_module = bitcode, None
+    return result
+
+
 @cache
 def _stamp() -> tuple[Mapping[str, Any], str | None]:
     """Return what the folder says of itself, and why it is not used."""
@@ -205,6 +260,6 @@ def _shipped(function: Callable[..., Any], sig: Any, target_context: Any) -> Any
             rtsys.initialize(target_context)
         else:
             target_context.refresh()
-        return CompileResult._rebuild(target_context, *pickle.loads(payload))
+        return rebuilt(target_context, *pickle.loads(payload))
     except Exception:
         return None

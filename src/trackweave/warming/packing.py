@@ -22,13 +22,13 @@ __all__ = ["forget_places", "kernels", "pack"]
 CHECK = """
 import pickle, sys
 from pathlib import Path
-from numba.core.compiler import CompileResult
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
+from trackweave.kernel_cache import rebuilt
 rtsys.initialize(cpu_target.target_context)
 for file in Path(sys.argv[1]).glob("*.kernel"):
     for payload in pickle.loads(file.read_bytes()).values():
-        CompileResult._rebuild(cpu_target.target_context, *pickle.loads(payload))
+        rebuilt(cpu_target.target_context, *pickle.loads(payload))
 """
 ENVIRONMENT, ANNOTATION, ENVIRONMENTS = 2, 6, 8
 """Where, in what numba keeps of a kernel, what it knows of its surroundings stands, the text with
