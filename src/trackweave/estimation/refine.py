@@ -243,7 +243,7 @@ def _detection(
     missed = np.concatenate(pauses)
     chances = hits + int(missed.sum())
     # What was hidden for long was not missed.
-    is_long = long_pauses(missed, chances)
+    is_long = long_pauses(missed, chances, are_most=is_beside)
     hidden, n_long = int(missed[is_long].sum()), int(is_long.sum())
     if is_beside and n_long >= FEWEST_SILENCES and sensor.scan_period is not None:
         sensor = replace(

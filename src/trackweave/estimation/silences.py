@@ -15,21 +15,36 @@ USUAL_SHARE, USUAL_SILENCE, BELIEVED = 0.01, 60.0, 0.05
 SHARES, LEAST_SILENCE, LONGEST_SILENCE = (0.003, 0.3), 5.0, 600.0
 
 
-def long_pauses(pauses: IntArray, chances: int) -> np.ndarray:
+def long_pauses(pauses: IntArray, chances: int, *, are_most: bool = False) -> np.ndarray:
     """Tell which pauses are longer than misses one by one would make them."""
     # Pauses are the chances missed in a row before each report, 0 for none, ``chances`` those in
-    # all.
+    # all. Where long ones may make up most of the misses they would hide one another; then the
+    # share of pauses that are none comes first, in which each counts once, however long.
     long = np.zeros(pauses.shape[0], dtype=np.bool_)
     if pauses.size == 0:
         return long
+    if are_most:
+        once = (np.count_nonzero(pauses) + 1.0) / (pauses.size + 2.0)
+        seeming = _beyond_chance(pauses, once)
+        share = _missed_share(pauses, seeming, chances)
+        long = seeming & _beyond_chance(pauses, share)
     while True:
         # Those found so far are no misses of an object in sight.
-        missed = int(pauses[~long].sum())
-        share = (missed + 1.0) / (max(chances - int(pauses[long].sum()), missed) + 2.0)
-        found = pauses * np.log(share) < np.log(BY_CHANCE / pauses.size)
+        found = _beyond_chance(pauses, _missed_share(pauses, long, chances))
         if np.array_equal(found | long, long):
             return long
         long |= found
+
+
+def _missed_share(pauses: IntArray, long: np.ndarray, chances: int) -> float:
+    """Return the share of chances that were missed, those of long pauses left out."""
+    missed = int(pauses[~long].sum())
+    return (missed + 1.0) / (max(chances - int(pauses[long].sum()), missed) + 2.0)
+
+
+def _beyond_chance(pauses: IntArray, share: float) -> np.ndarray:
+    """Tell which pauses are longer than chance makes any of them, where such a share is missed."""
+    return pauses * np.log(share) < np.log(BY_CHANCE / pauses.size)
 
 
 def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]:
