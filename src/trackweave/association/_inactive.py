@@ -11,7 +11,7 @@ from trackweave.association._nodes import Nodes, State
 from trackweave.association._predicting import move_state
 from trackweave.jit import jit
 from trackweave.models.coverage import Coverage
-from trackweave.models.motion import MotionRule
+from trackweave.models.motion import CONSTANT_VELOCITY, MotionRule
 
 SPREADS = 3.0
 """So many standard deviations about where they are expected objects are looked for."""
@@ -78,6 +78,7 @@ def locate(
     place, reach = np.empty((2, n_nodes, 2)), np.empty((2, n_nodes))
     count = np.zeros(n_labels)
     moved, predicted = np.empty(size), np.empty((size, size))
+    is_straight = motion.kind.shape[0] == 1 and motion.kind[0] == CONSTANT_VELOCITY
     for node in range(n_nodes):
         if nodes.tail[node] == math.inf:
             continue
@@ -88,8 +89,12 @@ def locate(
         count[own] += 1.0
         for step in range(2):
             then = time + step * horizon
-            move_state(nodes, node, then, motion, general, moved, predicted)
-            reach[step, node] = SPREADS * math.sqrt(max(predicted[0, 0] + predicted[1, 1], 0.0))
+            if is_straight:
+                spread = _move_place(nodes, node, then, motion, moved)
+            else:
+                move_state(nodes, node, then, motion, general, moved, predicted)
+                spread = predicted[0, 0] + predicted[1, 1]
+            reach[step, node] = SPREADS * math.sqrt(max(spread, 0.0))
             for axis in range(2):
                 place[step, node, axis] = moved[axis]
                 center[step, own, axis] += moved[axis]
@@ -108,6 +113,22 @@ def locate(
             )
             radius[own] = max(radius[own], apart + reach[step, node])
     return Whereabouts(np.full(n_labels, time), center[0], center[1], radius)
+
+
+@jit
+def _move_place(
+    nodes: Nodes, node: int, time: float, motion: MotionRule, mean_out: FloatArray
+) -> float:
+    """Write where an object that moves straight is, x and y; return their variances' sum."""
+    interval, dim, spread = time - nodes.time[node], motion.dim, 0.0
+    mean, covariance = nodes.mean[node, 0], nodes.covariance[node, 0]
+    for axis in range(2):
+        mean_out[axis] = mean[axis] + interval * mean[dim + axis]
+        cross = covariance[axis, dim + axis] + covariance[dim + axis, axis]
+        spread += covariance[axis, axis] + interval * (
+            cross + interval * covariance[dim + axis, dim + axis]
+        )
+    return spread + 2.0 * motion.noise[0, 0] * abs(interval) ** 3 / 3.0
 
 
 @jit

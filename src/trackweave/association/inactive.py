@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
@@ -149,18 +150,25 @@ class InactiveClusters:
         status = Status.FEASIBLE if self.gap > 0.0 else awake.status
         return Certificate(awake.cost + self.cost, bound, status)
 
-    def exchange(self, tree: AssociationTree, scan: ScanInput, gap: float) -> None:
+    def exchange(
+        self, tree: AssociationTree, scan: ScanInput, gap: float, ahead: Sequence[ScanInput] = ()
+    ) -> None:
         """Make inactive what a scan cannot concern, and bring back what it may, before growth."""
         # The tree is changed; the gap is how much better the last answer may be at most [nats].
-        if scan.coverage.everywhere or self._rule.way is not None:
+        # ``ahead`` are the scans that the tree grows by before anything else is brought back.
+        scans = (scan, *ahead)
+        if self._rule.way is not None or any(each.coverage.everywhere for each in scans):
             # What moves as no kernel knows is looked at by every scan.
             self.bring_back(tree, scan.time)
         else:
-            slack = float(most_moved(bare(scan), self._rule.motion.max_speed))
             if tree.n_nodes >= LITTLE:
-                self._deactivate(tree, scan, slack, gap)
-            told = self._concerned(self._components.whereabouts(), scan, slack)
+                self._deactivate(tree, scans, gap)
+            told = self._concerned(self._components.whereabouts(), scans)
             self._take(tree, told, scan.time)
+        self.pass_by(scan)
+
+    def pass_by(self, scan: ScanInput) -> None:
+        """Let the time pass until a scan that brings nothing back."""
         self._living += scan.survival_cost
         if scan.hiding > 0.0:
             self._settling -= math.log1p(-min(scan.hiding + scan.showing, 1.0 - 1e-12))
@@ -171,21 +179,25 @@ class InactiveClusters:
         """Bring back everything; ``time`` is that of the scan that comes next [s]."""
         self._take(tree, np.ones(self._components.count.shape[0], dtype=np.bool_), time)
 
-    def _concerned(self, known: Whereabouts, scan: ScanInput, slack: float) -> NDArray[np.bool_]:
+    def _concerned(self, known: Whereabouts, scans: Sequence[ScanInput]) -> NDArray[np.bool_]:
+        """Tell which components one of several scans may concern."""
         count = known.time.shape[0]
-        return concerned(known, count, scan.coverage, scan.reference, self._horizon, slack)
+        told = np.zeros(count, dtype=np.bool_)
+        for scan in scans:
+            slack = float(most_moved(bare(scan), self._rule.motion.max_speed))
+            at, horizon = scan.reference, self._horizon
+            told |= concerned(known, count, scan.coverage, at, horizon, slack)
+        return told
 
-    def _deactivate(
-        self, tree: AssociationTree, scan: ScanInput, slack: float, gap: float
-    ) -> None:
-        """Make inactive the components of the tree that a scan cannot concern."""
+    def _deactivate(self, tree: AssociationTree, scans: Sequence[ScanInput], gap: float) -> None:
+        """Make inactive the components of the tree that no scan can concern."""
         nodes, n = tree.nodes, tree.n_nodes
         slots, place = tree.slots()
         label, count = label_families(nodes.family, place, n, slots.shape[0], tree.n_families)
         known = locate(
             nodes, n, label, count, self._last_time, self._horizon, self._rule.motion, tree.general
         )
-        is_over = ~self._concerned(known, scan, slack)
+        is_over = ~self._concerned(known, scans)
         if not is_over.any():
             return
         chosen = np.flatnonzero(nodes.chosen[:n])

@@ -20,7 +20,13 @@ from trackweave.models.sensors import Sensor
 from trackweave.run.doubles import Doubles, doubles_of, is_lone, note_on_lone
 from trackweave.run.observing import settle
 from trackweave.run.polar_to_cartesian import laid
-from trackweave.run.scans import complete_scans, instants_of, scan_ends, with_turns
+from trackweave.run.scans import (
+    complete_scans,
+    instants_of,
+    scan_ends,
+    swept_together,
+    with_turns,
+)
 from trackweave.trackers.clock_guard import MAX_AHEAD
 from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -113,14 +119,19 @@ def course_of(
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
     alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
-    return Course(alone, _steps(scans, settings), tuple(notes))
+    return Course(alone, _steps(scans, settings, rotations), tuple(notes))
 
 
-def _steps(scans: Sequence[Scan], settings: Settings) -> list[tuple[Scan, ...]]:
-    """Return what each step takes: one scan, or lone reports of a part of the window."""
+def _steps(
+    scans: Sequence[Scan], settings: Settings, rotations: dict[str, Rotation]
+) -> list[tuple[Scan, ...]]:
+    """Return what each step takes: a scan, what beams sweep meanwhile, or some lone reports."""
+    is_at_leisure = settings.tracker.kind == "multi-hypothesis" and settings.deadline is None
+    if is_at_leisure and len(rotations) > 1:
+        return swept_together(scans, rotations)
     together = EARLY * (settings.together or 0.0)
     looks = any(sensor.scans is not False for sensor in settings.sensors)
-    if looks or settings.tracker.kind != "multi-hypothesis" or settings.deadline is not None:
+    if looks or not is_at_leisure:
         together = 0.0
     most = max(1, settings.window.depth // PARTS)
     steps: list[list[Scan]] = [[scan] for scan in scans[:1]]

@@ -25,7 +25,13 @@ from trackweave.estimation.tails import with_tails
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.record import Assigned
-from trackweave.run.scans import complete_scans, missing_times, turn_ends, with_turns
+from trackweave.run.scans import (
+    complete_scans,
+    missing_times,
+    swept_together,
+    turn_ends,
+    with_turns,
+)
 from trackweave.solvers import Auto
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.scan_preparation import USUAL_MISSES
@@ -262,8 +268,8 @@ def _follow(
         max_ahead=None,
     )
     rng, assigned = np.random.default_rng(SEED), Assigned.nothing(len(reports))
-    for scan in scans:
-        assigned.enter(tracker.step(scan, rng=rng).final)
+    for step in swept_together(scans, rotations):
+        assigned.enter(tracker.step(step, rng=rng, tracks=False).final)
     assigned.enter(tracker.pending())
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:

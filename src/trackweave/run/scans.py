@@ -18,6 +18,7 @@ __all__ = [
     "instants_of",
     "missing_times",
     "scan_ends",
+    "swept_together",
     "turn_ends",
     "with_turns",
 ]
@@ -255,3 +256,23 @@ def instants_of(scans: Iterable[Scan], within: float) -> list[tuple[Scan, ...]]:
         else:
             instants.append([scan])
     return [tuple(sorted(instant, key=lambda scan: scan.sensor)) for instant in instants]
+
+
+def swept_together(
+    scans: Iterable[Scan], rotations: Mapping[str, Rotation]
+) -> list[tuple[Scan, ...]]:
+    """Return scans, in order of time, by steps of which each is searched once.
+
+    Where several beams turn, a step is what they sweep while the fastest sweeps a sector: with
+    each beam more the sectors come closer, and hardly anything is decided between two of them.
+    """
+    longest = 0.0
+    if len(rotations) > 1:
+        longest = min(turning.period for turning in rotations.values()) / N_SECTORS
+    steps: list[list[Scan]] = []
+    for scan in scans:
+        if steps and steps[-1][-1].time < scan.time < steps[-1][0].time + longest:
+            steps[-1].append(scan)
+        else:
+            steps.append([scan])
+    return [tuple(step) for step in steps]

@@ -51,7 +51,7 @@ from trackweave.trackers.scan_preparation import USUAL_MISSES, ScanPreparation, 
 from trackweave.trackers.track_manager import TrackManager
 from trackweave.trackers.undetected import Undetected
 from trackweave.trackers.used_numbers import UsedNumbers
-from trackweave.trackers.window import OpenScans, Window
+from trackweave.trackers.window import OpenScan, OpenScans, Window
 
 __all__ = ["MultiHypothesisTracker"]
 
@@ -238,9 +238,10 @@ class MultiHypothesisTracker(ScanByScan):
         n_pruned = self._tree.n_pruned if self._tree else 0
         forgotten = forget_negligible(self._tree, self._beliefs)
         final = self._slide(scans[-1])
-        for number, scan in enumerate(scans, start=1):
-            ends = (number == 1, number == len(scans))
-            tree = self._take_in(scan, pace, ends)
+        opened = self._opened(scans)
+        for number, scan in enumerate(scans):
+            ends = (number == 0, number == len(scans) - 1)
+            tree = self._take_in(scan, opened[number:], pace, ends)
         slots, last = tree.slots(), self._open.last_time
         problem = tree.problem(slots, self._report_index.instants(slots[0]))
         hint, alarm = self._hint(tree, slots[0], problem.n_items), pace.alarm(tree.n_nodes)
@@ -294,10 +295,25 @@ class MultiHypothesisTracker(ScanByScan):
         self._inactive = InactiveClusters(self._rule, self._period)
         return self._tree
 
-    def _take_in(self, scan: Scan, pace: Pace, ends: tuple[bool, bool]) -> AssociationTree:
+    def _opened(self, scans: Sequence[Scan]) -> Sequence[OpenScan]:
+        """Return several scans of a step opened, none where one is not the latest."""
+        first = scans[0]
+        is_late = first.time < self._open.last_time
+        if len(scans) < 2 or is_late or self._open.find(first.sensor, first.time) is not None:
+            return ()
+        return [self._preparation.open(scan, self._dim_now()) for scan in scans]
+
+    def _dim_now(self) -> int:
+        """Return the number of dimensions as far as is known."""
+        return self._dim or (self._tree.dim if self._tree else 2)
+
+    def _take_in(
+        self, scan: Scan, opened: Sequence[OpenScan], pace: Pace, ends: tuple[bool, bool]
+    ) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
+        # ``opened`` are it and those of the step that follow, none where it is alone or one is late.
         is_first, is_last = ends
-        dim = self._dim or (self._tree.dim if self._tree else 2)
+        dim = self._dim_now()
         tree = self._tree or self._begin(dim)
         if tree.dim != dim:
             tree = self._begun_anew(dim, pace)
@@ -305,9 +321,13 @@ class MultiHypothesisTracker(ScanByScan):
         last = self._open.last_time
         if scan.time < last or same is not None:
             return self._taken_late(tree, scan, same, pace)
-        self._open.insert(self._preparation.open(scan, dim))
+        self._open.insert(opened[0] if opened else self._preparation.open(scan, dim))
         data, waited = self._timed(len(self._open.scans) - 1, last)
-        self._inactive.exchange(tree, data, self._gap)
+        if is_first or not opened:
+            # What is brought back must be fixed with all else: for the whole step at once.
+            self._inactive.exchange(tree, data, self._gap, [each.data for each in opened[1:]])
+        else:
+            self._inactive.pass_by(data)
         if is_first:
             self._fix(tree, last)
             self._concerned = tree.slots()[0]
