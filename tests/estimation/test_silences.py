@@ -20,6 +20,24 @@ def test_pauses_longer_than_chance_are_long() -> None:
     assert np.flatnonzero(long_pauses(pauses, int(pauses.sum()) + 500)).tolist() == [7, 100, 400]
 
 
+def test_long_pauses_do_not_hide_one_another() -> None:
+    """A radar that never sees two tracks of five: their pauses seem to be its usual misses."""
+    seen = np.random.default_rng(4).geometric(0.8, 200) - 1
+    pauses = np.concatenate([seen, np.full(20, 17)])
+    chances = int(pauses.sum()) + seen.size
+    assert not long_pauses(pauses, chances).any()
+    found = long_pauses(pauses, chances, are_most=True)
+    assert np.flatnonzero(found).tolist() == list(range(200, 220))
+
+
+def test_where_none_is_long_that_many_might_be_changes_nothing() -> None:
+    rng = np.random.default_rng(1)
+    for detection in (0.5, 0.8, 0.97):
+        pauses = rng.geometric(detection, 2000) - 1
+        chances = int(pauses.sum()) + pauses.size
+        assert long_pauses(pauses, chances, are_most=True).sum() <= 1
+
+
 def test_rates_are_those_of_the_chain_that_made_the_pauses() -> None:
     rng = np.random.default_rng(3)
     gaps = []

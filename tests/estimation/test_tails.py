@@ -9,7 +9,13 @@ import pytest
 from estimation.test_estimate import table
 from trackweave.estimation.estimates import Estimates, SensorEstimate
 from trackweave.estimation.refine import Followed
-from trackweave.estimation.tails import fitted_persistence, fitted_tails, with_tails
+from trackweave.estimation.tails import (
+    LEAST_SHARED,
+    USUAL_PERSISTENCE,
+    fitted_persistence,
+    fitted_tails,
+    with_tails,
+)
 
 SENSOR = SensorEstimate(1.0, 10.0, 0.9, 1e-9, 1e8, 8.0, density=8e-8)
 GUESS = Estimates({"A": SENSOR}, 0.1, 100.0, 1e-9, 1e-8)
@@ -85,6 +91,35 @@ def test_noise_of_few_bad_objects_is_a_tail():
     assert scale == pytest.approx(12.0, rel=0.01)
     alike = replace(GUESS, sensors={"A": replace(sensor, sigma_of_most=(9.0, 0.002))})
     assert learned(known=alike, place=np.array([1e5, 0.0])) == (0.0, None)
+
+
+@pytest.mark.parametrize("is_wild", [False, True])
+def test_radars_that_turn_have_tails_though_no_sure_track_shows_them(is_wild):
+    """Of a stretch whose transponders are good; elsewhere in the same sky some are not."""
+    rng = np.random.default_rng(8)
+    moments, velocity = np.arange(40.0), rng.uniform(-100.0, 100.0, (8, 2))
+    places = {"A": np.array([1e5, 0.0]), "B": np.array([0.0, 1e5])}
+    start = rng.uniform(-3e4, 3e4, (8, 2))
+    seen = []
+    for lag, place in zip((0.0, 0.5), places.values(), strict=True):
+        away = start + velocity * (moments[:, None, None] + lag) - place
+        distance = np.hypot(away[..., 0], away[..., 1]) + 10.0 * rng.normal(size=(40, 8))
+        azimuth = np.arctan2(away[..., 0], away[..., 1]) + 0.001 * rng.normal(size=(40, 8))
+        seen.append(
+            place + distance[..., None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=2)
+        )
+    time = np.concatenate([np.repeat(moments, 8), np.repeat(moments + 0.5, 8)])
+    position = np.concatenate([each.reshape(-1, 2) for each in seen])
+    reports = table(time, position, np.repeat([0, 1], 320), names=("A", "B"))
+    good = replace(SENSOR, sigma=(20.0, 0.005), sigma_of_most=(10.0, 0.001), density=1e-10)
+    known = replace(GUESS, sensors={"A": good, "B": good})
+    looks = {"A": moments, "B": moments + 0.5}
+    order = np.lexsort((np.repeat([0, 1], 320), time))
+    followed = Followed(np.tile(np.arange(8), 80)[order], looks, is_wild=is_wild)
+    for found in with_tails(known, reports, followed, places).sensors.values():
+        shown = found.sigma, found.tail_share, found.tail_persistence
+        expected = ((10.0, 0.001), LEAST_SHARED, USUAL_PERSISTENCE)
+        assert shown == (expected if is_wild else ((20.0, 0.005), 0.0, 0.0))
 
 
 def test_share_and_scale_of_many_reports_are_theirs():

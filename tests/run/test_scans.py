@@ -1,6 +1,7 @@
 """Scans without reports are put where a sensor with a period left them out."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackweave.domain.reports import ReportTable
-from trackweave.run.scans import MOST_MISSING, complete_scans, missing_times
+from trackweave.models.rotation import Rotation
+from trackweave.run.scans import (
+    MOST_MISSING,
+    N_SECTORS,
+    complete_scans,
+    missing_times,
+    swept_together,
+)
 
 
 def table(times: list[float], sensors: list[int]) -> ReportTable:
@@ -72,3 +80,21 @@ def test_reports_of_a_numbered_scan_keep_their_own_times() -> None:
     first, second = complete_scans(numbered, {"A": None, "B": None})
     assert (first.time, first.moments.tolist()) == (3.0, [0.0, 1.5, 3.0])
     assert (second.time, second.moments) == (4.0, None)
+
+
+def test_what_several_beams_sweep_meanwhile_is_a_step() -> None:
+    rotations = {"A": Rotation(8.0, 0.0, 1), "B": Rotation(5.0, 0.0, 1)}
+    reports = table(np.arange(0.1, 8.0, 0.1).tolist(), [0, 1] * 39 + [0])
+    scans = complete_scans(reports, {"A": 8.0, "B": 5.0}, rotations)
+    steps = swept_together(scans, rotations)
+    assert [scan for step in steps for scan in step] == scans
+    assert max(map(len, steps)) > 1
+    for step in steps:
+        assert step[-1].time < step[0].time + 5.0 / N_SECTORS
+        assert all(early.time < late.time for early, late in pairwise(step))
+
+
+def test_a_single_beam_is_searched_sector_by_sector() -> None:
+    rotations = {"A": Rotation(8.0, 0.0, 1)}
+    scans = complete_scans(table([0.1, 1.3, 2.0], [0, 0, 0]), {"A": 8.0}, rotations)
+    assert swept_together(scans, rotations) == [(scan,) for scan in scans]

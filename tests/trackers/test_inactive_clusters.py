@@ -107,6 +107,22 @@ def test_changes_hardly_anything_when_the_past_is_fixed_later(monkeypatch, seed)
 
 
 @pytest.mark.parametrize("seed", range(3))
+def test_scans_that_are_searched_together_find_what_was_inactive(monkeypatch, seed):
+    """What the second of a step brings back must have been fixed with all else."""
+    given = scans(seed, seconds=80)
+    pairs = [tuple(given[k : k + 2]) for k in range(0, len(given), 2)]
+    monkeypatch.setattr(inactive, "LITTLE", ALL_INACTIVE)
+    one = tracker(*quarters(), window=4)
+    mine = [one.step(pair, rng=0) for pair in pairs]
+    assert one._inactive.n_nodes > 0
+    other, theirs = tracked(monkeypatch, NONE_INACTIVE, given)
+    first, second = all_assignments(one, mine), all_assignments(other, theirs)
+    assert first.keys() == second.keys()
+    same = sum((first[report] < 0) == (second[report] < 0) for report in first)
+    assert same >= 0.98 * len(first)
+
+
+@pytest.mark.parametrize("seed", range(3))
 def test_a_late_scan_finds_everything_where_it_was(monkeypatch, seed):
     given = scans(seed, seconds=30)
     given.insert(-1, given.pop(-4))

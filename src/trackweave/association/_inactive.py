@@ -120,7 +120,8 @@ def _move_place(
     nodes: Nodes, node: int, time: float, motion: MotionRule, mean_out: FloatArray
 ) -> float:
     """Write where an object that moves straight is, x and y; return their variances' sum."""
-    interval, dim, spread = time - nodes.time[node], motion.dim, 0.0
+    interval, dim = time - nodes.time[node], motion.dim
+    spread: float = 2.0 * motion.noise[0, 0] * abs(interval) ** 3 / 3.0
     mean, covariance = nodes.mean[node, 0], nodes.covariance[node, 0]
     for axis in range(2):
         mean_out[axis] = mean[axis] + interval * mean[dim + axis]
@@ -128,7 +129,7 @@ def _move_place(
         spread += covariance[axis, axis] + interval * (
             cross + interval * covariance[dim + axis, dim + axis]
         )
-    return spread + 2.0 * motion.noise[0, 0] * abs(interval) ** 3 / 3.0
+    return spread
 
 
 @jit

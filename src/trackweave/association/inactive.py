@@ -151,29 +151,33 @@ class InactiveClusters:
         return Certificate(awake.cost + self.cost, bound, status)
 
     def exchange(
-        self, tree: AssociationTree, scan: ScanInput, gap: float, ahead: Sequence[ScanInput] = ()
+        self,
+        tree: AssociationTree,
+        scan: ScanInput,
+        gap: float,
+        ahead: Sequence[ScanInput] | None = (),
     ) -> None:
         """Make inactive what a scan cannot concern, and bring back what it may, before growth."""
         # The tree is changed; the gap is how much better the last answer may be at most [nats].
-        # ``ahead`` are the scans that the tree grows by before anything else is brought back.
-        scans = (scan, *ahead)
-        if self._rule.way is not None or any(each.coverage.everywhere for each in scans):
-            # What moves as no kernel knows is looked at by every scan.
-            self.bring_back(tree, scan.time)
-        else:
-            if tree.n_nodes >= LITTLE:
-                self._deactivate(tree, scans, gap)
-            told = self._concerned(self._components.whereabouts(), scans)
-            self._take(tree, told, scan.time)
-        self.pass_by(scan)
-
-    def pass_by(self, scan: ScanInput) -> None:
-        """Let the time pass until a scan that brings nothing back."""
+        # ``ahead`` are scans by which the tree grows before anything else is brought back, for
+        # which None is given then.
+        if ahead is not None:
+            self._exchange(tree, (scan, *ahead), gap)
         self._living += scan.survival_cost
         if scan.hiding > 0.0:
             self._settling -= math.log1p(-min(scan.hiding + scan.showing, 1.0 - 1e-12))
             self._usually_hidden = scan.hiding / (scan.hiding + scan.showing)
         self._last_time = scan.time
+
+    def _exchange(self, tree: AssociationTree, scans: Sequence[ScanInput], gap: float) -> None:
+        if self._rule.way is not None or any(each.coverage.everywhere for each in scans):
+            # What moves as no kernel knows is looked at by every scan.
+            self.bring_back(tree, scans[0].time)
+        else:
+            if tree.n_nodes >= LITTLE:
+                self._deactivate(tree, scans, gap)
+            told = self._concerned(self._components.whereabouts(), scans)
+            self._take(tree, told, scans[0].time)
 
     def bring_back(self, tree: AssociationTree, time: float) -> None:
         """Bring back everything; ``time`` is that of the scan that comes next [s]."""

@@ -10,7 +10,7 @@ from trackweave.association._nodes import Candidates, Families, Misses, Nodes
 from trackweave.association._pruning import Cut, rank_bounds, rank_offer
 from trackweave.association.growth_limits import GrowthLimits
 
-__all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered"]
+__all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered", "silence_beside"]
 
 
 class Offer(NamedTuple):
@@ -47,10 +47,23 @@ def offered(
     return Offer(*rank_offer(nodes, candidates, missed.tail, is_new, end_cost))
 
 
+def silence_beside(unseen: FloatArray) -> float:
+    """Return what all sensors but one cost by their silence who cannot see an object [nats]."""
+    # ``unseen`` is how probably each cannot. So much at most is told against an object that begins
+    # where one sees alone, and may say that it is hidden from the others instead of nowhere.
+    cost = -np.log(unseen)
+    return float(cost.sum() - cost.min()) if cost.size else 0.0
+
+
 def bounds_of(
-    offer: Offer, group: IntArray, families: Families, limits: GrowthLimits
+    offer: Offer,
+    group: IntArray,
+    families: Families,
+    limits: GrowthLimits,
+    silence: float = 0.0,
 ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
     """Return the worst rank that each group keeps, how many sequences, and if it is new."""
+    # What begins may lie above the price of its first report by ``silence`` more [nats].
     # A node's group, among which it has to hold its own, is its family, or a number behind all
     # families; those of the families come first.
     n_families = families.track.shape[0]
@@ -62,7 +75,8 @@ def bounds_of(
     is_new = families.track[family] < 0
     keep = np.where(is_new, limits.new_keep, limits.keep)
     margin = np.where(is_new, limits.new_margin, limits.margin)
-    ceiling = np.where(is_new, families.start_cost[family] + limits.new_ceiling, np.inf)
+    most = limits.new_ceiling + silence
+    ceiling = np.where(is_new, families.start_cost[family] + most, np.inf)
     return rank_bounds(group, offer.rank, margin, keep, ceiling), keep, is_new
 
 

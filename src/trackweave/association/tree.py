@@ -38,7 +38,7 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.node_room import NodeRoom
 from trackweave.association.problem import AssignmentProblem
-from trackweave.association.pruning import Fate, Offer, bounds_of, cut_of, offered
+from trackweave.association.pruning import Fate, Offer, bounds_of, cut_of, offered, silence_beside
 
 __all__ = ["AssociationTree"]
 
@@ -131,7 +131,9 @@ class AssociationTree(NodeRoom):
         nodes = self.nodes
         offer = offered(nodes, candidates, missed, self.track < 0, self.rule.end_cost)
         group = self._groups(offer)
-        bound, room, is_new = bounds_of(offer, group, self.families, self.limits)
+        bound, room, is_new = bounds_of(
+            offer, group, self.families, self.limits, silence_beside(self.rule.unseen)
+        )
         believed = self._believed()
         excess, kept, is_open = hold_out(
             group, offer.family, offer.parent, offer.alive, offer.rank, bound, room, believed

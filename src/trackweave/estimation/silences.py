@@ -44,7 +44,8 @@ def _missed_share(pauses: IntArray, long: np.ndarray, chances: int) -> float:
 
 def _beyond_chance(pauses: IntArray, share: float) -> np.ndarray:
     """Tell which pauses are longer than chance makes any of them, where such a share is missed."""
-    return pauses * np.log(share) < np.log(BY_CHANCE / pauses.size)
+    beyond: np.ndarray = pauses * np.log(share) < np.log(BY_CHANCE / pauses.size)
+    return beyond
 
 
 def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]:

@@ -90,8 +90,8 @@ def with_tails(
             if is_mixed or _speaks(beside, known):
                 speaking.add(name)
     ranging = set(places or ()) & set(narrow)
-    # A transponder that is bad is so for every radar. Where radars turn, those tracks that are sure
-    # may hold none, and yet some are bad: of a stretch, or of those that were lost.
+    # A transponder that is bad is so for every radar. Where several turn, some are bad although
+    # the sure tracks of a stretch may be of none of them.
     is_shared = len(ranging) > 1 and (followed.is_wild or bool(ranging & speaking))
     for name in sorted(speaking | ranging if is_shared else speaking):
         share, scale = fitted_tails(squares[name])

@@ -56,7 +56,7 @@ SEED = 1
 USUAL_RATE_SIGMA = 1.0
 MOST_MISSES = 1000
 TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
-TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 4.0, 40
+TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 5.0, 50
 # What the silence of a bearing sensor may say over a scan of the slowest sensor [nats].
 WORTH_OF_SILENCE = 1.5
 

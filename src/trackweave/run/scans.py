@@ -261,11 +261,9 @@ def instants_of(scans: Iterable[Scan], within: float) -> list[tuple[Scan, ...]]:
 def swept_together(
     scans: Iterable[Scan], rotations: Mapping[str, Rotation]
 ) -> list[tuple[Scan, ...]]:
-    """Return scans, in order of time, by steps of which each is searched once.
-
-    Where several beams turn, a step is what they sweep while the fastest sweeps a sector: with
-    each beam more the sectors come closer, and hardly anything is decided between two of them.
-    """
+    """Return scans, in order of time, by steps of which each is searched once."""
+    # Where several beams turn, a step is what they sweep while the fastest sweeps a sector: with
+    # each beam more the sectors come closer, and hardly anything is decided between two of them.
     longest = 0.0
     if len(rotations) > 1:
         longest = min(turning.period for turning in rotations.values()) / N_SECTORS

@@ -2,7 +2,6 @@
 
 import copy
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -238,7 +237,7 @@ class MultiHypothesisTracker(ScanByScan):
         n_pruned = self._tree.n_pruned if self._tree else 0
         forgotten = forget_negligible(self._tree, self._beliefs)
         final = self._slide(scans[-1])
-        opened = self._opened(scans)
+        opened = self._preparation.opened(scans, self._open, self._dim or 2)
         for number, scan in enumerate(scans):
             ends = (number == 0, number == len(scans) - 1)
             tree = self._take_in(scan, opened[number:], pace, ends)
@@ -295,25 +294,13 @@ class MultiHypothesisTracker(ScanByScan):
         self._inactive = InactiveClusters(self._rule, self._period)
         return self._tree
 
-    def _opened(self, scans: Sequence[Scan]) -> Sequence[OpenScan]:
-        """Return several scans of a step opened, none where one is not the latest."""
-        first = scans[0]
-        is_late = first.time < self._open.last_time
-        if len(scans) < 2 or is_late or self._open.find(first.sensor, first.time) is not None:
-            return ()
-        return [self._preparation.open(scan, self._dim_now()) for scan in scans]
-
-    def _dim_now(self) -> int:
-        """Return the number of dimensions as far as is known."""
-        return self._dim or (self._tree.dim if self._tree else 2)
-
     def _take_in(
         self, scan: Scan, opened: Sequence[OpenScan], pace: Pace, ends: tuple[bool, bool]
     ) -> AssociationTree:
         """Return the tree grown by a scan; a scan that is not the latest grows it anew."""
-        # ``opened`` are it and those of the step that follow, none where it is alone or one is late.
+        # ``opened`` are it and those that follow in its step, see ``ScanPreparation``.
         is_first, is_last = ends
-        dim = self._dim_now()
+        dim = self._dim or (self._tree.dim if self._tree else 2)
         tree = self._tree or self._begin(dim)
         if tree.dim != dim:
             tree = self._begun_anew(dim, pace)
@@ -322,12 +309,10 @@ class MultiHypothesisTracker(ScanByScan):
         if scan.time < last or same is not None:
             return self._taken_late(tree, scan, same, pace)
         self._open.insert(opened[0] if opened else self._preparation.open(scan, dim))
-        data, waited = self._timed(len(self._open.scans) - 1, last)
-        if is_first or not opened:
-            # What is brought back must be fixed with all else: for the whole step at once.
-            self._inactive.exchange(tree, data, self._gap, [each.data for each in opened[1:]])
-        else:
-            self._inactive.pass_by(data)
+        data, waited = self._timed(-1, last)
+        # What a step brings back has to be fixed with all else: at once for all of its scans.
+        ahead = [each.data for each in opened[1:]] if is_first or not opened else None
+        self._inactive.exchange(tree, data, self._gap, ahead)
         if is_first:
             self._fix(tree, last)
             self._concerned = tree.slots()[0]
@@ -377,13 +362,7 @@ class MultiHypothesisTracker(ScanByScan):
 
     def _timed(self, place: int, last: float) -> tuple[ScanInput, float]:
         """Return a scan of the window ready to grow by, and how long after the last it was [s]."""
-        known = self._open.scans[place]
-        waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
-        living = -np.log(self._lifecycle.survival) * min(waited / self._period, 1e6)
-        hiding, showing = self._lifecycle.hiding(waited)
-        data = known.data._replace(survival_cost=float(living), hiding=hiding, showing=showing)
-        self._open.scans[place] = replace(known, data=data)
-        return data, waited
+        return self._open.timed(place, last, self._lifecycle, self._period)
 
     def _slide(self, scan: Scan) -> Assignments:
         """Close what leaves the window before a scan comes in; return its assignments."""

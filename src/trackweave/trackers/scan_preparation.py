@@ -23,7 +23,7 @@ from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
-from trackweave.trackers.window import OpenScan
+from trackweave.trackers.window import OpenScan, OpenScans
 
 __all__ = ["ScanPreparation", "begun", "rooted", "rule_of"]
 
@@ -88,6 +88,16 @@ class ScanPreparation:
             turns = float(rotation.turned(scan.time) - rotation.turned(context.start))
             share = min(1.0, max(1e-3, turns))
         return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), share)
+
+    def opened(self, scans: Sequence[Scan], window: OpenScans, dim: int) -> list[OpenScan]:
+        """Return the scans of a step opened; none of a single one, or where the first is late."""
+        # A scan alone, or one that is put into its place in time, is opened when its turn comes.
+        first = scans[0]
+        if len(scans) == 1 or first.time < window.last_time:
+            return []
+        if window.find(first.sensor, first.time) is not None:
+            return []
+        return [self.open(scan, dim) for scan in scans]
 
     def _as_it_turns(self, scan: Scan) -> Sensor:
         """Return a scan's sensor, of a turning one where its reports show the beam."""

@@ -11,6 +11,7 @@ from trackweave.association._nodes import ScanInput
 from trackweave.domain.scans import Scan
 from trackweave.fields import settle
 from trackweave.keys import Key
+from trackweave.trackers.lifecycle import Lifecycle
 
 __all__ = ["OpenScan", "OpenScans", "Window"]
 
@@ -115,6 +116,18 @@ class OpenScans:
                 return place
             place += 1
         return None
+
+    def timed(
+        self, place: int, last: float, lifecycle: Lifecycle, period: float
+    ) -> tuple[ScanInput, float]:
+        """Return a scan ready to grow by, and how long after the last it was [s]."""
+        known = self.scans[place]
+        waited = max(0.0, known.data.time - last) if np.isfinite(last) else 0.0
+        living = -np.log(lifecycle.survival) * min(waited / period, 1e6)
+        hiding, showing = lifecycle.hiding(waited)
+        data = known.data._replace(survival_cost=float(living), hiding=hiding, showing=showing)
+        self.scans[place] = replace(known, data=data)
+        return data, waited
 
     def insert(self, scan: OpenScan) -> None:
         """Put a late scan into its place in time, behind those of its instant; renumber."""
