@@ -5,7 +5,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from trackweave.association._nodes import new_families
 from trackweave.association._pruning import best_of, forget_least, second_gains, sum_below
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.pruning import Offer, bounds_of, silence_beside
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -81,3 +84,22 @@ def test_what_is_forgotten_leaves_sequences_whole_and_nothing_more_could_go(seed
     assert gone.max() <= most
     leaves = np.setdiff1d(np.flatnonzero(kept & ~fixed & (parent >= 0)), parent[kept])
     assert np.all(gone[family[leaves]] + probability[leaves] > most)
+
+
+def test_silence_of_all_sensors_but_one_may_mean_that_they_cannot_see():
+    assert silence_beside(np.empty(0)) == 0.0
+    assert silence_beside(np.array([0.3])) == 0.0
+    assert silence_beside(np.array([0.1, 0.5, 0.3])) == pytest.approx(-np.log(0.1 * 0.3))
+
+
+def test_what_begins_where_one_sensor_sees_alone_may_lie_higher():
+    """Its own misses and the others' silence together are above the limit for one sensor."""
+    nothing = np.empty(0)
+    offer = Offer(np.zeros(1, int), np.full(1, -1), np.array([8.0]), np.array([2.0]), nothing)
+    families = new_families(np.array([-1]), np.array([2.0]))
+    limits = GrowthLimits(new_margin=30.0)
+    for silence, is_open in ((0.0, False), (3.0, True)):
+        bound, _, is_new = bounds_of(offer, np.zeros(1, int), families, limits, silence)
+        assert is_new.tolist() == [True]
+        assert (offer.alive[0] <= bound[0]) == is_open
+        assert bound[0] == 2.0 + limits.new_ceiling + silence
