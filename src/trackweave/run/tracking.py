@@ -1,14 +1,11 @@
 """The main job: from reports to tracks."""
 
 import os
-import time as clock
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias, overload
 
-import numpy as np
 import polars as pl
 
 from trackweave.arrays import is_number
@@ -17,7 +14,7 @@ from trackweave.config.fill import Settings
 from trackweave.config.learned import learned_sources
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
-from trackweave.domain.tracks import TENTATIVE, TrackTable
+from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
@@ -26,21 +23,20 @@ from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
 from trackweave.io.tracks_in import read_priors
 from trackweave.randomness import RandomSource, generator_of, seed_of
+from trackweave.run.attempts import Progress, agreed
 from trackweave.run.consistency_checks import ConsistencyChecks
-from trackweave.run.course import Attempt, attempt_of
+from trackweave.run.course import attempt_of
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
-from trackweave.run.record import Assigned, Rows, ScanLog, record_of, with_file, with_seed
-from trackweave.run.regions import Engaged, engaged, require_cuttable
+from trackweave.run.record import record_of, with_file, with_seed
+from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
-from trackweave.solvers.auto import Auto
 
 __all__ = ["report_table", "settings_for", "track"]
 
-Progress = Callable[[int, int], None]
 Config: TypeAlias = str | Path | Mapping[str, Any] | Configuration | None
 
 
@@ -162,7 +158,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     begun = _prior_table(priors, every)
     doubts = ConsistencyChecks(configuration)
     with engaged(engine, workers) as regions:
-        attempt, done = _agreed(
+        attempt, done = agreed(
             lambda told: attempt_of(every, told, preset, begun),
             doubts,
             (generator, deadline, regions),
@@ -222,96 +218,6 @@ def _handed_back(
     native["assignments"] = with_index(native["assignments"], came, table)
     marks = None if came is None else marked(came, table, frames["assignments"])
     return TrackingResult(**native, run=record, values=values, inputs=inputs, _reports=marks)
-
-
-def _agreed(
-    attempted: Callable[[Configuration], Attempt],
-    doubts: ConsistencyChecks,
-    search: "tuple[np.random.Generator, float | None, Engaged | None]",
-    progress: Progress | None,
-) -> tuple[Attempt, tuple[Rows, ScanLog, Assigned]]:
-    """Track until nothing that is told or learned is contradicted; return the last attempt."""
-    state = search[0].bit_generator.state
-    while True:
-        # What is found out on the way counts from the first scan on.
-        search[0].bit_generator.state = state
-        attempt = attempted(doubts.configuration)
-        done = _tracked(attempt, doubts, search, progress)
-        if done is not None:
-            return attempt, done
-
-
-def _tracked(
-    attempt: Attempt,
-    doubts: ConsistencyChecks,
-    search: "tuple[np.random.Generator, float | None, Engaged | None]",
-    progress: Progress | None,
-) -> tuple[Rows, ScanLog, Assigned] | None:
-    """Take all steps, in regions where there is an engine and more than one of them."""
-    rng, limit, regions = search
-    found = None if regions is None else regions.followed(attempt, rng, progress)
-    if found is None:
-        return _followed(attempt, doubts, (rng, limit), progress)
-    if doubts.contradict(attempt.table, attempt.settings, found[2].track, at_end=True):
-        return None
-    return found
-
-
-def _followed(
-    attempt: Attempt,
-    doubts: ConsistencyChecks,
-    search: tuple[np.random.Generator, float | None],
-    progress: Progress | None,
-) -> tuple[Rows, ScanLog, Assigned] | None:
-    """Take all steps, with a source of randomness and a deadline; None to set out otherwise."""
-    rng, limit = search
-    limit = attempt.settings.deadline if limit is None else limit
-    with ExitStack() as stack:
-        if limit is not None:
-            from trackweave.run.preparing import prepare, without_pauses
-
-            # The first scan's deadline is not for compiling.
-            prepare(attempt.course, attempt.settings.search or Auto(), rng)
-            stack.enter_context(without_pauses())
-        return _stepped(attempt, doubts, (rng, limit), progress)
-
-
-def _stepped(
-    attempt: Attempt,
-    doubts: ConsistencyChecks,
-    search: tuple[np.random.Generator, float | None],
-    progress: Progress | None,
-) -> tuple[Rows, ScanLog, Assigned] | None:
-    """Take all steps of a course, as ``_followed`` does once all is ready."""
-    (rng, limit), course, settings, table = search, attempt.course, attempt.settings, attempt.table
-    rows, log, assigned = Rows(settings.period), ScanLog(), Assigned.nothing(len(table))
-    # It begins a track with every report left over; those never confirmed were false alarms.
-    is_nearest = settings.tracker.kind == "nearest-neighbour"
-    confirmed: set[int] = set()
-    ends = [max(scan.time for scan in scans) for scans in course.steps]
-    for number, (scans, end, following) in enumerate(
-        zip(course.steps, ends, [*ends[1:], None], strict=True), start=1
-    ):
-        cpu, wall = clock.process_time(), clock.perf_counter()
-        wanted = rows.wants(end, following) or is_nearest
-        hypothesis = course.take(scans, rng, limit, tracks=wanted)
-        log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
-        if wanted:
-            rows.add(hypothesis.tracks, hypothesis.time)
-        assigned.enter(hypothesis.final)
-        if is_nearest:
-            shown = hypothesis.tracks
-            confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
-        if progress is not None:
-            progress(number, len(course.steps))
-        if doubts.contradict(table, settings, assigned.track):
-            return None
-    assigned.enter(course.tracker.pending())
-    if doubts.contradict(table, settings, assigned.track, at_end=True):
-        return None
-    if is_nearest:
-        assigned.drop_all_but(confirmed)
-    return rows, log, assigned
 
 
 def settings_for(
