@@ -28,6 +28,7 @@ from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
+from trackweave.run.kept import Kept
 from trackweave.run.lineage import with_divisions
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
@@ -156,10 +157,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     every, came = report_table(reports, configuration, on_bad_row)
     configuration = with_facts(configuration, every)
     begun = _prior_table(priors, every)
-    doubts = ConsistencyChecks(configuration)
+    doubts, kept = ConsistencyChecks(configuration), Kept()
     with engaged(engine, workers) as regions:
         attempt, done = agreed(
-            lambda told: attempt_of(every, told, preset, begun),
+            lambda told: attempt_of(every, told, preset, begun, kept),
             doubts,
             (generator, deadline, regions),
             progress,
