@@ -12,6 +12,7 @@ from never_worse import _radars
 from text_tables import command, heading, table
 
 SIZES = ((150, 4), (300, 6))
+EFFECTS = ("coverage", "blind", "cone", "tails", "turns", "ground", "spots", "pd")
 
 
 def main() -> None:
@@ -23,12 +24,19 @@ def main() -> None:
     parser.add_argument(
         "--engineer", action="store_true", help="tell sigma, reach, P_D = 0.9 and process noise 5"
     )
+    parser.add_argument(
+        "--only", choices=[*EFFECTS, "nothing"], help="skies with a single effect, or without any"
+    )
     arguments = parser.parse_args()
     lines = []
     for aircraft, radars in (SIZES[size] for size in arguments.sizes):
         for seed in repeats(arguments):
             given = ["--aircraft", aircraft, "--radars", radars, "--seed", seed]
             name = f"sky-{aircraft}-{radars}-{seed}"
+            if arguments.only:
+                left_out = ",".join(each for each in EFFECTS if each != arguments.only)
+                given += ["--without", left_out]
+                name += f"-only-{arguments.only}"
             folder = made(arguments.bench, "gen_sky.py", name, [str(each) for each in given])
             reports = pl.read_csv(folder / "reports.csv", schema_overrides={"target": pl.String})
             lines.append(

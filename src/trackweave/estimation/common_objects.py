@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.sightings import CLOCK, N_BIASES, Sightings
-from trackweave.estimation.trees import tree_of
+from trackweave.estimation.trees import all_within, tree_of
 
 __all__ = ["objects_of"]
 
@@ -103,9 +103,9 @@ def _candidates(courses: _Courses, sides: list[IntArray], unknown: FloatArray) -
         if not all(each.size for each in here):
             continue
         tree = tree_of(courses.place[here[1], moment])
-        near = tree.query_ball_point(courses.place[here[0], moment], WIDE * np.sqrt(wide))
-        count = [len(each) for each in near]
-        second = np.concatenate([none[:, 0], *(np.array(each, dtype=np.int64) for each in near)])
+        near = all_within(tree, courses.place[here[0], moment], WIDE * float(np.sqrt(wide)))
+        count = [each.size for each in near]
+        second = np.concatenate([none[:, 0], *near])
         found.append(np.stack([np.repeat(here[0], count), here[1][second]], axis=1))
     pairs, times = np.unique(np.concatenate(found), axis=0, return_counts=True)
     return pairs[times >= FEWEST_TIMES]

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["FEW", "FewPoints", "Tree", "pairs_within", "tree_of"]
+__all__ = ["FEW", "FewPoints", "Tree", "all_within", "pairs_within", "tree_of"]
 
 FEW = 512
 """Of so many points all distances are sooner there than SciPy is imported."""
@@ -67,6 +67,12 @@ def tree_of(position: FloatArray) -> Tree:
     """Return a tree of points, shape (points, dim)."""
     few = FewPoints(position)
     return few if position.shape[0] <= FEW else _grown(few)
+
+
+def all_within(tree: Tree, position: FloatArray, radius: float) -> list[IntArray]:
+    """Return which points of a tree lie within a radius of each position."""
+    near = _grown(tree).query_ball_point(position, radius)
+    return [np.array(each, dtype=np.int64) for each in near]
 
 
 def pairs_within(first: Tree, second: Tree, radii: FloatArray) -> IntArray:

@@ -20,6 +20,7 @@ from trackweave.io.tracks_in import read_priors
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.doubles import Doubles, doubles_of, is_lone, note_on_lone
+from trackweave.run.kept import Kept
 from trackweave.run.observing import settle
 from trackweave.run.polar_to_cartesian import laid
 from trackweave.run.scans import (
@@ -238,14 +239,19 @@ class Attempt:
 
 
 def attempt_of(
-    every: ReportTable, configuration: Configuration, preset: str | None, begun: TrackTable | None
+    every: ReportTable,
+    configuration: Configuration,
+    preset: str | None,
+    begun: TrackTable | None,
+    kept: Kept | None = None,
 ) -> Attempt:
     """Return a run before its first step: reports, settings and steps as a configuration says."""
+    # ``kept`` is what attempts of one run share.
     max_ahead = configuration.said("live", "max_ahead") or MAX_AHEAD
     doubles, (settings, _) = doubles_of(
         every,
         lambda once: settle(
-            _without(once, is_lone(once, max_ahead)), configuration, preset=preset
+            _without(once, is_lone(once, max_ahead)), configuration, preset=preset, kept=kept
         ),
     )
     table, lone = doubles.once, is_lone(doubles.once, max_ahead)

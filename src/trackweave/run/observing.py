@@ -19,6 +19,7 @@ from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
+from trackweave.run.kept import Kept
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
 
@@ -111,10 +112,12 @@ def settle(
     *,
     preset: str | None = None,
     to_be_edited: bool = False,
+    kept: Kept | None = None,
 ) -> tuple[Settings, Estimates | None]:
     """Return a configuration whose gaps are filled from the reports, and what was estimated."""
     # There are no estimates where none were needed or no report tells a position. To be edited, a
-    # note is enough where only a person can know, such as where a sensor stands.
+    # note is enough where only a person can know, such as where a sensor stands. ``kept`` is what
+    # attempts of one run share.
     _require_few_sensors(reports, configuration)
     require_told(reports, configuration)
     observed = observe(reports, configuration)
@@ -144,7 +147,7 @@ def settle(
         if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
             platform = platforms_of(reports, places)
             sigmas = _told_sigmas(configuration, observed)
-            directions = Directions(reports, platform, places, observed, sigmas)
+            directions = Directions(reports, platform, places, observed, sigmas, kept or Kept())
         told = _of_positions(configuration, observed)
         scanning = {
             name: scans

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
+from trackweave.run.kept import Kept
 from trackweave.run.record import Assigned
 from trackweave.run.scans import (
     complete_scans,
@@ -70,6 +71,7 @@ class Directions:
     places: Mapping[str, Sequence[float]]  # Where sensors stand whose rows do not say, by name [m]
     observed: Mapping[str, ObservedSensor]
     sigmas: Mapping[str, tuple[float, ...]]  # What is told of the noise of ranging ones [m, rad]
+    kept: Kept = field(default_factory=Kept)  # What attempts of one run share
 
 
 def estimates_for(
@@ -100,6 +102,12 @@ def estimates_for(
     if directions is None and all(each.scans is False for each in estimates.sensors.values()):
         # Threads have told it all; tracks would tell it no better.
         return estimates
+    beams = {name: (each.period, each.phase, each.direction) for name, each in turning.items()}
+    asked = configuration, beams, scanning
+    arrays = reports.time, reports.sensor, reports.measurement
+    known = None if directions is None else directions.kept.known(asked, arrays)
+    if directions is not None and known is not None:
+        return _directed(*known, directions)
     stretch = stretch_of(reports)
     for number in range(1, MOST_ROUNDS + 1):
         settings, before = fill(configuration, _patient(estimates), names), estimates
@@ -110,7 +118,9 @@ def estimates_for(
             break
     if directions is None:
         return with_tails(estimates, stretch, followed)
-    return _directed(estimates, (reports, stretch), followed, directions)
+    told = estimates, (reports, stretch), followed
+    directions.kept.keep(asked, arrays, told)
+    return _directed(*told, directions)
 
 
 def _is_other(before: Estimates, after: Estimates) -> bool:

@@ -27,6 +27,7 @@ from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
 from trackweave.run.joining import in_hindsight
+from trackweave.run.kept import Kept
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle, with_facts
 from trackweave.run.record import record_of, with_file, with_seed
@@ -157,10 +158,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     registration = registration_of(every, with_facts(configuration, every), looks=is_judged)
     every, configuration = registration.reports, registration.configuration
     begun = prior_table(priors, every)
-    doubts = ConsistencyChecks(configuration)
+    doubts, kept = ConsistencyChecks(configuration), Kept()
     with engaged(engine, workers) as regions:
         attempt, done = agreed(
-            lambda told: attempt_of(every, told, preset, begun),
+            lambda told: attempt_of(every, told, preset, begun, kept),
             doubts,
             (generator, deadline, regions),
             progress,
