@@ -68,6 +68,8 @@ def test_the_record_tells_what_was_joined(joined, apart):
         names = joined[0].assignments["track"]
         assert each["track"] not in names
         assert each["into"] in names
+    assert any("3 tracks joined" in note for note in joined[0].run["notes"])
+    assert not any("joined" in note for note in apart[0].run["notes"])
 
 
 def test_what_was_known_then_is_not_changed(joined, apart):

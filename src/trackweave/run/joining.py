@@ -1,5 +1,6 @@
 """What a run knows in hindsight: names, once it is over, and smoothed states."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from trackweave.randomness import RandomSource
 from trackweave.run.history import smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
+from trackweave.summaries import counted
 from trackweave.trackers.joining.joins import Joins, joins_of
 from trackweave.trackers.joining.segments import Segments, segments_of
 
@@ -60,6 +62,23 @@ class Hindsight:
     assigned: Assigned
     lineage: Lineage | None
     joined: Joined | None
+
+    @property
+    def parent(self) -> Mapping[int, int] | None:
+        """From a track to the one that it came of; None where none was looked for."""
+        return None if self.lineage is None else self.lineage.parent
+
+    def notes(self) -> list[str]:
+        """Return a sentence on what was joined, if anything."""
+        if self.joined is None:
+            return []
+        found = self.joined.joins.found
+        longest = max(join.silence for join in found)
+        return [
+            f"{counted(len(found), 'track')} joined with an earlier one through silences of up to "
+            f"{longest:.0f} s (run.json: joins), as one object explains both better than two; "
+            "tracks keep the numbers of then, assignments and history have the names of now"
+        ]
 
     def as_record(self) -> dict[str, Any]:
         """Return what run.json says."""

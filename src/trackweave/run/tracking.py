@@ -178,7 +178,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     found = doubts.findings()
     if is_judged:
         found = diagnose(Case(table, settings, assigned.track, history, course.looks()), found)
-    settings = replace(settings, notes=(*(each.sentence for each in found), *settings.notes))
+    contradicted = (each.sentence for each in found)
+    settings = replace(settings, notes=(*contradicted, *settings.notes, *seen.notes()))
     merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
     table, assigned = doubles.restored(table), assigned.at(doubles.place)
@@ -193,10 +194,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         "diagnostics": [each.as_record() for each in found],
         **seen.as_record(),
     }
-    parent = None if seen.lineage is None else seen.lineage.parent
     shared = doubles.shared(merged) if settings.merge is not None else None
     values = RunValues(
-        table, tracks, history, assignment, settings, assigned.probability, parent, shared
+        table, tracks, history, assignment, settings, assigned.probability, seen.parent, shared
     )
     seed = seed_of(rng)
     record = with_seed(
