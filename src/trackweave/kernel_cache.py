@@ -27,6 +27,7 @@ from numba.core.compiler import CompileResult
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys
 
+from trackweave.errors import TrackweaveError
 from trackweave.kernel_sources import PACKAGE, digest_of, sources_of
 
 __all__ = [
@@ -205,7 +206,7 @@ def rebuilt(
 
     Raises
     ------
-    ValueError
+    TrackweaveError
         If the code has no function of that description.
     """
     name, kind, (code, bitcode) = library
@@ -216,7 +217,7 @@ def rebuilt(
     library = (name, kind, (code, none))
     result = CompileResult._rebuild(target_context, library, described, *rest)
     if not result.library.get_pointer_to_function(called):
-        raise ValueError(f"{name}: no function {called}")
+        raise TrackweaveError(f"{name}: no function {called}")
     result.library.__class__ = _Shipped
     result.library.bitcode, result.library._shared_module = bitcode, None
     return result

@@ -57,7 +57,7 @@ def test_every_number_ends_where_the_schema_says(
     for value in (low, high):
         load_configuration(nested(path, value))
     is_whole = kind["type"] == "integer"
-    beyond = (low - 1, high + 1) if is_whole else (math.nextafter(low, -1), high * 1.001)
+    beyond = (low - 1, high + 1) if is_whole else (math.nextafter(low, -math.inf), high * 1.001)
     for value in beyond:
         with pytest.raises(InvalidInputError, match=path[-1]) as caught:
             load_configuration(nested(path, value))

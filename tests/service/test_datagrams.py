@@ -30,6 +30,9 @@ class Box:
     def add(self, table: Any, facts: Any) -> None:
         self.rows += 0 if table is None else table.height
 
+    def mark(self, times: dict[str, float]) -> None:
+        """Take no note of what radars say of time."""
+
 
 def fed(name: str, *pieces: bytes) -> Box:
     """Return what becomes of datagrams of a format."""

@@ -4,8 +4,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.sightings import CLOCK, N_BIASES, Sightings
@@ -39,6 +37,10 @@ def objects_of(
     sightings: Sightings, bias: FloatArray, covariance: FloatArray, fastest: float
 ) -> IntArray:
     """Return the object of each track, numbered from 0."""
+    # Only networks of sensors wait for these imports.
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     # Two tracks are of one object where each is the other's nearest by what is not known of them:
     # their noise and the biases, whose covariance comes in the order of ``bias`` raveled. The
     # difference of their places, that of their velocities and that of their heights count.
