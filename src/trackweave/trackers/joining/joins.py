@@ -32,6 +32,8 @@ EDGE = 4.0
 """What is so many intervals from the record's end or beginning neither ends nor begins."""
 REACH, SIGMAS = 2.0, 6.0
 """Nobody comes farther than so many times its speed before or after lets it, but for noise."""
+MOST_ENDS = 100
+"""So many of the last ends before a beginning are looked at, which bounds the work."""
 KNOWN_LINK = 2.0
 """What speaks for two segments that the tracker held to be one object [nats]."""
 CLEAR = 0.6
@@ -158,6 +160,7 @@ def _candidates(
         noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
         fits = apart <= REACH * np.maximum(pace, later) * wait + noise
         near = np.flatnonzero((wait > 0.0) & (wait <= longest) & fits)
+        near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])
         own.append(near)
         other.append(np.full(near.size, number))
         waits.append(wait[near])
