@@ -30,13 +30,13 @@ __all__ = ["Join", "Joins", "joins_of"]
 
 EDGE = 4.0
 """What is so many intervals from the record's end or beginning neither ends nor begins."""
-REACH, SIGMAS = 2.0, 6.0
+REACH, SIGMAS = 1.6, 4.0
 """Nobody comes farther than so many times its speed before or after lets it, but for noise."""
 MOST_ENDS = 100
 """So many of the last ends before a beginning are looked at, which bounds the work."""
 KNOWN_LINK = 2.0
 """What speaks for two segments that the tracker held to be one object [nats]."""
-CLEAR = 0.6
+CLEAR = 0.8
 """How probable a join has to be that the tracker had not made."""
 ROUNDS, MESSAGES = 20, 40
 SURE = 25.0
