@@ -123,6 +123,12 @@ def test_positions_are_shifted_back():
     assert own["translation"]["sigma"][0] < 25.0
 
 
+def test_who_flies_and_tells_no_height_is_not_looked_at_and_that_is_said():
+    found = registered(off(sky(), "north", 100.0, 0.3, 0.5).drop("height_m"), told())
+    assert found.found is None
+    assert "height_m" in found.as_record()["doubt"]
+
+
 def test_a_sensor_that_moves_is_refused_by_name():
     reports = on_plane(sky()).with_columns(target=None)
     where = pl.when(pl.col("sensor") == "east").then(6e4)

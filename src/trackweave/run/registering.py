@@ -131,8 +131,8 @@ def registration_of(
         return replace(known, doubt="no two sensors can be compared")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
     seen = sightings_of(reports, configuration, observed, chosen)
-    if seen is None:
-        return replace(known, doubt="no tracks of one sensor stand out, as in a crowd")
+    if isinstance(seen, str):
+        return replace(known, doubt=seen)
     found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
     known = replace(known, found=found)
     if not found.bias.any():

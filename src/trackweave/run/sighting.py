@@ -35,6 +35,11 @@ WIDER = 1.5
 ROUGH = 0.15
 # With so many unrelated reports where an object's next may be, tracks are torn and mixed.
 CROWDED = 0.3
+CROWD = "no tracks of one sensor stand out, as in a crowd"
+NO_HEIGHT = (
+    "objects are faster than on the ground, and no report tells how high they are (height_m), so "
+    "that ranges along the line of sight are not those on the plane"
+)
 
 
 def sightings_of(
@@ -42,8 +47,8 @@ def sightings_of(
     configuration: Configuration,
     observed: Mapping[str, ObservedSensor],
     chosen: Sequence[int],
-) -> tuple[Sightings, float] | None:
-    """Return what some sensors saw, and the greatest speed [m/s]; None where it is not clear."""
+) -> tuple[Sightings, float] | str:
+    """Return what some sensors saw, and the greatest speed [m/s]; or why that is not clear."""
     # ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
@@ -58,13 +63,13 @@ def sightings_of(
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
     fastest = configuration.said("motion", "max_speed") or _fastest(positions, chosen)
     if fastest is None:
-        return None
+        return CROWD
     if any(
         _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
         > CROWDED
         for i in chosen
     ):
-        return None
+        return CROWD
     track = np.full(len(reports), -1, dtype=np.int64)
     looked_at = _enough(reports.time, place, float(periods[list(chosen)].max()))
     rows = [np.flatnonzero((reports.sensor == index) & looked_at) for index in chosen]
@@ -82,7 +87,7 @@ def sightings_of(
     keep = (track >= 0) & (geometry.steepness < 1.0 / STEEPEST)
     keep &= ~_flies_without_height(reports, place, track, geometry)
     if not keep.any():
-        return None
+        return CROWD if np.all(track < 0) else NO_HEIGHT
     return replace(geometry, track=track, period=periods).part(keep), fastest
 
 
