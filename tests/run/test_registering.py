@@ -127,6 +127,7 @@ def test_who_flies_and_tells_no_height_is_not_looked_at_and_that_is_said():
     found = registered(off(sky(), "north", 100.0, 0.3, 0.5).drop("height_m"), told())
     assert found.found is None
     assert "height_m" in found.as_record()["doubt"]
+    assert ["height_m" in note for note in found.notes()] == [True]
 
 
 def test_a_sensor_that_moves_is_refused_by_name():

@@ -61,8 +61,8 @@ def told_biases(reports: ReportTable, told_of: Callable[[str], Mapping[str, Any]
                 continue
             if key not in may:
                 raise InvalidInputError(
-                    f"sensors.{name}.{key}: told of a sensor that reports {kind.word}; expected "
-                    f"{', '.join(may)} alone"
+                    f"sensors.{name}.{key}: {said[key]!r:.80}, of a sensor that reports "
+                    f"{kind.word}; expected {' or '.join(may)} there"
                 )
             unit = _DEGREES if key == "azimuth_bias_deg" else 1.0
             numbers = np.atleast_1d(said[key]) - (1.0 if key == "range_scale" else 0.0)

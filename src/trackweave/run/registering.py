@@ -19,7 +19,7 @@ from trackweave.estimation.registration import Registered, registered
 from trackweave.estimation.sightings import N_BIASES, SCALE
 from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
 from trackweave.run.observing import observe, positions_in
-from trackweave.run.sighting import sightings_of
+from trackweave.run.sighting import NO_HEIGHT, sightings_of
 
 __all__ = ["Registration", "registration_of"]
 
@@ -45,7 +45,9 @@ class Registration:
     def notes(self) -> list[str]:
         """Return a sentence on each sensor of whose biases something was found out."""
         if self.found is None:
-            return []
+            # Heights a user may be able to give; that a sky is a crowd nobody can mend.
+            is_mendable = self.doubt == NO_HEIGHT
+            return [f"biases of sensors were not looked for: {NO_HEIGHT}"] if is_mendable else []
         words: dict[str, list[str]] = {}
         for name, index, key in self.found_out():
             value = as_key(key, self.told[index] + self.found.bias[index])
