@@ -7,6 +7,8 @@ import polars as pl
 import pytest
 
 from trackweave import track
+from trackweave.run import motion_check
+from trackweave.run.diagnostics import Case
 from trackweave.simulation import demo_scenario, simulate
 
 SIGMA, SCANS, N_OBJECTS = 3.0, 60, 8
@@ -124,3 +126,26 @@ def test_no_process_noise_at_all_may_be_told(far: float) -> None:
 def test_no_process_noise_at_all_may_be_told_of_what_turns() -> None:
     told = {"motion": {"process_noise": 0.0, "trust": True}}
     assert process_in(track(simulate(demo_scenario(), rng=1).reports, told).run) == 0.0
+
+
+def crowd(n_false: int) -> float:
+    """Return how crowded eight objects are with so many false alarms in each scan."""
+    rng = np.random.default_rng(2)
+    false = [
+        (float(t), *rng.uniform(-200.0, 1600.0, 2)) for t in range(60) for _ in range(n_false)
+    ]
+    own = reports(turning=False)
+    table = own if n_false == 0 else own.vstack(pl.DataFrame(false, own.schema, orient="row"))
+    sensor = told(1.0)["sensors"]["default"] | {"clutter_density": max(n_false, 0.1) / 3e6}
+    values = track(table, told(1.0) | {"sensors": {"default": sensor}}).values
+    track_of = np.full(len(values.reports), -1)
+    track_of[list(values.assignment)] = list(values.assignment.values())
+    return motion_check._crowd(Case(values.reports, values.settings, track_of, None))
+
+
+def test_others_in_a_gate_are_counted() -> None:
+    # In a crowd breaks speak of neighbours: what is told is not put to the trial.
+    gate, room = np.pi * (motion_check.GATE * SIGMA) ** 2, 1800.0**2
+    others = 300 + 0.95 * N_OBJECTS - 1
+    assert crowd(300) == pytest.approx(others * gate / room, rel=0.4)
+    assert crowd(30) < crowd(300) / 7.0

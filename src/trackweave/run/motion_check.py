@@ -32,6 +32,9 @@ SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # of the ends of the recording may go on beyond it.
 AFTER, BEFORE, CUT = 5.0, 3.0, 8.0
 SIGMAS = 6.0
+# With so many other reports in a gate tracks break for their neighbours' sake; more noise bridges
+# that as well, and speaks of nothing.
+CROWDED, GATE = 0.3, 4.0
 LEAST = 1e-12
 # As many as by chance are found where the ends are moved, so many times as far as that.
 MOVED = 3.0
@@ -116,6 +119,8 @@ class MotionDoubts:
         self._is_told = settings.sources.get(KEY) == "file"
         is_too_little = found.process >= max(TIMES * process, LEAST)
         if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
+            return False
+        if self._is_told and _crowd(case) > CROWDED:
             return False
         self._doubted, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
@@ -208,6 +213,15 @@ def _breaks(case: Case) -> _Breaks:
     broken = is_near.any(axis=1)
     spoken = float(np.median(process[broken])) if broken.any() else 0.0
     return _Breaks(int(broken.sum()), chance, spoken, usual)
+
+
+def _crowd(case: Case) -> float:
+    """Return how many other reports of a scan lie in a gate, on average over where any are."""
+    known = case.position[np.isfinite(case.position).all(axis=1)]
+    room = float(np.prod(np.ptp(known, axis=0))) if len(known) else 0.0
+    sigma = max((case.plane_sigma(i) for i in case.examined if case.tells_place(i)), default=0.0)
+    per_scan = len(known) / np.unique(case.reports.time).size
+    return (per_scan - 1.0) * np.pi * (GATE * sigma) ** 2 / max(room, LEAST)
 
 
 def _speed(time: FloatArray, place: FloatArray) -> float:
