@@ -155,11 +155,13 @@ def _candidates(
     own, other, waits = [], [], []
     for number, row in enumerate(at_begin.tolist()):
         wait = segments.begin[begins[number]] - segments.end[ends]
+        # What lasts no longer than usual waits do the tracker itself has weighed.
+        is_silence = wait > segments.interval[ends]
         later = np.exp(paths.speed(at_begin[number : number + 1], onwards=True)[0])
         apart = np.sqrt(np.sum((place[at_end] - place[row]) ** 2, axis=1))
         noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
         fits = apart <= REACH * np.maximum(pace, later) * wait + noise
-        near = np.flatnonzero((wait > 0.0) & (wait <= longest) & fits)
+        near = np.flatnonzero(is_silence & (wait <= longest) & fits)
         near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])
         own.append(near)
         other.append(np.full(near.size, number))
