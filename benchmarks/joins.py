@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 from bench_data import BESIDE, add_arguments
 from eight_scenes import made
+from joins_airport import PERIOD, airport
 from names_kept import HIDDEN
 from never_worse import _radars
 from text_tables import command, heading, table
@@ -22,7 +23,8 @@ from text_tables import command, heading, table
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-HEAD = ["recording", "joins", "right", "IDF1 without", "with", "switches without", "with"]
+HEAD = ["recording", "joins", "right", "parted", "right"]
+HEAD += ["IDF1 without", "with", "switches without", "with"]
 Recording = tuple[str, pl.DataFrame, Mapping[str, Any]]
 
 
@@ -36,6 +38,10 @@ def recordings(bench: Path) -> Iterator[Recording]:
     options = ["--aircraft", "150", "--radars", "4", "--seed", "16"]
     folder = made(bench, "gen_sky.py", "sky-150-4-16", options)
     yield "sky 150/4, seed 16", _read(folder / "reports.csv"), _radars(folder, whole=False)
+    told = {"sensors": {"default": {"position": [0.0, 0.0], "scan_period": PERIOD}}}
+    for seed in range(1, 7):
+        landing = airport(np.random.default_rng(seed))
+        yield f"airport, seed {seed}", landing, told
     sky = pl.read_csv(BESIDE / "data" / "opensky" / "OpenSky_Plane_States.csv")
     yield "OpenSky", sky.select("time", "lat", "lon", target="icao24"), {}
     radar = pl.read_csv(BESIDE / "data" / "radar_bcn" / "radar_bcn_20_24h.csv")
@@ -61,16 +67,30 @@ def followed(reports: pl.DataFrame, told: Mapping[str, Any], *, join: bool) -> t
     return result.run, found, assignment_quality(true, found).idf1 or 0.0, switches
 
 
-def right_ones(run: Mapping[str, Any], found: np.ndarray, reports: pl.DataFrame) -> int:
-    """Return how many joins are right."""
+def judged(
+    run: Mapping[str, Any], found: np.ndarray, reports: pl.DataFrame
+) -> tuple[int, int, int, int]:
+    """Return how many joins there are and how many of them are right, and of parted tracks."""
     when, true = reports["time"].to_numpy(), np.array(reports["target"].fill_null("").to_list())
-    count = 0
-    for join in (run["joins"] or {"list": []})["list"]:
-        own = found == join["into"]
-        early = Counter(true[own & (when < join["time"])].tolist()).most_common(1)
-        late = Counter(true[own & (when >= join["time"])].tolist()).most_common(1)
-        count += bool(early and late and early[0][0] and early[0][0] == late[0][0])
-    return count
+    told = run["joins"] or {"list": [], "parted": []}
+
+    def whose(own: np.ndarray) -> str:
+        counts = Counter(true[own].tolist()).most_common(1)
+        return str(counts[0][0]) if counts else ""
+
+    joined = [
+        (whose(own & (when < join["time"])), whose(own & (when >= join["time"])))
+        for join in told["list"]
+        for own in [found == join["into"]]
+    ]
+    parted = [
+        (whose((found == each["track"]) & (when < each["time"])), whose(found == each["into"]))
+        for each in told["parted"]
+    ]
+    return (
+        len(joined), sum(bool(early) and early == late for early, late in joined),
+        len(parted), sum(early != late for early, late in parted),
+    )  # fmt: skip
 
 
 def main() -> None:
@@ -85,11 +105,8 @@ def main() -> None:
         begun = time.process_time()
         _, _, before, switched = followed(reports, told, join=False)
         run, found, after, switches = followed(reports, told, join=True)
-        n_joins = len(run["joins"]["list"]) if run["joins"] else 0
-        right = right_ones(run, found, reports)
-        lines.append(
-            [name, n_joins, right, f"{before:.4f}", f"{after:.4f}", switched, switches]
-        )  # fmt: skip
+        counts = judged(run, found, reports)
+        lines.append([name, *counts, f"{before:.4f}", f"{after:.4f}", switched, switches])
         print(*lines[-1], f"{time.process_time() - begun:.0f} s", sep="  ", flush=True)
     print(heading(command("joins.py")), end="\n\n")
     print(table(HEAD, lines))

@@ -62,6 +62,7 @@ def test_the_record_tells_what_was_joined(joined, apart):
     told = joined[0].run["joins"]
     assert told["status"] == "optimal"
     assert len(told["list"]) == 3
+    assert told["parted"] == []
     for each in told["list"]:
         assert 100.0 < each["silence"] < 300.0
         assert 0.5 < each["probability"] <= 1.0

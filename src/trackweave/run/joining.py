@@ -1,6 +1,6 @@
 """What a run knows in hindsight: names, once it is over, and smoothed states."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,10 +15,13 @@ from trackweave.run.history import smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
 from trackweave.summaries import counted
-from trackweave.trackers.joining.joins import Joins, joins_of
+from trackweave.trackers.joining.joins import Join, Joins, joins_of
 from trackweave.trackers.joining.segments import Segments, segments_of
 
 __all__ = ["Hindsight", "Joined", "in_hindsight", "with_joins"]
+
+
+_NUMBERS = "tracks keep the numbers of then, assignments and history have the names of now"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,16 +43,17 @@ class Joined:
             "lower_bound": certificate.lower_bound,
             "gap": certificate.gap,
             "status": certificate.status,
-            "list": [
-                {
-                    "time": float(self.segments.begin[join.after]),
-                    "track": int(self.segments.track[join.after]),
-                    "into": int(self.name[join.before]),
-                    "silence": join.silence,
-                    "probability": join.probability,
-                }
-                for join in joins.found
-            ],
+            "list": [self._listed(join, self.name[join.before]) for join in joins.found],
+            "parted": [self._listed(join, self.name[join.after]) for join in joins.parted],
+        }
+
+    def _listed(self, join: Join, name: int) -> dict[str, Any]:
+        return {
+            "time": float(self.segments.begin[join.after]),
+            "track": int(self.segments.track[join.after]),
+            "into": int(name),
+            "silence": join.silence,
+            "probability": join.probability,
         }
 
 
@@ -69,16 +73,24 @@ class Hindsight:
         return None if self.lineage is None else self.lineage.parent
 
     def notes(self) -> list[str]:
-        """Return a sentence on what was joined, if anything."""
+        """Return a sentence on what was joined and one on what was parted, if anything."""
         if self.joined is None:
             return []
-        found = self.joined.joins.found
-        longest = max(join.silence for join in found)
-        return [
-            f"{counted(len(found), 'track')} joined with an earlier one through silences of up to "
-            f"{longest:.0f} s (run.json: joins), as one object explains both better than two; "
-            "tracks keep the numbers of then, assignments and history have the names of now"
-        ]
+        found, parted = self.joined.joins.found, self.joined.joins.parted
+        notes = []
+        if found:
+            notes.append(
+                f"{counted(len(found), 'track')} joined with an earlier one through silences of up "
+                f"to {_longest(found):.0f} s (run.json: joins), as one object explains both better "
+                f"than two; {_NUMBERS}"
+            )
+        if parted:
+            notes.append(
+                f"{counted(len(parted), 'track')} parted at silences of up to "
+                f"{_longest(parted):.0f} s (run.json: joins), as two objects, of which one ends "
+                f"and one begins there, are more probable; {_NUMBERS}"
+            )
+        return notes
 
     def as_record(self) -> dict[str, Any]:
         """Return what run.json says."""
@@ -86,6 +98,10 @@ class Hindsight:
             "divisions": None if self.lineage is None else self.lineage.as_record(),
             "joins": None if self.joined is None else self.joined.as_record(),
         }
+
+
+def _longest(joins: Sequence[Join]) -> float:
+    return max(join.silence for join in joins)
 
 
 def in_hindsight(
@@ -125,7 +141,7 @@ def with_joins(
     joins = joins_of(
         segments, states, known=known, longest=settings.lifecycle.rejoin, rng=rng
     )  # fmt: skip
-    if joins is None or not joins.found:
+    if joins is None or not (joins.found or joins.parted):
         return history, assigned, None
     newest = max(int(history.track.max()), int(tracks.track.max(initial=0)))
     name = _names(segments, joins, newest + 1)

@@ -37,15 +37,20 @@ def seen(
             track += not together
         track += together
     table = np.array(sorted(rows))
+    return *cut(table), whose
+
+
+def cut(table: np.ndarray) -> tuple[joins.Segments, TrackTable]:
+    """Return segments of rows of time, track and state by time, and the states of each."""
     time, number = table[:, 0], table[:, 1].astype(np.int64)
-    segments, of = segments_of(number, time, range(track))
+    segments, of = segments_of(number, time, np.unique(number).tolist())
     n = len(table)
     covariance = np.tile(np.diag([4.0, 4.0, 0.1, 0.1]), (n, 1, 1))
     states = TrackTable(
         time, of, np.full(n, CONFIRMED), table[:, 2:], covariance, np.zeros(n),
         np.ones(n, np.int64), time,
     )  # fmt: skip
-    return segments, states, whose
+    return segments, states
 
 
 WHOLE = [[(0.0, 400.0)]] * 8
@@ -78,6 +83,42 @@ def test_what_the_tracker_held_to_be_one_object_stays_so():
     assert found is not None
     assert found.before.tolist() == segments.before.tolist()
     assert found.found == ()
+    assert found.parted == ()
+
+
+def airport(seed: int, links: int) -> tuple[joins.Segments, TrackTable]:
+    """Return segments of arrivals at one place whose tracks go on as departures from another."""
+    _, states, _ = seen(WHOLE, seed)
+    rng = np.random.default_rng(seed)
+    rows = [np.column_stack([states.time, states.track, states.mean])]
+    for number in range(8, 8 + links):
+        for first, last, place, heading in (
+            (0.0, rng.uniform(80, 140), (0.0, 0.0), 0.0),
+            (rng.uniform(200, 300), 400.0, (600.0, 0.0), rng.uniform(-1.0, 1.0)),
+        ):
+            time = np.arange(np.ceil(first), last)
+            velocity = 10.0 * np.array([np.cos(heading), np.sin(heading)])
+            since = time - time[-1 if first == 0.0 else 0]
+            at = np.array(place) + since[:, None] * velocity
+            at += rng.normal(0.0, 2.0, at.shape)
+            rows.append(
+                np.column_stack([time, 0 * time + number, at, np.tile(velocity, (len(time), 1))])
+            )
+    table = np.concatenate(rows)
+    return cut(table[np.argsort(table[:, 0], kind="stable")])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_lands_is_not_what_takes_off_where_many_do(seed):
+    segments, states = airport(seed, 10)
+    found = joins_of(segments, states)
+    assert found is not None
+    assert len(found.parted) > 5
+    for parted in found.parted:
+        assert segments.before[parted.after] == parted.before
+        assert found.before[parted.after] != parted.before
+        assert parted.probability < joins.DOUBTED
+    assert found.deaths > 5.0
 
 
 def test_objects_that_end_and_others_that_begin_elsewhere_stay_two():

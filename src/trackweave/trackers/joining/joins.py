@@ -23,7 +23,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.randomness import RandomSource
 from trackweave.solvers.solving import solve
 from trackweave.trackers.joining.places import MOST, Places, Room
-from trackweave.trackers.joining.segments import Paths, Segments
+from trackweave.trackers.joining.segments import FIRM, Paths, Segments
 from trackweave.trackers.joining.straying import Straying
 
 __all__ = ["Join", "Joins", "joins_of"]
@@ -36,8 +36,9 @@ MOST_ENDS = 100
 """So many of the last ends before a beginning are looked at, which bounds the work."""
 KNOWN_LINK = 2.0
 """What speaks for two segments that the tracker held to be one object [nats]."""
-CLEAR = 0.8
-"""How probable a join has to be that the tracker had not made."""
+CLEAR, DOUBTED = 0.8, 0.5
+"""How probable a join has to be that the tracker had not made, and what it held to be one object
+stays so unless this is less probable."""
 ROUNDS, MESSAGES = 20, 40
 SURE = 25.0
 """Nothing is surer than this [nats]: of larger odds, differences would be lost."""
@@ -64,6 +65,8 @@ class Joins:
         The segment before each one, -1 for none, shape (segments,).
     found
         Joins that the tracker had not made, in order of time.
+    parted
+        What it had held to be one object and more probably is two, in order of time.
     births, deaths
         Objects that are taken to begin after the record's beginning, and to end before its end.
     certificate
@@ -72,6 +75,7 @@ class Joins:
 
     before: IntArray
     found: tuple[Join, ...]
+    parted: tuple[Join, ...]
     births: float
     deaths: float
     certificate: Certificate
@@ -135,7 +139,8 @@ def joins_of(
     rates = _Rates(paths, segments, pairs, span)
     gain, probability = rates.settled(pairs, gain)
     before, found, certificate = _chosen(segments, pairs, (gain, probability), rng)
-    return Joins(before, found, rates.births, rates.deaths, certificate)
+    parted = _parted(segments, pairs, probability, before)
+    return Joins(before, found, parted, rates.births, rates.deaths, certificate)
 
 
 def _candidates(
@@ -152,16 +157,18 @@ def _candidates(
     place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
     at_end, at_begin = paths.last[ends], paths.first[begins]
     pace = np.exp(paths.speed(at_end, onwards=False)[0])
+    is_firm = np.bincount(segments.track, segments.count)[segments.track] >= FIRM
     own, other, waits = [], [], []
     for number, row in enumerate(at_begin.tolist()):
         wait = segments.begin[begins[number]] - segments.end[ends]
-        # What lasts no longer than usual waits do the tracker itself has weighed.
+        # Through usual waits the tracker itself has weighed it; its scraps are rivals' reports.
         is_silence = wait > segments.interval[ends]
+        is_break = (wait > 0.0) & is_firm[ends] & is_firm[begins[number]]
         later = np.exp(paths.speed(at_begin[number : number + 1], onwards=True)[0])
         apart = np.sqrt(np.sum((place[at_end] - place[row]) ** 2, axis=1))
         noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
         fits = apart <= REACH * np.maximum(pace, later) * wait + noise
-        near = np.flatnonzero(is_silence & (wait <= longest) & fits)
+        near = np.flatnonzero((is_silence | is_break) & (wait <= longest) & fits)
         near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])
         own.append(near)
         other.append(np.full(near.size, number))
@@ -261,7 +268,7 @@ def _marginals(pairs: _Pairs, gain: FloatArray) -> FloatArray:
 def _chosen(
     segments: Segments, pairs: _Pairs, odds: tuple[FloatArray, FloatArray], rng: RandomSource
 ) -> tuple[IntArray, tuple[Join, ...], Certificate]:
-    """Return the best choice; of what it joins anew, what is more probable than not."""
+    """Return the best choice; of what it joins anew, what is clear."""
     gain, probability = odds
     worth = np.flatnonzero(gain > 0.0)
     tuples = np.stack([pairs.end[worth] + 1, pairs.begin[worth] + 1], axis=1)
@@ -270,7 +277,6 @@ def _chosen(
     assert problem.row is not None
     rows = problem.row[answer.nodes]
     before = np.full(len(segments), -1, dtype=np.int64)
-    followed = np.zeros(len(segments), dtype=np.bool_)
     found = []
     for row in np.sort(worth[rows[rows >= 0]]).tolist():
         early, late = int(pairs.ends[pairs.end[row]]), int(pairs.begins[pairs.begin[row]])
@@ -278,11 +284,29 @@ def _chosen(
             if probability[row] < CLEAR:
                 continue
             found.append(Join(early, late, float(pairs.wait[row]), float(probability[row])))
-        before[late], followed[early] = early, True
-    # What the tracker held to be one stays so, unless one of both is better joined otherwise.
-    for late in np.flatnonzero((segments.before >= 0) & (before < 0)).tolist():
-        early = int(segments.before[late])
-        if not followed[early]:
-            before[late], followed[early] = early, True
+        before[late] = early
     found.sort(key=lambda join: segments.begin[join.after])
     return before, tuple(found), answer.certificate
+
+
+def _parted(
+    segments: Segments, pairs: _Pairs, probability: FloatArray, before: IntArray
+) -> tuple[Join, ...]:
+    """Give ``before`` what the tracker held to be one, and return what is doubted of it."""
+    ends, begins = pairs.ends[pairs.end], pairs.begins[pairs.begin]
+    # Of a few reports nothing is clear enough to doubt the tracker, which saw its rivals.
+    firm = segments.is_firm[ends] & segments.is_firm[begins]
+    own = (segments.before[begins] == ends) & firm & (probability < DOUBTED)
+    doubted = dict(zip(begins[own].tolist(), np.flatnonzero(own).tolist(), strict=True))
+    followed = np.zeros(len(segments), dtype=np.bool_)
+    followed[before[before >= 0]] = True
+    parted = []
+    for late in np.flatnonzero((segments.before >= 0) & (before < 0)).tolist():
+        early = int(segments.before[late])
+        if late in doubted:
+            row = doubted[late]
+            parted.append(Join(early, late, float(pairs.wait[row]), float(probability[row])))
+        elif not followed[early]:
+            before[late], followed[early] = early, True
+    parted.sort(key=lambda join: segments.begin[join.after])
+    return tuple(parted)

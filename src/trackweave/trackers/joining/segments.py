@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import TrackTable
 
-__all__ = ["Paths", "Segments", "segments_of"]
+__all__ = ["FIRM", "Paths", "Segments", "segments_of"]
 
 USUAL, LONG = 0.9, 4.0
 """Of the waits between a track's reports this share is usual; a silence that lasts so many times
