@@ -84,7 +84,7 @@ COUNT = Key("a whole number from 1 to 1000", 1, 1000)
 COORDINATE = Key("a number", -1e9, 1e9)
 Pair: TypeAlias = Annotated[
     tuple[Annotated[float, COORDINATE], ...],
-    Key("two numbers in brackets, such as [0.0, 0.0]", size=(2, 2)),
+    Key("two finite numbers in brackets, such as [0.0, 0.0]", size=(2, 2)),
 ]
 """A place on the plane [m]."""
 

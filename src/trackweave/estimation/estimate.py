@@ -197,7 +197,8 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         process,
         _max_speed(chains, stands_out),
         few,
-        _doubt(blocks, stands_out, chains, density),
+        # An object's own report is none of a stranger's.
+        _doubt(blocks, stands_out, chains, max(per_scan - 1.0, 0.0) / (covered * share)),
         # Of those present, each began at some time of the recording, or of the last fifty scans.
         min(max(n_scans, 10), 50),
         note_on_area(position, covered),
@@ -208,16 +209,17 @@ def _doubt(
     blocks: list[Frames],
     stands_out: tuple[float, float] | None,
     chains: Chains | None,
-    density: float,
+    strangers: float,
 ) -> str | None:
     """Return why the estimates are doubtful, None where they are not."""
+    # ``strangers`` is how dense reports of others are.
     if stands_out is None:
         return "no report stands out as another's successor; usual values stand in"
     if chains is None:
         return "no reports line up over several scans beyond chance; usual values stand in"
     interval = float(np.median([step for frames in blocks for step in np.diff(frames.time)]))
     dim = blocks[0].position[0].shape[1]
-    crowd = density * float(ball_volume(stands_out[0] * interval, dim))
+    crowd = strangers * float(ball_volume(stands_out[0] * interval, dim))
     if crowd > CROWDED:
         return (
             f"a crowd, in which {crowd:.2g} unrelated reports lie where an object's next may be, "
