@@ -71,7 +71,8 @@ def resting(tracks: Tracks, seen: Seen, wait: float) -> NDArray[np.bool_]:
 
 def clearly(odds: FloatArray, rests: NDArray[np.bool_], false: FloatArray) -> NDArray[np.bool_]:
     """Tell which boxes may be of which tracks, by log-odds of shape (tracks, boxes)."""
-    # ``false`` is how many false boxes a frame has of each box's class: over a long silence some false box or other comes by that is a little likelier than not.
+    # ``false`` is how many false boxes a frame has of each box's class: over a long silence some
+    # of them comes by that is a little likelier than not.
     least = CLEAR + np.log1p(PASSING * false)
     return np.asarray(odds > np.where(rests[:, None], least[None], 0.0))
 

@@ -119,8 +119,9 @@ class Window:
         visible, hidden = lasting(silent[:, 0], silent[:, 1], wait)
         score = silent[:, 2] + np.log1p(-visible * DETECTED)
         present = silent[:, 0] + silent[:, 1]
-        after = undoubted(*missed(visible, hidden), present, rests[:, None])
-        self._silent = np.stack([*after, score], axis=1)
+        visible, hidden = missed(visible, hidden)
+        visible, hidden = undoubted(visible, hidden, present, rests[:, None])
+        self._silent = np.stack([visible, hidden, score], axis=1)
 
     def _choose(self) -> None:
         """Choose at most one leaf of each family, so that each box is of one leaf at most."""
