@@ -107,3 +107,46 @@ def test_nothing_is_looked_for_where_nobody_asks():
 def test_divisions_are_looked_for_by_any_tracker():
     nearest = {**TOLD, "tracker": {"kind": "nearest-neighbour"}}
     assert len(tw.track(reports(), nearest).run["divisions"]["list"]) >= 1
+
+
+def meeting_and_dividing(seed: int) -> pl.DataFrame:
+    """Two cells that meet, are one spot from 20 to 32 s and part, and two others that divide."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for t in range(60):
+        apart = max(0.0, abs(t - 26.0) - 5.0)
+        pair = [np.array([50.0 + 2.5 * sign * apart, 50.0 + 0.2 * t + sign]) for sign in (-1, 1)]
+        is_one = np.hypot(*(pair[0] - pair[1])) < 8.0
+        cells = (
+            [("spot", (pair[0] + pair[1]) / 2)] if is_one else list(zip("ab", pair, strict=True))
+        )
+        cells.append(("alone", np.array([400.0 + 0.5 * t, 400.0])))
+        for name, y, when in (("c", 200.0, 25), ("d", 350.0, 35)):
+            since = t - when
+            if since < 0:
+                cells.append((name, np.array([250.0 + 0.5 * t, y])))
+                continue
+            for sign in (-1.0, 1.0):
+                place = np.array([250.0 + 0.5 * t, y + sign * (5.0 + since)])
+                cells.append((f"{name}{sign:+.0f}", place))
+        rows += [(float(t), *(place + rng.normal(0, 0.5, 2)), name) for name, place in cells]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_parts_after_a_merge_is_no_daughter_where_cells_divide(seed):
+    told = TOLD | {"lifecycle": TOLD["lifecycle"] | {"merge": 8.0, "delete_after_misses": 4}}
+    result = tw.track(meeting_and_dividing(seed), told)
+    divided = result.run["divisions"]["list"]
+    assert [division["time"] for division in divided] == pytest.approx([25.0, 35.0], abs=2.0)
+    history = result.history.filter(pl.col("status") != "tentative")
+    assert history["track"].n_unique() == 9
+    found = result.assignments
+    spots = found.filter(pl.col("target") == "spot")
+    both = set(found.filter(pl.col("target").is_in(["a", "b"]))["track"])
+    assert len(both) == 2
+    assert spots["shared_with"].is_not_null().mean() > 0.9
+    for track, other in spots.drop_nulls("shared_with").select("track", "shared_with").iter_rows():
+        assert {track, other} == both
+    assert found["shared_with"].is_not_null().sum() <= len(spots) + 2
+    assert not both & set(history.drop_nulls("parent")["track"])

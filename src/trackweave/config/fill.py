@@ -156,7 +156,8 @@ def fill(
     notes += [*(estimates.notes if estimates else ()), *_doubts(sources, estimates)]
     notes += doubts + _overruled(sources, preset) + preset_notes(preset)
     if divide and join and sources.sources.get("lifecycle.join") != "default":
-        notes.append("lifecycle.join: where tracks may divide, no later track is joined")
+        but = "" if merge is None else " but through merges"
+        notes.append(f"lifecycle.join: where tracks may divide, no later track is joined{but}")
     if getattr(search, "settle", True) is False:
         # The document of the preset hillis-1997 knows no false alarms.
         notes.append("search.settle is off: each lone report counts as a track of one report")

@@ -80,9 +80,9 @@ class Hindsight:
         notes = []
         if found:
             notes.append(
-                f"{counted(len(found), 'track')} joined with an earlier one through silences of up "
-                f"to {_longest(found):.0f} s (run.json: joins), as one object explains both better "
-                f"than two; {_NUMBERS}"
+                f"{counted(len(found), 'track')} joined with an earlier one through silences of up"
+                f" to {_longest(found):.0f} s (run.json: joins), as one object explains both"
+                f" better than two; {_NUMBERS}"
             )
         if parted:
             notes.append(
@@ -112,9 +112,16 @@ def in_hindsight(
     rng: RandomSource,
 ) -> Hindsight:
     """Return a run's tracks as known then, its history and assignments, under their last names."""
-    tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, rng)
     joined = None
-    # Of objects that divide, what begins may be a daughter.
+    # Of objects that divide, what begins may be a daughter, but where a merge explains it.
+    if settings.join and settings.divide and settings.merge is not None:
+        tracks, assigned = found
+        history = smoothed_history(reports, assigned.by_row(), tracks, settings, priors)
+        _, assigned, joined = with_joins(
+            reports, (tracks, history, assigned), settings, priors, rng
+        )
+        found = tracks, assigned
+    tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, rng)
     if settings.join and not settings.divide:
         history, assigned, joined = with_joins(
             reports, (tracks, history, assigned), settings, priors, rng
@@ -139,7 +146,8 @@ def with_joins(
     states = _states(reports, found, (segments, of), settings)
     known = () if priors is None else priors.track.tolist()
     joins = joins_of(
-        segments, states, known=known, longest=settings.lifecycle.rejoin, rng=rng
+        segments, states, known=known, longest=settings.lifecycle.rejoin,
+        merge=settings.merge if settings.divide else None, rng=rng,
     )  # fmt: skip
     if joins is None or not (joins.found or joins.parted):
         return history, assigned, None

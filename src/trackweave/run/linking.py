@@ -3,21 +3,24 @@
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+import numpy as np
 import polars as pl
 
 from trackweave.arrays import require_instance
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_count, checked_members, checked_number
+from trackweave.io.checks import Range, RowChecks
 from trackweave.io.frames_in import from_native
-from trackweave.run.tracking import track
+from trackweave.io.tables import with_our_names
+from trackweave.trackers.frame_linking import linked
 
 __all__ = ["link"]
 
 Table = TypeVar("Table")
 
-# What a search range is in standard deviations of a step, and a position's noise beside it.
-_STEPS, _NOISE = 3.0, 0.01
 _NAMES = ("x", "y", "z")
+_FRAME = Range(-1e15, 1e15, "a whole number, the frame's")
+_PLACE = Range(-1e12, 1e12)
 
 
 def link(
@@ -26,25 +29,30 @@ def link(
     *,
     memory: int = 0,
     pos_columns: Sequence[str] | None = None,
-    t_column: str = "frame",
+    t_column: str | None = None,
 ) -> Table:
-    """Link features of frames into particles that wander.
+    """Link features of frames into particles, by their distances alone.
 
-    Every feature is of a particle; one that nothing else belongs to is alone. ``tw.track`` knows
-    more: velocities, noise, false detections, a sure answer of what is one and what is not.
+    Every feature is of a particle; one that nothing else belongs to is alone. As in trackpy, what
+    is linked from frame to frame has the least sum of squared distances, where a particle that
+    nothing follows costs the square of the range; nothing is assumed of how particles move.
+    ``tw.track`` knows more: velocities, noise, false detections, divisions, a sure answer of what
+    is one and what is not.
 
     Parameters
     ----------
     features
         A pandas, polars or Arrow table with a row for each feature; it is not changed.
     search_range
-        The farthest that a particle comes from one frame to the next, > 0, in units of positions.
+        The farthest that a particle comes from where it was last seen to where it is seen next,
+        > 0, in units of positions. No link is longer.
     memory
         For how many frames a particle may be unseen.
     pos_columns
         Names of the columns of positions, two or three; left out, x and y, and z if there is one.
     t_column
-        Name of the column of frames, whole numbers.
+        Name of the column of frames, whole numbers; left out, ``frame``, or else what ``tw.track``
+        takes for the time, such as ``t``.
 
     Returns
     -------
@@ -69,29 +77,40 @@ def link(
     )
     if not 0 < reach < 1e9:
         raise InvalidInputError(f"search_range: {search_range!r}; expected a number > 0")
-    given = from_native(features).columns
+    checks, when, names = _columns(features, pos_columns, t_column)
+    frame = checks.whole_numbers(when, _FRAME)
+    place = np.stack([checks.numbers(name, _PLACE) for name in names], axis=1)
+    if len(checks):
+        checks.finish("fail")
+    owner = linked(frame.astype(np.int64), place, reach, unseen)
+    # Numbered as they first appear in the table.
+    particle = pl.Series("particle", owner, dtype=pl.Int64)
+    first = pl.col("row").min().over("particle").rank("dense").cast(pl.Int64) - 1
+    numbers = particle.to_frame().with_row_index("row").select(particle=first)["particle"]
+    with_numbers: Table = _with_particle(features, numbers)
+    return with_numbers
+
+
+def _columns(
+    features: Any, pos_columns: Sequence[str] | None, t_column: str | None
+) -> tuple[RowChecks, str, list[str]]:
+    """Return a table to be read, and the names of the columns of frames and of positions."""
+    table = from_native(features)
+    there, called = table.columns.columns, with_our_names(table).own_names
+    if t_column is None:
+        t_column = "frame" if "frame" in there else called.get("time", "time")
+        t_column = t_column if t_column in there else "frame"
     require_instance(t_column, str, "t_column")
     names = [] if pos_columns is None else checked_members(pos_columns, str, "pos_columns")
-    names = names or [name for name in _NAMES if name in given.columns]
-    missing = [name for name in (*names, t_column) if name not in given.columns]
+    usual = [called.get(name, name) for name in _NAMES]
+    names = names or [name for name in usual if name in there]
+    missing = [name for name in (*names, t_column) if name not in there]
     if missing or len(names) not in (2, 3):
         raise InvalidInputError(
             f"table, column {', '.join(missing) or 'x'}: missing; expected {t_column} and two or "
-            f"three columns of positions (the columns are {', '.join(given.columns)[:200]})"
+            f"three columns of positions (the columns are {', '.join(there)[:200]})"
         )
-    reports = given.select(
-        pl.col(t_column).alias("time"),
-        *(pl.col(name).alias(ours) for name, ours in zip(names, _NAMES, strict=False)),
-    )
-    found = track(reports, _configuration(reach, unseen)).reports["track"]
-    # Those that stand alone are particles of one frame; all are numbered as they first appear.
-    numbers = pl.DataFrame({"key": found}).with_row_index("first", offset=1)
-    key = pl.col("key").fill_null(-pl.col("first").cast(pl.Int64))
-    first = pl.col("first").min().over("key").rank("dense").cast(pl.Int64) - 1
-    linked: Table = _with_particle(
-        features, numbers.with_columns(key).select(particle=first)["particle"]
-    )
-    return linked
+    return RowChecks(table), t_column, names
 
 
 def _with_particle(features: Any, particle: pl.Series) -> Any:
@@ -103,20 +122,3 @@ def _with_particle(features: Any, particle: pl.Series) -> Any:
             features = features.drop_columns(["particle"])
         return features.append_column("particle", particle.to_arrow())
     return features.assign(particle=particle.to_numpy())
-
-
-def _configuration(reach: float, unseen: int) -> dict[str, object]:
-    return {
-        "motion": {
-            "model": "random-walk",
-            "process_noise": (reach / _STEPS) ** 2,
-            "max_speed": reach,
-        },
-        "sensors": {
-            "default": {
-                "sigma": _NOISE * reach, "detection_probability": 0.95, "clutter_per_scan": 0.01,
-                "scan_period": 1.0,
-            }
-        },
-        "lifecycle": {"confirm": "1/1", "delete_after_misses": unseen + 1},
-    }  # fmt: skip

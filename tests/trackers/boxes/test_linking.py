@@ -1,10 +1,19 @@
 """Whether objects are there and seen, and how probable links are."""
 
 import numpy as np
+import pytest
 
 from trackweave.trackers.boxes.frames import Seen
 from trackweave.trackers.boxes.habits import Habits
-from trackweave.trackers.boxes.linking import DETECTED, Linker, Links, lasting, missed
+from trackweave.trackers.boxes.linking import (
+    CLEAR,
+    DETECTED,
+    Linker,
+    Links,
+    clearly,
+    lasting,
+    missed,
+)
 from trackweave.trackers.boxes.shapes import parts_of
 
 
@@ -64,9 +73,26 @@ def test_a_sure_box_makes_an_object_visible() -> None:
     one = linker()
     tracks = one.born(seen([BOX]), None)
     tracks.visible[:], tracks.hidden[:] = 0.1, 0.8
-    one.miss(tracks)
+    one.miss(tracks, tracks, np.array([False]))
     zero = np.zeros(1, dtype=np.int64)
     one.hit(tracks, seen([BOX]), Links(zero, zero, np.array([20.0])))
     assert tracks.visible[0] > 0.99
     assert tracks.hidden[0] < 0.01
     assert tracks.hits.tolist() == [2.0]
+
+
+def test_beyond_a_moment_silence_says_nothing() -> None:
+    one = linker()
+    tracks = one.born(seen([BOX]), None)
+    tracks.visible[:], tracks.hidden[:] = 0.1, 0.5
+    before = tracks.of(np.array([0]))
+    for rests, present in ((True, 0.6), (False, 0.1 * 0.1 / 0.91 + 0.5 / 0.91)):
+        later = before.of(np.array([0]))
+        one.miss(later, before, np.array([rests]))
+        assert later.present == pytest.approx(present)
+
+
+def test_after_a_long_silence_a_box_has_to_be_clear_the_more_so_among_false_ones() -> None:
+    odds = np.array([[0.1, CLEAR + 0.1, CLEAR + 0.1], [0.1, CLEAR + 0.1, CLEAR + 0.1]])
+    found = clearly(odds, np.array([False, True]), np.array([0.0, 0.0, 1.0]))
+    assert found.tolist() == [[True, True, True], [False, True, False]]

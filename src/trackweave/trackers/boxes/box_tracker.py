@@ -56,7 +56,8 @@ class BoxTracker(Saved):
     confirm
         An object is named once its existence is as probable as this, in (0, 1).
     rejoin
-        Seconds for which a name stays open while its object is not seen.
+        Seconds for which a name stays open while its object is not seen. Beyond 2 s silence says
+        no more against an object, which is looked for where it was last expected.
     window
         Frames before the last one of which several explanations are kept, until later boxes tell
         which is right (multiple hypotheses); 0 decides each frame for good.

@@ -15,9 +15,12 @@ from trackweave.trackers.boxes.states import Tracks
 __all__ = [
     "Linker",
     "Links",
+    "clearly",
     "existence",
     "lasting",
     "missed",
+    "resting",
+    "undoubted",
 ]
 
 DETECTED = 0.9  # probability that the detector finds what it could see
@@ -25,6 +28,9 @@ HIDE, SHOW, LEAVE = 0.5, 1.0, 0.05  # how often objects do, a second
 SIZES = np.log(2.0)  # boxes of anything spread over a factor of e² in each extent
 STAY = 10.0  # seconds that objects there at the start have been coming
 LONGEST = 1e6  # seconds; after more nobody knows more
+MOMENT = 2.0  # seconds; of names that stay open for longer, longer silences say nothing
+CLEAR = 2.0  # nats of odds from which a box is of a track that was silent for longer
+PASSING = 5.0  # and by how many times as many odds, for each false box a frame
 LIKENESS = 0.5  # correlation of scores of one object
 
 
@@ -57,6 +63,28 @@ def missed(visible: FloatArray, hidden: FloatArray) -> tuple[FloatArray, ...]:
     return visible * (1.0 - DETECTED) / likely, hidden / likely
 
 
+def resting(tracks: Tracks, seen: Seen, wait: float) -> NDArray[np.bool_]:
+    """Tell which tracks had been silent for more than a moment before a frame."""
+    # A little more, so that rounded times let none rest where names are open for a moment only.
+    return np.asarray(seen.time - wait - tracks.last_seen > 1.001 * MOMENT)
+
+
+def clearly(odds: FloatArray, rests: NDArray[np.bool_], false: FloatArray) -> NDArray[np.bool_]:
+    """Tell which boxes may be of which tracks, by log-odds of shape (tracks, boxes)."""
+    # ``false`` is how many false boxes a frame has of each box's class: over a long silence some
+    # of them comes by that is a little likelier than not.
+    least = CLEAR + np.log1p(PASSING * false)
+    return np.asarray(odds > np.where(rests[:, None], least[None], 0.0))
+
+
+def undoubted(
+    visible: FloatArray, hidden: FloatArray, present: FloatArray, rests: NDArray[np.bool_]
+) -> tuple[FloatArray, ...]:
+    """Return the probabilities to be visible and hidden, in sum as before of those that rest."""
+    share = np.where(rests, present / np.maximum(visible + hidden, 1e-300), 1.0)
+    return visible * share, hidden * share
+
+
 class Linker:
     """Weighs boxes against tracks by what is known of the detector.
 
@@ -85,10 +113,19 @@ class Linker:
             self._low = np.minimum(low, self._low) if self._low.size else low
             self._high = np.maximum(high, self._high) if self._high.size else high
 
-    def wait(self, tracks: Tracks, seconds: float) -> None:
-        """Take tracks to a later time, in place."""
-        seconds = min(seconds, LONGEST)
-        states.predict(tracks, self.habits.factor[tracks.kind], seconds)
+    def wait(self, tracks: Tracks, seen: Seen, wait: float) -> None:
+        """Take tracks to the time of a frame, in place."""
+        seconds, rests = min(wait, LONGEST), resting(tracks, seen, wait)
+        if rests.any():
+            # They stay where they were expected, or they would be wherever something new is.
+            moving = np.flatnonzero(~rests)
+            some = tracks.of(moving)
+            states.predict(some, self.habits.factor[some.kind], seconds)
+            for name in states.MOVED:
+                setattr(tracks, name, getattr(tracks, name).copy())
+            tracks.put(moving, some, states.MOVED)
+        else:
+            states.predict(tracks, self.habits.factor[tracks.kind], seconds)
         tracks.visible, tracks.hidden = lasting(tracks.visible, tracks.hidden, seconds)
 
     def _alone(self, seen: Seen, wait: float | None) -> tuple[FloatArray, FloatArray]:
@@ -134,9 +171,10 @@ class Linker:
         anywhere = np.log(span).sum() + dim * (growth + SIZES) + (n_parts % 2) * np.log(np.pi)
         return np.asarray(likely + anywhere)
 
-    def miss(self, tracks: Tracks) -> None:
-        """Take it in that tracks had no box, in place."""
-        tracks.visible, tracks.hidden = missed(tracks.visible, tracks.hidden)
+    def miss(self, tracks: Tracks, before: Tracks, rests: NDArray[np.bool_]) -> None:
+        """Take it in that tracks had no box, in place; ``before`` they were a frame ago."""
+        visible, hidden = missed(tracks.visible, tracks.hidden)
+        tracks.visible, tracks.hidden = undoubted(visible, hidden, before.present, rests)
         tracks.row = np.full(len(tracks), -1)
         tracks.ratio = np.full_like(tracks.mean, np.nan)
 
@@ -151,7 +189,7 @@ class Linker:
         known = (some.hits >= 3.0) & (sure > 0.9)
         tracks.ratio[rows[known]] = (surprise**2 / (some.variance + error))[known]
         states.update(some, surprise, error)
-        tracks.put(rows, some, ("mean", "rate", "variance", "mixed", "rate_variance"))
+        tracks.put(rows, some, states.MOVED)
         tracks.evidence[rows] += self.habits.evidence(seen.odds[boxes], seen.kinds[boxes])
         tracks.hits[rows] += 1.0
         tracks.score_sum[rows] += seen.odds[boxes]

@@ -10,6 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.boxes.shapes import turned
 
 __all__ = [
+    "MOVED",
     "Tracks",
     "born",
     "columns",
@@ -28,6 +29,9 @@ RATE = (2.0, 0.3, 0.5)  # of rates at first [1/s]
 STEADY = 2.0  # seconds for which a rate is remembered
 ODD = 0.05  # share of boxes that are cut, halved or of two objects at once
 ODD_ERROR = 3.0  # their further error, in usual ones
+
+MOVED = ("mean", "rate", "variance", "mixed", "rate_variance")
+"""What is predicted of a track, and updated."""
 
 
 @dataclass

@@ -9,7 +9,16 @@ from scipy.optimize import linear_sum_assignment
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.boxes.frames import Seen
-from trackweave.trackers.boxes.linking import DETECTED, Linker, Links, lasting, missed
+from trackweave.trackers.boxes.linking import (
+    DETECTED,
+    Linker,
+    Links,
+    clearly,
+    lasting,
+    missed,
+    resting,
+    undoubted,
+)
 from trackweave.trackers.boxes.states import Tracks
 
 __all__ = [
@@ -88,27 +97,31 @@ class Window:
     def _grow(self, seen: Seen, wait: float) -> IntArray:
         """Let every leaf be missed, and have any box that may be its own; return the parents."""
         linker, leaves = self._linker, replace(self.leaves)
-        linker.wait(leaves, wait)
+        rests = resting(leaves, seen, wait)
+        linker.wait(leaves, seen, wait)
         odds = linker.odds(leaves, seen, wait)
-        track, box = np.nonzero(odds > 0.0)
-        self._stay_silent(wait)
+        track, box = np.nonzero(clearly(odds, rests, linker.habits.false[seen.kinds]))
+        self._stay_silent(wait, rests)
         misses = np.log1p(-leaves.visible * DETECTED)
         parents = np.append(np.arange(len(leaves)), track)
         self._score = (self._score + misses)[parents]
         self._score[len(leaves) :] += odds[track, box]
-        linker.miss(leaves)
+        linker.miss(leaves, self.leaves, rests)
         links = Links(np.arange(len(leaves), parents.size), box, odds[track, box])
         self.leaves = leaves.of(parents)
         linker.hit(self.leaves, seen, links)
         return parents
 
-    def _stay_silent(self, wait: float) -> None:
+    def _stay_silent(self, wait: float, rests: BoolArray) -> None:
         """Take on what would have been of leaves that had no box from each frame on."""
         now = np.stack([self.leaves.visible, self.leaves.hidden, self._score], axis=1)
         silent = np.concatenate([self._silent, now[:, :, None]], axis=2)
         visible, hidden = lasting(silent[:, 0], silent[:, 1], wait)
         score = silent[:, 2] + np.log1p(-visible * DETECTED)
-        self._silent = np.stack([*missed(visible, hidden), score], axis=1)
+        present = silent[:, 0] + silent[:, 1]
+        visible, hidden = missed(visible, hidden)
+        visible, hidden = undoubted(visible, hidden, present, rests[:, None])
+        self._silent = np.stack([visible, hidden, score], axis=1)
 
     def _choose(self) -> None:
         """Choose at most one leaf of each family, so that each box is of one leaf at most."""

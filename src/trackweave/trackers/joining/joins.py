@@ -12,7 +12,7 @@ References
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from trackweave.association.problem import AssignmentProblem, Certificate
 from trackweave.domain.tracks import TrackTable
 from trackweave.randomness import RandomSource
 from trackweave.solvers.solving import solve
+from trackweave.trackers.joining.merges import merge_pairs
 from trackweave.trackers.joining.places import MOST, Places, Room
 from trackweave.trackers.joining.segments import FIRM, Paths, Segments
 from trackweave.trackers.joining.straying import Straying
@@ -91,13 +92,17 @@ class _Pairs:
     begin: IntArray  # Place in ``begins``
     wait: FloatArray  # [s]
 
+    def at(self, rows: NDArray[np.bool_]) -> "_Pairs":
+        return replace(self, end=self.end[rows], begin=self.begin[rows], wait=self.wait[rows])
 
-def joins_of(
+
+def joins_of(  # noqa: PLR0913 all by name but the record
     segments: Segments,
     states: TrackTable,
     *,
     known: Collection[int] = (),
     longest: float | None = None,
+    merge: float | None = None,
     rng: RandomSource = 0,
 ) -> Joins | None:
     """Return which segments of a finished record are one object's.
@@ -112,6 +117,9 @@ def joins_of(
         Tracks that were there before the record began.
     longest
         The longest silence [s]; None for any.
+    merge
+        Only silences count in which objects may have been one report, which they may be within
+        this distance [m]; then nothing is parted. None where all silences count.
     rng
         A generator, or a seed.
 
@@ -127,6 +135,9 @@ def joins_of(
         return None
     is_new = ~(np.isin(segments.track, list(known)) & (segments.before < 0))
     pairs = _candidates(paths, segments, is_new, np.inf if longest is None else longest)
+    if merge is not None:
+        may = merge_pairs(paths, segments, merge)
+        pairs = pairs.at(may[pairs.ends[pairs.end], pairs.begins[pairs.begin]])
     if pairs.wait.size == 0:
         return None
     gain = straying.log_density(
@@ -138,8 +149,13 @@ def joins_of(
     gain += np.where(is_known, KNOWN_LINK, 0.0)
     rates = _Rates(paths, segments, pairs, span)
     gain, probability = rates.settled(pairs, gain)
+    if merge is not None:
+        # Who is who after a merge may be a guess; that both go on is none.
+        followed = np.zeros(pairs.ends.size)
+        np.add.at(followed, pairs.end, probability)
+        probability = followed[pairs.end]
     before, found, certificate = _chosen(segments, pairs, (gain, probability), rng)
-    parted = _parted(segments, pairs, probability, before)
+    parted = _parted(segments, pairs, probability, before, doubts=merge is None)
     return Joins(before, found, parted, rates.births, rates.deaths, certificate)
 
 
@@ -290,13 +306,13 @@ def _chosen(
 
 
 def _parted(
-    segments: Segments, pairs: _Pairs, probability: FloatArray, before: IntArray
+    segments: Segments, pairs: _Pairs, probability: FloatArray, before: IntArray, *, doubts: bool
 ) -> tuple[Join, ...]:
     """Give ``before`` what the tracker held to be one, and return what is doubted of it."""
     ends, begins = pairs.ends[pairs.end], pairs.begins[pairs.begin]
     # Of a few reports nothing is clear enough to doubt the tracker, which saw its rivals.
     firm = segments.is_firm[ends] & segments.is_firm[begins]
-    own = (segments.before[begins] == ends) & firm & (probability < DOUBTED)
+    own = (segments.before[begins] == ends) & firm & (probability < DOUBTED) & doubts
     doubted = dict(zip(begins[own].tolist(), np.flatnonzero(own).tolist(), strict=True))
     followed = np.zeros(len(segments), dtype=np.bool_)
     followed[before[before >= 0]] = True
