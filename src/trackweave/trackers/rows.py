@@ -8,12 +8,9 @@ from trackweave.association.inactive import InactiveClusters
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
-from trackweave.trackers.surplus import SURE, surplus
+from trackweave.trackers.surplus import FOLLOWED, SURE, surplus
 
 __all__ = ["live_rows", "n_live"]
-
-FOLLOWED = 0.5
-"""A track is shown while its object more probably than not lives and is in sight."""
 
 Room = tuple[Nodes, Families, int]
 
@@ -100,12 +97,14 @@ def _too_many(
     """Return of doubtful tracks those of which there are too many where they are."""
     # They are numbers among the leaves chosen; the beliefs are those of the last search.
     (nodes, families, count), (leaf, chance) = room, chosen
-    if doubtful.size < 2 or not np.any(chance[doubtful] >= FOLLOWED):
+    own = chance[doubtful]
+    if doubtful.size < 2 or np.sum(1.0 - own[own >= FOLLOWED]) <= 0.5:
+        # All doubts together are of no object.
         return doubtful[:0]
     source = (nodes, count, families.track.shape[0])
     states = average_at(source, leaf[doubtful], time, tree, by_belief=True)
     place, spread = (part[:, : tree.dim] for part in shown(*states, tree.rule))
-    return doubtful[surplus(place, spread[:, :, : tree.dim], chance[doubtful])]
+    return doubtful[surplus(place, spread[:, :, : tree.dim], own)]
 
 
 def _chances(

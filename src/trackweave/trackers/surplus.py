@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import quantile_of
 
-__all__ = ["SURE", "surplus"]
+__all__ = ["FOLLOWED", "SURE", "surplus"]
 
+FOLLOWED = 0.5
+"""A track is shown while its object more probably than not lives and is in sight."""
 APART = 0.99
-"""Places are told apart where a test says so that takes one for two in a hundredth of cases."""
+"""Places are told apart by a test that lets so many of those pass that are one."""
 SURE = 0.99
 """Who is that certain to be there has no share in a doubt."""
 
@@ -26,7 +28,7 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     position, covariance
         Where each is, shapes (tracks, dim) [m] and (tracks, dim, dim) [m²].
     chance
-        How probably each one's object is there to be seen; those above one half would be shown.
+        How probably each one's object is there to be seen; by itself it is shown from one half on.
 
     Returns
     -------
@@ -35,7 +37,7 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     """
     # Each by itself would be shown where that is more probable than not; where objects may be
     # each other's, the same is asked of how many there are.
-    is_shown, is_surplus = chance >= 0.5, np.zeros(chance.shape[0], dtype=np.bool_)
+    is_shown, is_surplus = chance >= FOLLOWED, np.zeros(chance.shape[0], dtype=np.bool_)
     limit = quantile_of(position.shape[1], APART) if chance.size else 0.0
     for weakest in np.argsort(chance, kind="stable"):
         if not is_shown[weakest]:
