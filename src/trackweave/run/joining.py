@@ -80,9 +80,9 @@ class Hindsight:
         notes = []
         if found:
             notes.append(
-                f"{counted(len(found), 'track')} joined with an earlier one through silences of up "
-                f"to {_longest(found):.0f} s (run.json: joins), as one object explains both better "
-                f"than two; {_NUMBERS}"
+                f"{counted(len(found), 'track')} joined with an earlier one through silences of "
+                f"up to {_longest(found):.0f} s (run.json: joins), as one object explains both "
+                f"better than two; {_NUMBERS}"
             )
         if parted:
             notes.append(
