@@ -44,6 +44,7 @@ SCRIPTS = {
     "scenes": ["eight_scenes.py"],
     "told": ["told_wrongly.py"],
     "joins": ["joins.py"],
+    "existence": ["existence.py"],
     "never-worse": ["never_worse.py", "--anew"],
     "contradictions": ["contradictions.py", "--seeds", "101", "111"],
     "memory": ["memory.py"],

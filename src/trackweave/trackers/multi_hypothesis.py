@@ -45,7 +45,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live import Haste, ScanByScan
 from trackweave.trackers.pacing import Pace, Pacer
 from trackweave.trackers.report_index import ReportIndex
-from trackweave.trackers.rows import live_leaves, live_rows
+from trackweave.trackers.rows import live_rows, n_live
 from trackweave.trackers.scan_preparation import USUAL_MISSES, ScanPreparation, begun, rule_of
 from trackweave.trackers.track_manager import TrackManager
 from trackweave.trackers.undetected import Undetected
@@ -252,11 +252,11 @@ class MultiHypothesisTracker(ScanByScan):
         amendments = self._manager.update(
             tree, answer.nodes, self._report_index, self._concerned, self._beliefs
         )
-        live = live_leaves(tree, self._inactive, last, by_belief=self._averaging)
+        tracks = self.tracks() if haste.tracks else TrackTable.empty(tree.dim)
         self._last = Hypothesis(
             time=last,
-            tracks=self.tracks() if haste.tracks else TrackTable.empty(tree.dim),
-            n_tracks=sum(map(len, live)),
+            tracks=tracks,
+            n_tracks=len(tracks) or n_live(tree, self._inactive, last, by_belief=self._averaging),
             amendments=amendments,
             final=final,
             late=(),

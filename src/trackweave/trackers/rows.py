@@ -8,26 +8,18 @@ from trackweave.association.inactive import InactiveClusters
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
+from trackweave.trackers.surplus import FOLLOWED, SURE, surplus
 
-__all__ = ["live_leaves", "live_rows"]
+__all__ = ["live_rows", "n_live"]
 
-FOLLOWED = 0.5
-"""A track is shown while its object more probably than not lives and is in sight."""
+Room = tuple[Nodes, Families, int]
 
 
-def live_leaves(
+def n_live(
     tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
-) -> tuple[IntArray, IntArray]:
-    """Return the last nodes of live tracks' chosen sequences: in the tree, and inactive."""
-    # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
-    rooms = (tree.nodes, tree.families, tree.n_nodes), (
-        inactive.nodes, inactive.families, inactive.n_rows
-    )  # fmt: skip
-    found = []
-    for nodes, families, count in rooms:
-        leaf = np.flatnonzero(nodes.chosen[:count])
-        found.append(leaf[_is_live(nodes, families, (leaf, time), tree.rule, by_belief=by_belief)])
-    return found[0], found[1]
+) -> int:
+    """Return the number of live tracks."""
+    return sum(map(len, _live_leaves(tree, inactive, time, by_belief=by_belief)))
 
 
 def live_rows(
@@ -35,12 +27,9 @@ def live_rows(
 ) -> TrackTable:
     """Return a row for each live track, in order of identifier."""
     # By belief, states are averages over all sequences; else those of the chosen ones alone.
-    dim, chosen = tree.dim, live_leaves(tree, inactive, time, by_belief=by_belief)
-    rooms = (tree.nodes, tree.families, tree.n_nodes), (
-        inactive.nodes, inactive.families, inactive.n_rows
-    )  # fmt: skip
+    dim, chosen = tree.dim, _live_leaves(tree, inactive, time, by_belief=by_belief)
     parts = []
-    for (nodes, families, count), leaf in zip(rooms, chosen, strict=True):
+    for (nodes, families, count), leaf in zip(_rooms(tree, inactive), chosen, strict=True):
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
             states = average_at(source, leaf, time, tree, by_belief=by_belief)
@@ -70,20 +59,52 @@ def live_rows(
     )
 
 
-def _is_live(
-    nodes: Nodes,
-    families: Families,
-    shown: tuple[IntArray, float],
-    rule: WindowRule,
-    *,
-    by_belief: bool,
-) -> np.ndarray:
-    """Tell of which chosen sequences the tracks are shown at a time."""
-    leaf, time = shown
-    lives, in_sight = _chances(nodes, families, leaf, rule, by_belief=by_belief)
-    live = (in_sight * lives >= FOLLOWED) & (time - nodes.time[leaf] <= rule.max_shown)
-    told: np.ndarray = live & (nodes.is_line[leaf] == 0)
-    return told
+def _live_leaves(
+    tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
+) -> tuple[IntArray, IntArray]:
+    """Return the last nodes of live tracks' chosen sequences: in the tree, and inactive."""
+    # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
+    found = []
+    for room in _rooms(tree, inactive):
+        nodes, families, count = room
+        leaf = np.flatnonzero(nodes.chosen[:count])
+        lives, in_sight = _chances(nodes, families, leaf, tree.rule, by_belief=by_belief)
+        chance = lives * in_sight
+        known = (time - nodes.time[leaf] <= tree.rule.max_shown) & (nodes.is_line[leaf] == 0)
+        live = known & (chance >= FOLLOWED)
+        if by_belief:
+            doubtful = known & (chance < SURE) & families.confirmed[nodes.family[leaf]]
+            live[_too_many(room, np.flatnonzero(doubtful), (leaf, chance), time, tree)] = False
+        found.append(leaf[live])
+    return found[0], found[1]
+
+
+def _rooms(tree: AssociationTree, inactive: InactiveClusters) -> tuple[Room, Room]:
+    """Return where sequences are: in the tree, and in inactive clusters."""
+    return (
+        (tree.nodes, tree.families, tree.n_nodes),
+        (inactive.nodes, inactive.families, inactive.n_rows),
+    )
+
+
+def _too_many(
+    room: Room,
+    doubtful: IntArray,
+    chosen: tuple[IntArray, FloatArray],
+    time: float,
+    tree: AssociationTree,
+) -> IntArray:
+    """Return of doubtful tracks those of which there are too many where they are."""
+    # They are numbers among the leaves chosen; the beliefs are those of the last search.
+    (nodes, families, count), (leaf, chance) = room, chosen
+    own = chance[doubtful]
+    if doubtful.size < 2 or np.sum(1.0 - own[own >= FOLLOWED]) <= 0.5:
+        # All doubts together are of no object.
+        return doubtful[:0]
+    source = (nodes, count, families.track.shape[0])
+    states = average_at(source, leaf[doubtful], time, tree, by_belief=True)
+    place, spread = (part[:, : tree.dim] for part in shown(*states, tree.rule))
+    return doubtful[surplus(place, spread[:, :, : tree.dim], own)]
 
 
 def _chances(

@@ -1,0 +1,64 @@
+"""Tracks that cannot be told apart: of so many, as many are shown as there are objects.
+
+Where objects meet and one of them ends, each track may be the one whose object is gone. The
+doubt is shared: of four, none may fall below one half, though only three objects are left.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.chi_squared import quantile_of
+
+__all__ = ["FOLLOWED", "SURE", "surplus"]
+
+FOLLOWED = 0.5
+"""A track is shown while its object more probably than not lives and is in sight."""
+APART = 0.99
+"""Places are told apart by a test that lets so many of those pass that are one."""
+SURE = 0.99
+"""Who is that certain to be there has no share in a doubt."""
+
+
+def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) -> NDArray[np.bool_]:
+    """Tell of which tracks there are too many at a place, shape (tracks,).
+
+    Parameters
+    ----------
+    position, covariance
+        Where each is, shapes (tracks, dim) [m] and (tracks, dim, dim) [m²].
+    chance
+        How probably each one's object is there to be seen; by itself it is shown from one half on.
+
+    Returns
+    -------
+    Whether a track is one too many: the weakest at its place, where more would be shown than
+    objects are expected there, by more than half an object.
+    """
+    # Each by itself would be shown where that is more probable than not; where objects may be
+    # each other's, the same is asked of how many there are.
+    is_shown, is_surplus = chance >= FOLLOWED, np.zeros(chance.shape[0], dtype=np.bool_)
+    limit = quantile_of(position.shape[1], APART) if chance.size else 0.0
+    for weakest in np.argsort(chance, kind="stable"):
+        if not is_shown[weakest]:
+            continue
+        here = _beside(position, covariance, int(weakest), limit)
+        shown = here[is_shown[here]]
+        # Who is stronger than another that stays is not what is too much.
+        if np.all(chance[shown] >= chance[weakest]):
+            excess = shown.shape[0] - float(np.sum(chance[here]))
+            is_surplus[weakest] = excess > 0.5
+            is_shown[weakest] = not is_surplus[weakest]
+    return is_surplus
+
+
+def _beside(position: FloatArray, covariance: FloatArray, own: int, limit: float) -> IntArray:
+    """Return who may be at the place of one of them, itself included."""
+    away = position - position[own]
+    spread = covariance + covariance[own]
+    # No direction is wider than all together: most are out of the question at once.
+    widest = np.trace(spread, axis1=1, axis2=2)
+    near = np.flatnonzero(np.sum(away**2, axis=1) <= limit * widest)
+    scaled = np.linalg.solve(spread[near], away[near][:, :, None])[:, :, 0]
+    kept: IntArray = near[np.sum(away[near] * scaled, axis=1) <= limit]
+    return kept
