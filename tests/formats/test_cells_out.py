@@ -227,6 +227,41 @@ def test_geff_joins_daughters_with_their_mother(tmp_path):
     assert {graph.nodes[node]["lineage_id"] for node in (1, 6)} == {7}
 
 
+# As in tracks.csv: the mother is foretold for two scans more, while her daughters are there.
+FORETOLD = pl.DataFrame(
+    {
+        "time": [0.0, 1.0, 2.0, 3.0, 2.0, 3.0, 2.0, 3.0],
+        "track": [1, 1, 1, 1, 2, 2, 3, 3],
+        "parent": [None] * 4 + [1] * 4,
+        "last_update": [0.0, 1.0, 1.0, 1.0, 2.0, 3.0, 2.0, 3.0],
+        "x": [20.0, 20.0, 20.0, 20.0, 24.0, 28.0, 16.0, 12.0],
+        "y": [20.0] * 8,
+    }
+)
+
+
+def test_a_mother_foretold_beside_her_daughters_ends_where_she_divides(tmp_path):
+    text = files_of("ctc", FORETOLD)["tracks.ctc/res_track.txt"].decode()
+    assert text.splitlines() == ["1 0 1 0", "2 2 3 1", "3 2 3 1"]
+    (content,) = files_of("trackmate", FORETOLD).values()
+    edges = ET.fromstring(content).iter("Edge")
+    found = {(e.get("SPOT_SOURCE_ID"), e.get("SPOT_TARGET_ID")) for e in edges}
+    assert found == {("0", "1"), ("1", "2"), ("2", "3"), ("1", "4"), ("4", "5")}
+    edges = np.frombuffer(files_of("geff", FORETOLD)["tracks.geff/edges/ids/0.0"], "<u8")
+    assert edges.reshape(-1, 2).tolist() == [[0, 1], [1, 2], [2, 3], [1, 4], [4, 5]]
+
+
+def test_a_mother_who_goes_on_is_her_own_child_beside_the_others():
+    # As yeast does, and where nothing tells that she was not seen any more.
+    buds = FORETOLD.drop("last_update")
+    text = files_of("ctc", buds)["tracks.ctc/res_track.txt"].decode()
+    assert text.splitlines() == ["1 0 1 0", "2 2 3 1", "3 2 3 1", "4 2 3 1"]
+    edges = np.frombuffer(files_of("geff", buds)["tracks.geff/edges/ids/0.0"], "<u8")
+    assert sorted(edges.reshape(-1, 2).tolist()) == [
+        [0, 1], [1, 2], [1, 4], [1, 6], [2, 3], [4, 5], [6, 7],
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ["ctc", "trackmate", "geff"])
 def test_a_mother_that_is_not_there_or_comes_later_is_none(name):
     odd = FAMILY.with_columns(parent=pl.Series([8, 8, 99, 99, 9, 9, None]))

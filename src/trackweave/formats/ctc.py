@@ -1,8 +1,9 @@
 """Cell Tracking Challenge: a folder of label images, and ``res_track.txt`` (label, begin, end, parent).
 
 Labels are painted as discs about the tracks' positions, which are pixels. A label of the challenge
-is in every frame from its begin to its end: a track with a gap goes on as its own child. A track
-that came of another by division is the child of that one's last label.
+is in every frame from its begin to its end: a track with a gap goes on as its own child, and so
+does one that goes on after a division. A track that came of another is the child of that one's
+last label before it.
 """  # noqa: E501
 
 import struct
@@ -14,7 +15,7 @@ import polars as pl
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Facts, Format, Output
-from trackweave.formats.track_rows import framed_rows, parents
+from trackweave.formats.track_rows import branches, framed_rows
 
 __all__ = ["FORMAT"]
 
@@ -55,16 +56,17 @@ def _pieces(rows: pl.DataFrame) -> list[tuple[int, int, int]]:
     track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
     if len(rows) == 0:
         return []
-    ends = np.flatnonzero((np.diff(track) != 0) | (np.diff(frame) > 1))
-    spans = list(zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(rows) - 1], strict=True))
-    last = {int(track[end]): number for number, (_, end) in enumerate(spans, start=1)}
-    of, pieces = parents(rows), []
-    for number, (begin, end) in enumerate(spans, start=1):
+    after = branches(rows)
+    is_end = (np.diff(track) != 0) | (np.diff(frame) > 1)
+    is_end[[row for row in after.values() if row < len(rows) - 1]] = True
+    ends = [*np.flatnonzero(is_end).tolist(), len(rows) - 1]
+    label = {end: number for number, end in enumerate(ends, start=1)}
+    pieces = []
+    for begin, end in zip([0, *(end + 1 for end in ends[:-1])], ends, strict=True):
         own = int(track[begin])
-        goes_on = begin > 0 and track[begin - 1] == own
-        mother = last.get(of.get(own, -1), 0)
-        begins_after = mother > 0 and frame[spans[mother - 1][1]] < frame[begin]
-        pieces.append((begin, end, number - 1 if goes_on else mother if begins_after else 0))
+        is_first = begin == 0 or track[begin - 1] != own
+        mother = after.get(own, -1) if is_first else begin - 1
+        pieces.append((begin, end, label.get(mother, 0)))
     return pieces
 
 
