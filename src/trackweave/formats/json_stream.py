@@ -122,7 +122,7 @@ class JsonStream:
 
     def _look(self, start: int, place: int) -> None:
         """Look at what stands before a bracket: whether that may be, and whether lines end."""
-        if place and not self._is_wrong and self._kept[place : place + 1] in (b"{", b"["):
+        if place and not self._is_wrong and self._kept.startswith((b"{", b"["), place):
             start = place - 1
             while self._kept[start] in _BLANK:
                 start -= 1

@@ -88,7 +88,6 @@ class AsterixDecoder:
         self.n_records = 0
         self.n_octets = 0
         self._categories = categories_of(edition_021)
-        self._counts: dict[str, int] = {}
         self._framing: Framing | None = None
         self._pending = b""
         self._base = 0
@@ -100,10 +99,8 @@ class AsterixDecoder:
         return self._advance(data, at_end=False)
 
     def finish(self) -> pl.DataFrame | None:
-        """Return what is left at the end; then notes are complete."""
-        table = self._advance(b"", at_end=True)
-        self.facts.notes += [f"{what}: {count:,}" for what, count in sorted(self._counts.items())]
-        return table
+        """Return what is left at the end."""
+        return self._advance(b"", at_end=True)
 
     def cut(self) -> pl.DataFrame | None:
         """Return what a datagram's last block holds: the next datagram begins a block."""
@@ -116,7 +113,9 @@ class AsterixDecoder:
         if self._framing is None:
             self._pending = buffer
             return None
-        gathering = Gathering(buffer, self._base, self._categories, self.skips, self._counts)
+        gathering = Gathering(
+            buffer, self._base, self._categories, self.skips, self.facts.left_out
+        )
         done = self._framing.scan(gathering, at_end=at_end)
         self._pending = buffer[done:]
         self.n_octets += gathering.n_octets
@@ -141,7 +140,7 @@ class AsterixDecoder:
                     part.columns.update(columns(records))
                     parts.append(part)
         self._short.complete(parts)
-        table = table_of(parts, self._days, self._counts) if parts else None
+        table = table_of(parts, self._days, self.facts.left_out) if parts else None
         self._mark(crossed, gathering)
         return table
 
