@@ -64,7 +64,7 @@ class AisDecoder(Lines):
         table = pl.DataFrame({"line": text, "offset": offset + np.cumsum(lengths) - lengths})
         ours = table["line"].str.contains(r"VD[MO],|^\$PGHP")
         self.facts.leave_out(
-            "lines without an AIS sentence", ((table["line"] != "") & ~ours).sum()
+            "lines without an AIS sentence", int(((table["line"] != "") & ~ours).sum())
         )
         table = table.filter(ours)
         table = table.with_columns(announced=self._announcements(table["line"]))

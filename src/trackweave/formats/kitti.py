@@ -90,7 +90,7 @@ class KittiDecoder(Lines):
             self.skips.add(cells.offsets[place], "no label and no detection of KITTI")
         table = table_of(columns).filter(pl.Series(good))
         is_region, count = table["class"] == "DontCare", len(table)
-        self.facts.leave_out("regions DontCare, which are no objects", is_region.sum())
+        self.facts.leave_out("regions DontCare, which are no objects", int(is_region.sum()))
         if self._kind != "all":
             table = table.filter(pl.col("class") == self._kind)
             others = count - int(is_region.sum()) - len(table)

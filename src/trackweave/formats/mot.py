@@ -68,7 +68,7 @@ class MotDecoder(Lines):
             }
         ).filter(pl.Series(good))
         judged = table["target"].is_null() | (table["strength"].fill_null(1.0) != 0)
-        self.facts.leave_out(_UNJUDGED, (~judged).sum())
+        self.facts.leave_out(_UNJUDGED, int((~judged).sum()))
         table = table.filter(judged)
         # What no line says is no column: a column target of nothing would mean false alarms.
         said = [column.name for column in table.get_columns() if column.null_count() < len(table)]

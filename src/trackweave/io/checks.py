@@ -53,10 +53,13 @@ class Range:
 
 
 class RowChecks:
-    """Reads the columns of a table and keeps the first complaint about each row."""
+    """Reads the columns of a table and keeps the first complaint about each row.
 
-    def __init__(self, table: RawTable) -> None:
-        self._table = table
+    With ``anywhere`` a position may be anywhere on the Earth, not only about one plane.
+    """
+
+    def __init__(self, table: RawTable, *, anywhere: bool = False) -> None:
+        self._table, self.anywhere = table, anywhere
         self._reasons: list[tuple[str, str]] = []
         self._complaint = np.full(len(table), -1, dtype=np.int64)
         self._aside = np.zeros(len(table), dtype=np.bool_)

@@ -151,7 +151,8 @@ def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | No
         np.where(good, angle, start)
         for angle, start in zip((latitude, longitude), middle, strict=True)
     )
-    _refuse_far(checks, frame, latitude, longitude)
+    if not checks.anywhere:
+        _refuse_far(checks, frame, latitude, longitude)
     values = frame.to_plane(latitude, longitude, np.nan_to_num(altitude))
     columns = ("lat", "lon", "alt_m") if solid else ("lat", "lon")
     return Positions(np.ascontiguousarray(values[:, : len(columns)]), columns, frame)

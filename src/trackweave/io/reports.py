@@ -41,21 +41,25 @@ _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
 
 
-def reports_in(
+def reports_in(  # noqa: PLR0913 each says another thing of the same table
     table: RawTable,
     *,
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
+    anywhere: bool = False,
 ) -> ReportTable:
-    """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
+    """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``.
+
+    With ``anywhere`` they need not lie about one plane: whoever only passes them on has none.
+    """
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     table, frame = with_our_names(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
-    checks = RowChecks(table)
+    checks = RowChecks(table, anywhere=anywhere)
     has_plane = {"x", "y"} <= set(checks.names)
     if frame is None and not has_plane and "lat" not in checks.names:
         frame = _frame_of_places(table, frame_projection)

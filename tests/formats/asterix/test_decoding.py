@@ -108,7 +108,7 @@ def test_ipv6_is_read_and_fragments_are_counted() -> None:
     table, decoder = decoded([pcap(*((CLOCK, packet) for packet in packets))])
     assert len(table) == 1
     assert [each.what for each in decoder.skips.listed] == ["a fragment of an IP packet"] * 2
-    assert decoder.facts.notes == ["packets of other protocols than UDP: 1"]
+    assert decoder.facts.sentences() == ["packets of other protocols than UDP: 1"]
 
 
 @pytest.mark.parametrize("link", [0, 1, 101, 113, 276])
@@ -131,7 +131,7 @@ def test_what_is_no_asterix_in_a_capture_is_counted() -> None:
     ]
     table, decoder = decoded([pcap(*((CLOCK, packet) for packet in packets))])
     assert (len(table), decoder.skips.count) == (1, 0)
-    assert decoder.facts.notes == ["datagrams that are no ASTERIX: 1"]
+    assert decoder.facts.sentences() == ["datagrams that are no ASTERIX: 1"]
 
 
 def test_times_go_on_over_midnight() -> None:
