@@ -48,12 +48,9 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
-    anywhere: bool = False,
+    anywhere: bool = False,  # Not only about one plane: for whoever only passes rows on
 ) -> ReportTable:
-    """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``.
-
-    With ``anywhere`` they need not lie about one plane: whoever only passes them on has none.
-    """
+    """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
     checked_choice(on_bad_row, "on_bad_row", get_args(OnBadRow))
     table, frame = with_our_names(table), None
