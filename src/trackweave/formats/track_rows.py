@@ -15,7 +15,7 @@ from trackweave.io.columns import datetime_column
 
 __all__ = [
     "EarthTrack", "boxed_rows", "branches", "chosen_rows", "earth_tracks", "family_of",
-    "framed_rows", "joined", "moments", "parents",
+    "framed_rows", "joined", "moments", "most_said", "parents",
 ]  # fmt: skip
 
 
@@ -52,6 +52,21 @@ def chosen_rows(output: Output) -> pl.DataFrame:
     if "status" in rows.columns:
         rows = rows.filter(pl.col("status") != "tentative")
     return rows.sort("track", "time", maintain_order=True)
+
+
+def most_said(output: Output, name: str) -> dict[str, str]:
+    """Return what most of each track's reports say in a column, by the track as text."""
+    reports = output.assignments
+    if reports is None or name not in reports.columns:
+        return {}
+    said = reports.select(pl.col("track", name).cast(pl.String)).drop_nulls()
+    most = (
+        said.group_by("track", name)
+        .len()
+        .sort("len", name, descending=[True, False])
+        .unique("track", keep="first")
+    )
+    return dict(zip(most["track"].to_list(), most[name].to_list(), strict=True))
 
 
 def moments(time: pl.Series) -> tuple[list[str], FloatArray]:

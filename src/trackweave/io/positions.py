@@ -182,7 +182,8 @@ def _refuse_far(
     by_longitude = across > np.abs(latitude - frame.latitude_deg)
     where = (
         f"a position within {_FARTHEST_DEG:g} degrees (3,300 km) of the plane's origin "
-        f"({frame.latitude_deg:g}, {frame.longitude_deg:g})"
+        f"({frame.latitude_deg:g}, {frame.longitude_deg:g}), for a plane holds no more of the "
+        "Earth (of a world-wide recording [frame] origin chooses the part that is tracked)"
     )
     checks.refuse("lon", far & by_longitude, where)
     checks.refuse("lat", far, where)
