@@ -14,7 +14,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
-from trackweave.io.checks import Range, RowChecks, ask_back, questions
+from trackweave.io.checks import FLIGHT_LEVEL, LEVEL_M, Range, RowChecks, ask_back, questions
 from trackweave.io.columns import (
     numbered,
     read_numbers,
@@ -36,7 +36,6 @@ ONLY_SENSOR = "default"
 MOMENTS_OF_SCANS = 3
 
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
-FLIGHT_LEVEL, LEVEL_M = "flight_level", 30.48
 _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
 
