@@ -172,3 +172,29 @@ def test_what_is_converted_may_be_anywhere_on_the_earth(run: Run, tmp_path: Path
     source.write_text("time,lat,lon\n0,54.0,10.0\n0,91.0,181.0\n1,-54.5,-170.0\n1,0.5,100.0\n")
     assert run("convert", source, "-o", out).exit_code == 0
     assert len(pl.read_csv(out)) == 4
+
+
+def test_assignments_become_points_where_reports_were(run: Run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    reports = pl.DataFrame(
+        {
+            "time": np.arange(20.0),
+            "lat": 54.0 + 1e-4 * np.arange(20.0) + rng.normal(0, 1e-5, 20),
+            "lon": np.full(20, 10.0),
+        }
+    )
+    reports[7, "lat"], reports[7, "lon"] = 91.0, 181.0
+    reports.write_csv(tmp_path / "reports.csv")
+    assert run("track", tmp_path / "reports.csv", "--out", tmp_path / "out").exit_code == 0
+    out = tmp_path / "points.geojson"
+    assert run("convert", tmp_path / "out" / "assignments.csv", "-o", out).exit_code == 0
+    points = json.loads(out.read_text())["features"]
+    assert len(points) == 20
+    assert points[3]["properties"]["track"] == 1
+    assert points[3]["properties"]["time"] == "1970-01-01T00:00:03Z"
+    assert points[3]["geometry"]["coordinates"] == pytest.approx([10.0, reports[3, "lat"]])
+    assert points[7]["geometry"] is None
+    (tmp_path / "reports.csv").unlink()
+    done = run("convert", tmp_path / "out" / "assignments.csv", "-o", out)
+    assert done.exit_code == 2
+    assert "assignments have no latitudes and longitudes; expected them in the" in done.stderr

@@ -18,11 +18,12 @@ from trackweave.io.columns import datetime_column, read_times, typed_column
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import RECORD, OutputFile, write_folder
 from trackweave.io.reports import reports_in
-from trackweave.io.run_files import TABLES, read_run
+from trackweave.io.run_files import TABLES, read_run, reports_file
 from trackweave.io.tables import OnBadRow, RawTable, load_table, with_our_names
 
 __all__ = ["run_convert", "run_formats"]
 
+_ASSIGNED = {"report", "track", "probability"}
 _MEASURED = ({"x", "y"}, {"lat", "lon"}, {"range_m", "azimuth_deg"}, {"bearing_deg"})
 
 
@@ -50,6 +51,8 @@ def run_convert(
         table, notes, undecoded = _typed(raw), raw.notes, raw.undecoded.count
         if hide_identities:
             table = _hidden(table)
+        if target.name == "geojson" and set(table.columns) >= _ASSIGNED:
+            table = _with_places(table, source)
         output = Output(table)
     if target.is_table:
         ending = next(
@@ -133,6 +136,29 @@ def _of_run(folder: Path) -> Output:
         _typed(load_table(folder / name, may_be_empty=True)) for name in TABLES
     )
     return Output(tracks, history, assignments, frame)
+
+
+def _with_places(table: pl.DataFrame, source: Path) -> pl.DataFrame:
+    """Return assignments with the latitudes and longitudes of the reports of their run."""
+    if {"lat", "lon"} <= set(table.columns):
+        return table
+    run = read_run(source.parent) if (source.parent / RECORD).is_file() else None
+    path = None if run is None else reports_file(run)
+    raw = None
+    if run is not None and path is not None:
+        raw = with_our_names(load(path, run.record["input"].get("format")))
+    if raw is None or not {"lat", "lon"} <= set(raw.columns.columns):
+        raise InvalidInputError(
+            f"{source}: assignments have no latitudes and longitudes; expected them in the "
+            "directory of a run whose reports, in lat,lon, are where they were"
+        )
+    own = raw.columns["report"] if "report" in raw.columns.columns else pl.Series(raw.row)
+    places = raw.columns.select(
+        own.cast(pl.String).alias("report"),
+        *(pl.col(name).cast(pl.Float64, strict=False) for name in ("lat", "lon")),
+    )
+    named = table.with_columns(pl.col("report").cast(pl.String))
+    return named.join(places, on="report", how="left", maintain_order="left")
 
 
 def _hidden(table: pl.DataFrame) -> pl.DataFrame:
