@@ -150,3 +150,51 @@ def test_a_truth_of_any_format_is_what_tracks_are_compared_with(run: Run, tmp_pa
     )
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout)["n_truth"] == 2
+
+
+def test_bad_rows_end_a_conversion_unless_they_may_be_left_out(run: Run, tmp_path: Path) -> None:
+    source, out = tmp_path / "bad.csv", tmp_path / "out.parquet"
+    source.write_text("time,x,y\n0,1,2\n1,abc,3\n2,3,4\n3,5\n4,,6\n")
+    done = run("convert", source, "-o", out)
+    assert done.exit_code == 2
+    assert "row 2, column x: abc; expected a finite number; 3 rows are bad" in done.stderr
+    assert not out.exists()
+    done = run("convert", source, "-o", out, "--on-bad-row", "skip", "--json")
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["skipped_rows"] == 3
+    assert pl.read_parquet(out).rows() == [(0, 1, 2), (2, 3, 4)]
+    source.write_text("time,track,x,y\n0,1,1,2\n1,1,1\n")
+    assert "row 2" in run("convert", source, "-o", out).stderr
+
+
+def test_what_is_converted_may_be_anywhere_on_the_earth(run: Run, tmp_path: Path) -> None:
+    source, out = tmp_path / "wide.csv", tmp_path / "out.csv"
+    source.write_text("time,lat,lon\n0,54.0,10.0\n0,91.0,181.0\n1,-54.5,-170.0\n1,0.5,100.0\n")
+    assert run("convert", source, "-o", out).exit_code == 0
+    assert len(pl.read_csv(out)) == 4
+
+
+def test_assignments_become_points_where_reports_were(run: Run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    reports = pl.DataFrame(
+        {
+            "time": np.arange(20.0),
+            "lat": 54.0 + 1e-4 * np.arange(20.0) + rng.normal(0, 1e-5, 20),
+            "lon": np.full(20, 10.0),
+        }
+    )
+    reports[7, "lat"], reports[7, "lon"] = 91.0, 181.0
+    reports.write_csv(tmp_path / "reports.csv")
+    assert run("track", tmp_path / "reports.csv", "--out", tmp_path / "out").exit_code == 0
+    out = tmp_path / "points.geojson"
+    assert run("convert", tmp_path / "out" / "assignments.csv", "-o", out).exit_code == 0
+    points = json.loads(out.read_text())["features"]
+    assert len(points) == 20
+    assert points[3]["properties"]["track"] == 1
+    assert points[3]["properties"]["time"] == "1970-01-01T00:00:03Z"
+    assert points[3]["geometry"]["coordinates"] == pytest.approx([10.0, reports[3, "lat"]])
+    assert points[7]["geometry"] is None
+    (tmp_path / "reports.csv").unlink()
+    done = run("convert", tmp_path / "out" / "assignments.csv", "-o", out)
+    assert done.exit_code == 2
+    assert "assignments have no latitudes and longitudes; expected them in the" in done.stderr

@@ -1,5 +1,7 @@
 """Where sensors stand is asked for, of all at once."""
 
+from dataclasses import replace
+
 import pytest
 
 from trackweave.config import load_configuration
@@ -29,3 +31,12 @@ def test_very_many_are_counted() -> None:
     told = refused(tuple(f"s{number}" for number in range(30)), {})
     assert "sensors.s19.position and 10 more: left out" in told
     assert '[sensors."s2"], …' in told
+
+
+def test_it_is_said_from_where_a_place_counts_and_how_degrees_are_told() -> None:
+    radar = replace(RADAR, plane="x counts east of Fiji")
+    with pytest.raises(InvalidInputError) as caught:
+        fill(load_configuration({}), None, ("A", "B"), observed={"A": RADAR, "B": radar})
+    told = str(caught.value)
+    assert told.endswith("of any format). x counts east of Fiji")
+    assert "or sensor_lat,sensor_lon in degrees, of a table" in told

@@ -3,6 +3,7 @@
 import json
 import struct
 import xml.etree.ElementTree as ET
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,56 @@ def test_ctc_paints_each_label_in_each_of_its_frames(tmp_path):
     first = np.frombuffer(files["tracks.ctc/mask000.tif"][8:], "<u2", 68 * 47).reshape(47, 68)
     assert first[30, 20] == 1
     assert set(np.unique(first)) == {0, 1}
+
+
+def labels_of(files: dict[str, bytes], frame: int) -> np.ndarray:
+    """Return an image of labels as a reader of TIFF finds it."""
+    tifffile = pytest.importorskip("tifffile")
+    return np.asarray(tifffile.imread(BytesIO(files[f"tracks.ctc/mask{frame:03d}.tif"])))
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.3, 1.5, 3.0])
+@pytest.mark.parametrize("n_tracks", [2, 5, 100])
+def test_ctc_leaves_each_track_a_pixel_of_its_own_however_near_others_are(n_tracks, apart):
+    angle = np.linspace(0.0, 2 * np.pi, n_tracks, endpoint=False)
+    rows = pl.DataFrame(
+        {
+            "time": np.zeros(n_tracks),
+            "track": np.arange(1, n_tracks + 1),
+            "x": 20.0 + apart * np.cos(angle),
+            "y": 20.0 + apart * np.sin(angle),
+        }
+    )
+    image = labels_of(files_of("ctc", rows), 0)
+    assert set(np.unique(image)) == set(range(n_tracks + 1))
+
+
+def test_ctc_gives_what_two_discs_share_to_the_nearer():
+    rows = pl.DataFrame({"time": [0.0] * 2, "track": [1, 2], "x": [20.0, 24.0], "y": [20.0] * 2})
+    image = labels_of(files_of("ctc", rows), 0)
+    assert (image[:, :22] != 2).all()
+    assert (image[:, 23:] != 1).all()
+    assert (image == 1).sum() + (image == 2).sum() > 81
+
+
+def test_ctc_paints_each_label_in_one_piece():
+    from scipy.ndimage import label
+
+    rng = np.random.default_rng(3)
+    for count in (2, 3, 10):
+        rows = pl.DataFrame(
+            {
+                "time": np.repeat(np.arange(30.0), count),
+                "track": np.tile(np.arange(1, count + 1), 30),
+                "x": 20.0 + 3.0 * rng.standard_normal(30 * count),
+                "y": 20.0 + 3.0 * rng.standard_normal(30 * count),
+            }
+        ).sort("track", "time")
+        files = files_of("ctc", rows)
+        for frame in range(30):
+            image = labels_of(files, frame)
+            pieces = [label(image == number)[1] for number in range(1, count + 1)]
+            assert pieces == [1] * count
 
 
 def test_ctc_is_read_by_an_independent_reader_of_images(tmp_path):
@@ -174,6 +225,41 @@ def test_geff_joins_daughters_with_their_mother(tmp_path):
     graph, _ = geff.read(path, backend="networkx")
     assert sorted(graph.edges) == [(1, 2), (2, 3), (2, 5), (3, 4), (5, 6)]
     assert {graph.nodes[node]["lineage_id"] for node in (1, 6)} == {7}
+
+
+# As in tracks.csv: the mother is foretold for two scans more, while her daughters are there.
+FORETOLD = pl.DataFrame(
+    {
+        "time": [0.0, 1.0, 2.0, 3.0, 2.0, 3.0, 2.0, 3.0],
+        "track": [1, 1, 1, 1, 2, 2, 3, 3],
+        "parent": [None] * 4 + [1] * 4,
+        "last_update": [0.0, 1.0, 1.0, 1.0, 2.0, 3.0, 2.0, 3.0],
+        "x": [20.0, 20.0, 20.0, 20.0, 24.0, 28.0, 16.0, 12.0],
+        "y": [20.0] * 8,
+    }
+)
+
+
+def test_a_mother_foretold_beside_her_daughters_ends_where_she_divides(tmp_path):
+    text = files_of("ctc", FORETOLD)["tracks.ctc/res_track.txt"].decode()
+    assert text.splitlines() == ["1 0 1 0", "2 2 3 1", "3 2 3 1"]
+    (content,) = files_of("trackmate", FORETOLD).values()
+    edges = ET.fromstring(content).iter("Edge")
+    found = {(e.get("SPOT_SOURCE_ID"), e.get("SPOT_TARGET_ID")) for e in edges}
+    assert found == {("0", "1"), ("1", "2"), ("2", "3"), ("1", "4"), ("4", "5")}
+    edges = np.frombuffer(files_of("geff", FORETOLD)["tracks.geff/edges/ids/0.0"], "<u8")
+    assert edges.reshape(-1, 2).tolist() == [[0, 1], [1, 2], [2, 3], [1, 4], [4, 5]]
+
+
+def test_a_mother_who_goes_on_is_her_own_child_beside_the_others():
+    # As yeast does, and where nothing tells that she was not seen any more.
+    buds = FORETOLD.drop("last_update")
+    text = files_of("ctc", buds)["tracks.ctc/res_track.txt"].decode()
+    assert text.splitlines() == ["1 0 1 0", "2 2 3 1", "3 2 3 1", "4 2 3 1"]
+    edges = np.frombuffer(files_of("geff", buds)["tracks.geff/edges/ids/0.0"], "<u8")
+    assert sorted(edges.reshape(-1, 2).tolist()) == [
+        [0, 1], [1, 2], [1, 4], [1, 6], [2, 3], [4, 5], [6, 7],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["ctc", "trackmate", "geff"])

@@ -3,6 +3,7 @@
 import json
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -244,3 +245,20 @@ def test_every_writer_writes_under_the_name_of_tracks():
     for each in formats().values():
         assert all(not ending or ending.startswith(".") for ending in each.endings)
         assert Path(f"tracks{each.endings[0]}").name.startswith("tracks")
+
+
+@pytest.mark.parametrize(
+    ("identity", "kind"),
+    [("211000001", "a-u-S"), ("002111234", "a-u-G"), ("111211001", "a-u-A"), ("4ca2d6", "a-u-G"),
+     (None, "a-u-G")],
+)  # fmt: skip
+def test_cot_tells_ships_from_what_is_on_the_ground(identity, kind):
+    output = states()
+    reports = pl.DataFrame(
+        {"track": output.tracks["track"], "identity": [identity] * len(output.tracks)},
+        schema_overrides={"identity": pl.String},
+    )
+    ships = replace(output, assignments=reports)
+    assert {ET.fromstring(line).get("type") for line in text_of("cot", ships).splitlines()} == {
+        kind
+    }

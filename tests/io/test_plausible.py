@@ -84,6 +84,8 @@ def test_directions_of_a_beam_or_a_sector_are_not_asked_about(first, last):
     [
         ("sigma_range_m", 120.0, True), ("sigma_range_m", 5.0, False),
         ("range_rate_mps", -220.0, True), ("range_rate_mps", 15.0, False),
+        ("speed_mps", 220.0, True), ("speed_mps", 15.0, False),
+        ("flight_level", 330.0, True), ("flight_level", 2.0, False),
     ],
 )  # fmt: skip
 def test_ranges_too_short_beside_what_else_is_told_are_asked_about(other, value, is_asked):

@@ -1,15 +1,19 @@
 """What sensors' reports show, and the settings that follow."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
 
 from trackweave.config import load_configuration
+from trackweave.domain.facts import Facts, Place
+from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
-from trackweave.run.observing import observe, settle
+from trackweave.run.observing import observe, settle, with_facts
 
 SENSOR = {"detection_probability": 0.9, "clutter_density": 1e-6, "scan_period": 4.0}
 GIVEN = {
@@ -218,3 +222,29 @@ def test_a_speed_too_small_for_a_few_objects_is_said() -> None:
     for told, is_said in ((20.0, True), (180.0, False)):
         settings, _ = settle(reports, load_configuration({"motion": {"max_speed": told}}))
         assert any("a few objects seem to move at" in note for note in settings.notes) == is_said
+
+
+def test_who_is_asked_where_radars_stand_learns_from_which_point_and_what_is_known() -> None:
+    table = pl.DataFrame(
+        {
+            "time": np.arange(6.0),
+            "sensor": ["025/012", "025/013"] * 3,
+            "range_m": np.full(6, 9e3),
+            "azimuth_deg": np.arange(6.0),
+        }
+    )
+    alone = read_reports(table)
+    with pytest.raises(InvalidInputError, match="north of one point for all, any that you"):
+        settle(alone, load_configuration({}))
+    known = replace(
+        alone,
+        facts=Facts(places={"025/012": Place(43.57103, 16.40606)}),
+        frame=LocalFrame(43.571, 16.4061),
+    )
+    with pytest.raises(InvalidInputError) as caught:
+        settle(known, with_facts(load_configuration({}), known))
+    told = str(caught.value)
+    assert told.startswith("sensors.025/013.position: left out")
+    assert "north of latitude 43.571, longitude 16.4061, where the plane touches" in told
+    assert "[frame] origin = [latitude, longitude] puts that elsewhere" in told
+    assert told.endswith("The recording tells that of 025/012 at 43.57103, 16.40606")

@@ -1,23 +1,30 @@
 """The commands ``convert`` and ``formats``."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 import typer
 
 from trackweave.cli.edge import Voice
-from trackweave.errors import InvalidInputError
+from trackweave.domain.reports import BadRow
+from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Format, Output
 from trackweave.formats.reading import load
 from trackweave.formats.registry import format_named, formats
 from trackweave.io.columns import datetime_column, read_times, typed_column
 from trackweave.io.encoding import encode_table
 from trackweave.io.output import RECORD, OutputFile, write_folder
-from trackweave.io.run_files import TABLES, read_run
-from trackweave.io.tables import RawTable, load_table, with_our_names
+from trackweave.io.reports import reports_in
+from trackweave.io.run_files import TABLES, read_run, reports_file
+from trackweave.io.tables import OnBadRow, RawTable, load_table, with_our_names
 
 __all__ = ["run_convert", "run_formats"]
+
+_ASSIGNED = {"report", "track", "probability"}
+_MEASURED = ({"x", "y"}, {"lat", "lon"}, {"range_m", "azimuth_deg"}, {"bearing_deg"})
 
 
 def run_convert(
@@ -28,20 +35,24 @@ def run_convert(
     told: str | None = None,
     to: str | None = None,
     hide_identities: bool = False,
+    on_bad_row: OnBadRow = "fail",
 ) -> dict[str, Any]:
     """Turn one format into another; return what was read and written."""
     target = _target(out, to)
     if not out.is_dir():
         OutputFile(out).check([source])
-    notes, undecoded = tuple[str, ...](), 0
+    notes, undecoded, skipped = tuple[str, ...](), 0, tuple[BadRow, ...]()
     if source.is_dir() and (source / RECORD).is_file():
         output = _of_run(source)
         table = output.tracks
     else:
-        raw = with_our_names(load(source, told))
+        raw = _checked(with_our_names(load(source, told)), on_bad_row)
+        skipped = raw.skipped
         table, notes, undecoded = _typed(raw), raw.notes, raw.undecoded.count
         if hide_identities:
             table = _hidden(table)
+        if target.name == "geojson" and set(table.columns) >= _ASSIGNED:
+            table = _with_places(table, source)
         output = Output(table)
     if target.is_table:
         ending = next(
@@ -56,14 +67,30 @@ def run_convert(
     _write(files, out)
     for note in notes:
         voice.say(note)
+    if skipped:
+        voice.say(f"{len(skipped):,} bad rows left out; the first: {raw.message_of(skipped[0])}")
     voice.say(f"written: {out}")
     return {
         "out": str(out),
         "to": target.name,
         "rows": len(table),
+        "skipped_rows": len(skipped),
         "undecoded_records": undecoded,
         "notes": list(notes),
     }
+
+
+def _checked(raw: RawTable, on_bad_row: OnBadRow) -> RawTable:
+    """Return a table without rows that `track` would not take; refuse them where told to."""
+    names = set(raw.columns.columns)
+    if "track" not in names and "time" in names and any(each <= names for each in _MEASURED):
+        bad = reports_in(raw, on_bad_row=on_bad_row, anywhere=True).skipped
+    elif raw.skipped and on_bad_row == "fail":
+        raise DataFormatError(raw.message_of(raw.skipped[0]))
+    else:
+        bad = raw.skipped
+    keep = ~np.isin(raw.row, [each.row for each in bad])
+    return replace(raw, columns=raw.columns.filter(keep), row=raw.row[keep], skipped=bad)
 
 
 def _write(files: dict[str, bytes], out: Path) -> None:
@@ -109,6 +136,29 @@ def _of_run(folder: Path) -> Output:
         _typed(load_table(folder / name, may_be_empty=True)) for name in TABLES
     )
     return Output(tracks, history, assignments, frame)
+
+
+def _with_places(table: pl.DataFrame, source: Path) -> pl.DataFrame:
+    """Return assignments with the latitudes and longitudes of the reports of their run."""
+    if {"lat", "lon"} <= set(table.columns):
+        return table
+    run = read_run(source.parent) if (source.parent / RECORD).is_file() else None
+    path = None if run is None else reports_file(run)
+    raw = None
+    if run is not None and path is not None:
+        raw = with_our_names(load(path, run.record["input"].get("format")))
+    if raw is None or not {"lat", "lon"} <= set(raw.columns.columns):
+        raise InvalidInputError(
+            f"{source}: assignments have no latitudes and longitudes; expected them in the "
+            "directory of a run whose reports, in lat,lon, are where they were"
+        )
+    own = raw.columns["report"] if "report" in raw.columns.columns else pl.Series(raw.row)
+    places = raw.columns.select(
+        own.cast(pl.String).alias("report"),
+        *(pl.col(name).cast(pl.Float64, strict=False) for name in ("lat", "lon")),
+    )
+    named = table.with_columns(pl.col("report").cast(pl.String))
+    return named.join(places, on="report", how="left", maintain_order="left")
 
 
 def _hidden(table: pl.DataFrame) -> pl.DataFrame:

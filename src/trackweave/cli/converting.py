@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from trackweave.cli.edge import done_by
-from trackweave.cli.options import FromOption, JsonOption, QuietOption, required
+from trackweave.cli.options import FromOption, JsonOption, OnBadRow, QuietOption, required
 
 __all__ = ["convert", "formats"]
 
@@ -32,6 +32,9 @@ def convert(
             help="Write identities as the column target, the truth, which no tracker reads.",
         ),
     ] = False,
+    on_bad_row: Annotated[
+        OnBadRow, typer.Option(help="Stop at a bad row of a table, or leave it out and go on.")
+    ] = "fail",
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:

@@ -12,7 +12,7 @@ from trackweave.domain.tracks import CONFIRMED
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
 from trackweave.io.output import OutputFile
-from trackweave.io.run_files import RunFiles, read_run
+from trackweave.io.run_files import RunFiles, read_run, reports_file
 from trackweave.plotting import ScanSeries, Scene, picture_of_run
 from trackweave.plotting.run import FORMATS
 from trackweave.run.drawing import scene_of, series_of, with_reports
@@ -46,7 +46,7 @@ def run_plot(
             f"--out: {out}; expected a name that ends in .png, .svg, .pdf or .html"
         )
     run = read_run(directory)
-    file = _reports_file(run) if reports is None else reports
+    file = reports_file(run) if reports is None else reports
     if truth is None and (directory / "truth.csv").is_file():
         truth = directory / "truth.csv"
     inputs = [*directory.glob("*.*"), file, truth]
@@ -79,19 +79,6 @@ def run_plot(
         voice.say("reports are not drawn, for their positions are not in the run; see --reports")
     voice.say(f"The picture is {out}.")
     return _found(run, scene, series, out)
-
-
-def _reports_file(run: RunFiles) -> Path | None:
-    own = run.path / "reports.csv"
-    if own.is_file():
-        return own
-    named = run.record["input"].get("file")
-    if not isinstance(named, str) or not named:
-        return None
-    # As it was given, which a move of the run's directory together with its reports survives.
-    beside = run.path.absolute().parent
-    places = (Path(named), beside / named, beside / Path(named).name)
-    return next((place for place in places if place.is_file()), None)
 
 
 def _read_reports(path: Path, run: RunFiles) -> ReportTable:

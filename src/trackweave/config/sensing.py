@@ -43,6 +43,7 @@ class ObservedSensor:
     # Whether it has to be known where the sensor is, because it does not report positions and is
     # not the only one.
     needs_place: bool = False
+    plane: str = ""  # What is known of the plane on which it would be, for whoever has to say
     extent: float = 1.0  # The size of the space that its measurements fill, in their own units
     usual_range: float = 1000.0  # Median distance of its reports [m]
     reports_per_scan: float = 1.0  # Their mean number
@@ -103,7 +104,9 @@ def require_places(sources: Sources, observed: Mapping[str, ObservedSensor]) -> 
     raise InvalidInputError(
         f"{keys}{more}: left out; expected where {where}, [x, y] in metres, because {whose} "
         f"{columns} count from there: under {tables} a line such as position = [0.0, 0.0] (or "
-        "columns sensor_x,sensor_y)"
+        "columns sensor_x,sensor_y, or sensor_lat,sensor_lon in degrees, of a table, which "
+        "`trackweave convert` makes of any format)"
+        + next((f". {seen.plane}" for seen in observed.values() if seen.plane), "")
     )
 
 

@@ -51,9 +51,20 @@ class Facts:
     """What a recording tells beside its reports.
 
     ``places`` and ``scan_periods`` [s] are by the names that the column ``sensor`` has and count
-    as told; ``notes`` are sentences on what was assumed, what was left out and why.
+    as told; ``notes`` are sentences on what was assumed and why; ``left_out`` counts the records
+    that are whole but no reports, by what they are.
     """
 
     places: dict[str, Place] = field(default_factory=dict)
     scan_periods: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    left_out: dict[str, int] = field(default_factory=dict)
+
+    def leave_out(self, what: str, count: int = 1) -> None:
+        """Count records that are no reports."""
+        if count:
+            self.left_out[what] = self.left_out.get(what, 0) + int(count)
+
+    def sentences(self) -> list[str]:
+        """Return the notes, and what was left out."""
+        return [*self.notes, *(f"{what}: {n:,}" for what, n in sorted(self.left_out.items()))]

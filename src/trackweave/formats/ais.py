@@ -62,7 +62,11 @@ class AisDecoder(Lines):
         lengths = np.fromiter(map(len, lines), np.int64, len(lines)) + 1
         text = pl.Series("line", block.decode("utf-8", "replace").split("\n")).str.strip_chars()
         table = pl.DataFrame({"line": text, "offset": offset + np.cumsum(lengths) - lengths})
-        table = table.filter(pl.col("line").str.contains(r"VD[MO],|^\$PGHP"))
+        ours = table["line"].str.contains(r"VD[MO],|^\$PGHP")
+        self.facts.leave_out(
+            "lines without an AIS sentence", int(((table["line"] != "") & ~ours).sum())
+        )
+        table = table.filter(ours)
         table = table.with_columns(announced=self._announcements(table["line"]))
         table = table.filter(pl.col("line").str.contains(r"VD[MO],"))
         if table.is_empty():
@@ -126,6 +130,8 @@ class AisDecoder(Lines):
         positions, place, short = positions_in(messages["payload"], messages["fill"].to_numpy())
         for each in short:
             self.skips.add(messages["offset"][int(each)], "an AIS message that ends too early")
+        others = len(messages) - len(positions) - len(short)
+        self.facts.leave_out("messages of kinds that are not read", others)
         if positions.is_empty():
             return None
         received = messages.select("time", "station")[place]

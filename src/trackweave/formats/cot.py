@@ -4,29 +4,38 @@
 stands for what is not known, as the standard says.
 """
 
+import re
+
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.formats.format import Format, Output
-from trackweave.formats.track_rows import EarthTrack, earth_tracks, moments
+from trackweave.formats.track_rows import EarthTrack, earth_tracks, moments, most_said
 
 __all__ = ["FORMAT"]
 
 _UNKNOWN = 9_999_999.0
 _STALE_S = 60.0
 # Whose they are is unknown; with a height they are in the air.
-_GROUND, _AIR = "a-u-G", "a-u-A"
+_GROUND, _AIR, _SEA = "a-u-G", "a-u-A", "a-u-S"
+# Maritime identities (ITU-R M.585): of ships, and of aircraft in search and rescue.
+_SHIP, _RESCUE = re.compile("[2-7][0-9]{8}"), re.compile("111[2-7][0-9]{5}")
 
 
 def _write(output: Output) -> dict[str, bytes]:
-    events = [event for each in earth_tracks(output, "cot") for event in _events(each)]
+    identity = most_said(output, "identity")
+    events = [
+        event
+        for each in earth_tracks(output, "cot")
+        for event in _events(each, identity.get(str(each.track)) or each.name)
+    ]
     # In the order in which they would have been sent.
     lines = [line for _, _, line in sorted(events)]
     return {"tracks.cot": "".join(f"{line}\n" for line in lines).encode("utf-8")}
 
 
-def _events(track: EarthTrack) -> list[tuple[float, int, str]]:
+def _events(track: EarthTrack, identity: str) -> list[tuple[float, int, str]]:
     stale, _ = moments(pl.Series(track.seconds + _STALE_S))
     height, sigma, up = (
         _known(values, len(stale)) for values in (track.altitude, track.sigma, track.sigma_up)
@@ -35,9 +44,11 @@ def _events(track: EarthTrack) -> list[tuple[float, int, str]]:
     from xml.sax.saxutils import quoteattr
 
     uid, callsign = quoteattr(f"trackweave-{track.track}"), quoteattr(track.name)
+    otherwise = _SEA if _SHIP.fullmatch(identity) else _GROUND
+    otherwise = _AIR if _RESCUE.fullmatch(identity) else otherwise
     found = []
     for k, time in enumerate(track.time):
-        kind = _GROUND if height[k] == _UNKNOWN else _AIR
+        kind = otherwise if height[k] == _UNKNOWN else _AIR
         detail = f"<contact callsign={callsign}/>"
         if track.speed is not None and track.course is not None and np.isfinite(track.speed[k]):
             detail += f'<track course="{track.course[k]:.2f}" speed="{track.speed[k]:.3f}"/>'

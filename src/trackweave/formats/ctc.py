@@ -1,8 +1,9 @@
 """Cell Tracking Challenge: a folder of label images, and ``res_track.txt`` (label, begin, end, parent).
 
 Labels are painted as discs about the tracks' positions, which are pixels. A label of the challenge
-is in every frame from its begin to its end: a track with a gap goes on as its own child. A track
-that came of another by division is the child of that one's last label.
+is in every frame from its begin to its end: a track with a gap goes on as its own child, and so
+does one that goes on after a division. A track that came of another is the child of that one's
+last label before it.
 """  # noqa: E501
 
 import struct
@@ -11,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from trackweave.arrays import IntArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Facts, Format, Output
-from trackweave.formats.track_rows import framed_rows, parents
+from trackweave.formats.track_rows import branches, framed_rows
 
 __all__ = ["FORMAT"]
 
@@ -29,10 +30,11 @@ def _write(output: Output) -> dict[str, bytes]:
     pieces = _pieces(rows)
     if len(pieces) > _MOST_LABELS:
         raise InvalidInputError(f"format ctc: {len(pieces)} labels; expected at most 65,535")
-    place = rows.select("x", "y").to_numpy().round().astype(np.int64)
-    if (place < 0).any():
+    place = rows.select("x", "y").to_numpy().astype(np.float64)
+    if (place.round() < 0).any():
         raise InvalidInputError("format ctc: positions below 0; expected pixels of an image")
-    width, height = (place.max(axis=0) + _RADIUS + 1).tolist() if len(rows) else (1, 1)
+    most = place.max(axis=0).round().astype(np.int64) if len(rows) else np.full(2, -_RADIUS)
+    width, height = (most + _RADIUS + 1).tolist()
     frame, label = rows["frame"].to_numpy(), np.zeros(len(rows), np.int64)
     n_frames = int(frame.max()) + 1 if len(rows) else 0
     if width * height * max(n_frames, 1) > _MOST_PIXELS:
@@ -44,7 +46,7 @@ def _write(output: Output) -> dict[str, bytes]:
     files = {"tracks.ctc/res_track.txt": "".join(lines).encode("ascii")}
     for number in range(n_frames):
         here = frame == number
-        image = _painted(place[here], label[here], (int(width), int(height)))
+        image = _painted(place[here], label[here], (width, height))
         files[f"tracks.ctc/mask{number:03d}.tif"] = _tiff(image)
     return files
 
@@ -54,31 +56,83 @@ def _pieces(rows: pl.DataFrame) -> list[tuple[int, int, int]]:
     track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
     if len(rows) == 0:
         return []
-    ends = np.flatnonzero((np.diff(track) != 0) | (np.diff(frame) > 1))
-    spans = list(zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(rows) - 1], strict=True))
-    last = {int(track[end]): number for number, (_, end) in enumerate(spans, start=1)}
-    of, pieces = parents(rows), []
-    for number, (begin, end) in enumerate(spans, start=1):
+    after = branches(rows)
+    is_end = (np.diff(track) != 0) | (np.diff(frame) > 1)
+    is_end[[row for row in after.values() if row < len(rows) - 1]] = True
+    ends = [*np.flatnonzero(is_end).tolist(), len(rows) - 1]
+    label = {end: number for number, end in enumerate(ends, start=1)}
+    pieces = []
+    for begin, end in zip([0, *(end + 1 for end in ends[:-1])], ends, strict=True):
         own = int(track[begin])
-        goes_on = begin > 0 and track[begin - 1] == own
-        mother = last.get(of.get(own, -1), 0)
-        begins_after = mother > 0 and frame[spans[mother - 1][1]] < frame[begin]
-        pieces.append((begin, end, number - 1 if goes_on else mother if begins_after else 0))
+        is_first = begin == 0 or track[begin - 1] != own
+        mother = after.get(own, -1) if is_first else begin - 1
+        pieces.append((begin, end, label.get(mother, 0)))
     return pieces
 
 
-def _painted(place: IntArray, label: IntArray, size: tuple[int, int]) -> np.ndarray:
-    """Return an image in which each label is a disc; no disc hides another's middle."""
+def _painted(place: FloatArray, label: IntArray, size: tuple[int, int]) -> np.ndarray:
+    """Return an image in which each label is a disc, and what two could have is the nearer's."""
     image = np.zeros((size[1], size[0]), np.uint16)
-    down, right = np.mgrid[-_RADIUS : _RADIUS + 1, -_RADIUS : _RADIUS + 1]
-    inside = down**2 + right**2 <= _RADIUS**2
-    down, right = down[inside], right[inside]
+    nearest = np.full(image.shape, np.inf)
     for (x, y), number in zip(place, label, strict=True):
-        rows, columns = y + down, x + right
-        seen = (rows >= 0) & (columns >= 0) & (rows < size[1]) & (columns < size[0])
-        image[rows[seen], columns[seen]] = number
-    image[place[:, 1], place[:, 0]] = label
+        rows, columns, distance = _disc(x, y, _RADIUS, size)
+        nearer = distance < nearest[rows, columns]
+        rows, columns = rows[nearer], columns[nearer]
+        image[rows, columns] = number
+        nearest[rows, columns] = distance[nearer]
+    _drop_crumbs(image, place, label)
+    _give_pixels(image, place, label)
     return image
+
+
+def _drop_crumbs(image: np.ndarray, place: FloatArray, label: IntArray) -> None:
+    """Take from labels what others cut off from their middles."""
+    for (x, y), number in zip(place, label, strict=True):
+        rows, columns, distance = _disc(x, y, _RADIUS, (image.shape[1], image.shape[0]))
+        own = image[rows, columns] == number
+        if own.all() or not own.any():
+            continue
+        from scipy.ndimage import label as numbered
+
+        rows, columns = rows[own], columns[own]
+        patch = np.zeros((np.ptp(rows) + 1, np.ptp(columns) + 1), np.bool_)
+        patch[rows - rows.min(), columns - columns.min()] = True
+        part = numbered(patch)[0][rows - rows.min(), columns - columns.min()]
+        crumbs = part != part[np.argmin(distance[own])]
+        image[rows[crumbs], columns[crumbs]] = 0
+
+
+def _give_pixels(image: np.ndarray, place: FloatArray, label: IntArray) -> None:
+    """Give a pixel to each label that has none, as where two tracks are one report.
+
+    The challenge's own readers refuse a frame in which a track of that time has no pixel.
+    """
+    height, width = image.shape
+    count = np.bincount(image.ravel(), minlength=int(label.max(initial=0)) + 1)
+    for (x, y), number in zip(place, label, strict=True):
+        radius = _RADIUS
+        while count[number] == 0 and radius < 2 * max(width, height):
+            rows, columns, distance = _disc(x, y, radius, (width, height))
+            owner = image[rows, columns]
+            free = np.flatnonzero((owner == 0) | (count[owner] > 1))
+            if free.size:
+                at = free[np.argmin(distance[free])]
+                count[owner[at]] -= 1
+                count[number] += 1
+                image[rows[at], columns[at]] = number
+            radius *= 2
+
+
+def _disc(
+    x: float, y: float, radius: int, size: tuple[int, int]
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return rows and columns of the pixels about a place, and their squared distances from it."""
+    down, right = np.mgrid[-radius : radius + 1, -radius : radius + 1]
+    inside = down**2 + right**2 <= radius**2
+    rows, columns = round(y) + down[inside], round(x) + right[inside]
+    seen = (rows >= 0) & (columns >= 0) & (rows < size[1]) & (columns < size[0])
+    rows, columns = rows[seen], columns[seen]
+    return rows, columns, (rows - y) ** 2 + (columns - x) ** 2
 
 
 def _tiff(image: np.ndarray) -> bytes:

@@ -1,13 +1,18 @@
-"""GeoJSON (RFC 7946): each track a line with the times of its points in ``coordTimes``."""
+"""GeoJSON (RFC 7946): each track a line with the times of its points in ``coordTimes``.
+
+Of assignments each report is a point, without a place where it says none.
+"""
 
 import json
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.formats.format import Format, Output
-from trackweave.formats.track_rows import EarthTrack, earth_tracks
+from trackweave.formats.json_stream import finite
+from trackweave.formats.track_rows import EarthTrack, earth_tracks, moments
 
 __all__ = ["FORMAT"]
 
@@ -15,10 +20,35 @@ _PLACES = 8  # a millimetre
 
 
 def _write(output: Output) -> dict[str, bytes]:
-    features = [_feature(each) for each in earth_tracks(output, "geojson")]
+    if {"report", "probability", "lat", "lon"} <= set(output.tracks.columns):
+        features = _points(output.tracks)
+    else:
+        features = [_feature(each) for each in earth_tracks(output, "geojson")]
     collection = {"type": "FeatureCollection", "features": features}
     text = json.dumps(collection, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return {"tracks.geojson": text.encode("utf-8")}
+
+
+def _points(reports: pl.DataFrame) -> list[dict[str, Any]]:
+    """Return a point for each report, with what is told of it."""
+    moment, _ = moments(reports["time"])
+    rows = reports.with_columns(time=pl.Series(moment)).iter_rows(named=True)
+    return [_point(row) for row in rows]
+
+
+def _point(row: dict[str, Any]) -> dict[str, Any]:
+    north, east = (
+        finite(row.pop(name), -most, most) for name, most in (("lat", 90), ("lon", 360))
+    )
+    geometry = None
+    if north is not None and east is not None:
+        place = [round((east + 180.0) % 360.0 - 180.0, _PLACES), round(north, _PLACES)]
+        geometry = {"type": "Point", "coordinates": place}
+    told = {
+        name: value if isinstance(value, str | int) else finite(value)
+        for name, value in row.items()
+    }
+    return {"type": "Feature", "id": row["report"], "geometry": geometry, "properties": told}
 
 
 def _feature(track: EarthTrack) -> dict[str, Any]:

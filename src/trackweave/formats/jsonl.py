@@ -20,6 +20,8 @@ _BEYOND_WHOLE = 1 << 63
 class JsonlDecoder(JsonStream):
     """Turns objects into rows; columns are those of the first objects."""
 
+    by_line = True
+
     def __init__(self) -> None:
         super().__init__()
         self._kinds: dict[str, Any] = {}

@@ -89,9 +89,13 @@ class KittiDecoder(Lines):
         for place in np.flatnonzero(mine & ~good):
             self.skips.add(cells.offsets[place], "no label and no detection of KITTI")
         table = table_of(columns).filter(pl.Series(good))
-        table = table.filter(pl.col("class") != "DontCare")
+        is_region, count = table["class"] == "DontCare", len(table)
+        self.facts.leave_out("regions DontCare, which are no objects", int(is_region.sum()))
         if self._kind != "all":
             table = table.filter(pl.col("class") == self._kind)
+            others = count - int(is_region.sum()) - len(table)
+            self.facts.leave_out(f"objects of other kinds than {self._kind}", others)
+        table = table.filter(pl.col("class") != "DontCare")
         said = [column.name for column in table.get_columns() if column.null_count() < len(table)]
         return table.select(said)
 

@@ -17,6 +17,7 @@ __all__ = ["FORMAT", "MotDecoder"]
 _FEWEST, _MOST = 6, 10
 _NAMES = ("left", "top", "width", "height")
 _LARGEST = 1e7  # pixels, or frames
+_UNJUDGED = "boxes with an identity and a confidence of 0, which are not to be judged"
 
 
 class MotDecoder(Lines):
@@ -44,7 +45,9 @@ class MotDecoder(Lines):
         cells = Cells(block, offset, ",")
         frame, name = cells.number(0), cells.number(1)
         boxes = {column: cells.number(2 + place) for place, column in enumerate(_NAMES)}
+        # Results say -1 for a confidence that they do not know.
         strength = cells.number(6)
+        strength = strength.set((strength == -1) & (name >= 0), None)
         good = (cells.count >= _FEWEST) & name.is_not_null().to_numpy()
         good &= frame.is_between(0, 1e12).fill_null(value=False).to_numpy()
         for column in _NAMES:
@@ -64,8 +67,9 @@ class MotDecoder(Lines):
                 "class": cells.number(7).cast(pl.Int64, strict=False).set(name < 0, None),
             }
         ).filter(pl.Series(good))
-        # A confidence of 0 in a file of identities: not to be judged.
-        table = table.filter(pl.col("target").is_null() | (pl.col("strength").fill_null(1.0) > 0))
+        judged = table["target"].is_null() | (table["strength"].fill_null(1.0) != 0)
+        self.facts.leave_out(_UNJUDGED, int((~judged).sum()))
+        table = table.filter(judged)
         # What no line says is no column: a column target of nothing would mean false alarms.
         said = [column.name for column in table.get_columns() if column.null_count() < len(table)]
         return table.select(said) if len(table) else None

@@ -20,6 +20,7 @@ _NUMBERS = (
     ("speed_mps", "velocity", 9), ("course_deg", "heading", 10), ("climb_mps", "vertrate", 11),
 )  # fmt: skip
 _TEXTS = (("callsign", "callsign", 1), ("squawk", "squawk", 14))
+_NOWHERE = "states without a position, which report nothing"
 _NEEDED = (b"icao24", b"lat", b"lon")
 _STATE = re.compile(
     rb'\s*\[\s*(?:\[\s*)?"[0-9a-f]{6}"\s*,\s*(?:"[^"]{0,16}"|null)\s*,\s*(?:"[^"]{0,64}"|null)\s*,'
@@ -101,7 +102,8 @@ class _Csv(Lines):
         north, east = self._numbers(cells, "lat"), self._numbers(cells, "lon")
         time = self._numbers(cells, self._time)
         address = self._texts(cells, "icao24")
-        unknown = (north.is_null() & east.is_null()).to_numpy()
+        unsaid = [self._texts(cells, name).is_null().to_numpy() for name in ("lat", "lon")]
+        unknown = unsaid[0] & unsaid[1]
         good = (cells.count == len(self._names)) & address.is_not_null().to_numpy()
         for numbers, low, high in ((north, -90, 90), (east, -180, 360), (time, 0, _LATEST)):
             good &= (numbers.is_between(low, high).fill_null(value=False)).to_numpy() | (
@@ -110,6 +112,7 @@ class _Csv(Lines):
         for place in np.flatnonzero(~good):
             self.skips.add(cells.offsets[place], "no state vector")
         rows = good & ~unknown
+        self.facts.leave_out(_NOWHERE, (good & unknown).sum())
         if not rows.any():
             return None
         moment = (time * 1e6).round().cast(pl.Int64, strict=False).cast(pl.Datetime("us", "UTC"))
@@ -173,6 +176,7 @@ class _Json(JsonStream):
             name, time = text_of(cells[0]), finite(told, 0.0, _LATEST)
             north, east = finite(cells[6], -90.0, 90.0), finite(cells[5], -180.0, 360.0)
             if name is not None and cells[5] is None and cells[6] is None:
+                self.facts.leave_out(_NOWHERE)
                 continue
             if None in (name, time, north, east):
                 self.skips.add(offset, "no state vector")
@@ -198,7 +202,7 @@ FORMAT = Format(
     title="OpenSky Network state vectors, CSV and JSON",
     endings=(".json",),
     carries="positions, address as identity, heights, speed, course, callsign, squawk",
-    loses="aircraft without a position, alerts, who received it",
+    loses="aircraft without a position, alerts, whether on the ground, who received it",
     recognise=_recognise,
     decoder=OpenskyDecoder,
     options=(

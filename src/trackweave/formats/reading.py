@@ -211,7 +211,9 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
         frames.append(_of_network(table, name, as_text=are_text))
         facts.places |= table.facts.places
         facts.scan_periods |= table.facts.scan_periods
-        facts.notes += [f"{name}: {note}" for note in (*table.facts.notes, *table.notes_on_names)]
+        facts.notes += [
+            f"{name}: {note}" for note in (*table.facts.sentences(), *table.notes_on_names)
+        ]
         skips.take(table.undecoded, name)
     columns = pl.concat(frames, how="diagonal_relaxed")
     return RawTable(
@@ -314,7 +316,7 @@ def _table_of(frames: list[pl.DataFrame], name: str, told: tuple[Facts, Skips]) 
         columns = columns.filter(pl.col("time").is_not_null())
         facts.notes.append(f"{untimed:,} reports say no time and were left out")
     if columns.is_empty():
-        why = list(facts.notes)
+        why = facts.sentences()
         if skips.count:
             first = skips.listed[0]
             why.append(

@@ -68,6 +68,7 @@ class ReadsbDecoder(JsonStream):
             self.skips.add(offset, "an aircraft without an address")
             return []
         if "lat" not in each and "lon" not in each:
+            self.facts.leave_out("aircraft without a position, which report nothing")
             return []
         age = finite(each.get("seen_pos"), 0.0, 1e6) or 0.0
         time, position = finite(now, 0.0, _LATEST), _position(each.get("lat"), each.get("lon"))
@@ -78,6 +79,7 @@ class ReadsbDecoder(JsonStream):
         heard = round(time - age, 1)
         last = self._last.get(name)
         if last is not None and last[1:] == position and abs(heard - last[0]) < 1.0:
+            self.facts.leave_out("positions that the snapshot before had told")
             return []
         self._remember(name, (heard, *position))
         ground = each.get("alt_baro", each.get("altitude"))

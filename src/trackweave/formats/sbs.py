@@ -15,6 +15,7 @@ __all__ = ["FORMAT", "SbsDecoder"]
 _FOOT, _KNOT = 0.3048, 1852.0 / 3600.0
 _KINDS = ("MSG", "STA", "ID", "AIR", "SEL", "CLK")
 _FEWEST = 16
+_MESSAGES = tuple("12345678")
 
 
 class SbsDecoder(Lines):
@@ -24,12 +25,14 @@ class SbsDecoder(Lines):
         cells = Cells(block, offset, ",")
         kind, message = cells.text(0), cells.text(1)
         is_message = (kind == "MSG").to_numpy()
-        known = kind.is_in(_KINDS).to_numpy() & (~is_message | (cells.count >= 10))
+        is_whole = (cells.count >= 10) & message.is_in(_MESSAGES).to_numpy()
+        known = kind.is_in(_KINDS).to_numpy() & (~is_message | is_whole)
         for place in np.flatnonzero(~known):
             self.skips.add(cells.offsets[place], "no SBS message")
         told = known & is_message & message.is_in(["2", "3"]).to_numpy()
         latitude, longitude = cells.number(14), cells.number(15)
-        told &= ~(latitude.is_null() & longitude.is_null()).to_numpy()
+        is_empty = (cells.text(14) == "").to_numpy() & (cells.text(15) == "").to_numpy()
+        told &= ~is_empty | (cells.count < _FEWEST)
         address = cells.text(4).str.to_lowercase()
         good = (
             told & (cells.count >= _FEWEST) & address.str.contains(r"^~?[0-9a-f]{6}$").to_numpy()
@@ -38,6 +41,9 @@ class SbsDecoder(Lines):
         good &= (longitude.abs() <= 180).fill_null(value=False).to_numpy()
         for place in np.flatnonzero(told & ~good):
             self.skips.add(cells.offsets[place], "an SBS message without address or position")
+        self.facts.leave_out(
+            "messages without a position, which report nothing", (known & ~told).sum()
+        )
         table = table_of(
             {
                 "time": _moment(cells),

@@ -14,8 +14,8 @@ from trackweave.formats.format import Output
 from trackweave.io.columns import datetime_column
 
 __all__ = [
-    "EarthTrack", "boxed_rows", "chosen_rows", "earth_tracks", "family_of", "framed_rows",
-    "joined", "moments", "parents",
+    "EarthTrack", "boxed_rows", "branches", "chosen_rows", "earth_tracks", "family_of",
+    "framed_rows", "joined", "moments", "most_said", "parents",
 ]  # fmt: skip
 
 
@@ -52,6 +52,21 @@ def chosen_rows(output: Output) -> pl.DataFrame:
     if "status" in rows.columns:
         rows = rows.filter(pl.col("status") != "tentative")
     return rows.sort("track", "time", maintain_order=True)
+
+
+def most_said(output: Output, name: str) -> dict[str, str]:
+    """Return what most of each track's reports say in a column, by the track as text."""
+    reports = output.assignments
+    if reports is None or name not in reports.columns:
+        return {}
+    said = reports.select(pl.col("track", name).cast(pl.String)).drop_nulls()
+    most = (
+        said.group_by("track", name)
+        .len()
+        .sort("len", name, descending=[True, False])
+        .unique("track", keep="first")
+    )
+    return dict(zip(most["track"].to_list(), most[name].to_list(), strict=True))
 
 
 def moments(time: pl.Series) -> tuple[list[str], FloatArray]:
@@ -185,14 +200,15 @@ def framed_rows(output: Output, name: str) -> pl.DataFrame:
     Returns
     -------
     One row for each state; frames count the different times from 0, heights are 0 without any,
-    and ``parent`` is null where a track came of none.
+    and ``parent`` is null where a track came of none. A mother's states end with the division,
+    but for those that later reports tell of (column ``last_update``, where there is one).
 
     Raises
     ------
     InvalidInputError
         If there are no plane coordinates.
     """
-    rows = chosen_rows(output)
+    rows = _undivided(chosen_rows(output))
     if not {"x", "y"} <= set(rows.columns):
         raise InvalidInputError(f"format {name}: tracks have no x and y; expected both")
     _, seconds = moments(rows["time"])
@@ -208,10 +224,37 @@ def framed_rows(output: Output, name: str) -> pl.DataFrame:
     )  # fmt: skip
 
 
+def _undivided(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return rows without those that foretell a mother who has divided already."""
+    if not {"parent", "last_update"} <= set(rows.columns) or rows["parent"].is_null().all():
+        return rows
+    ends = rows.group_by("parent").agg(divides=pl.col("time").min())
+    rows = rows.join(ends, left_on="track", right_on="parent", how="left", maintain_order="left")
+    goes_on = (pl.col("time") >= pl.col("divides")) & (pl.col("last_update") < pl.col("divides"))
+    return rows.filter(~goes_on.fill_null(value=False)).drop("divides")
+
+
 def parents(rows: pl.DataFrame) -> dict[int, int]:
     """Return the track that each came of by division, of those that did, both among the rows."""
     known = rows.filter(pl.col("parent").is_in(rows["track"].unique().to_list()))
     return dict(known.select("track", "parent").unique(maintain_order=True).iter_rows())
+
+
+def branches(rows: pl.DataFrame) -> dict[int, int]:
+    """Return the mother's last row before each track that came of one, by the track's number."""
+    track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
+    begins = np.flatnonzero(np.diff(track, prepend=track[:1] - 1))
+    spans = {
+        int(track[begin]): (int(begin), frame[begin:end])
+        for begin, end in zip(begins, np.r_[begins[1:], track.size][: begins.size], strict=True)
+    }
+    found = {}
+    for daughter, mother in parents(rows).items():
+        begin, frames = spans[mother]
+        count = int(np.searchsorted(frames, spans[daughter][1][0]))
+        if count:
+            found[daughter] = begin + count - 1
+    return found
 
 
 def joined(rows: pl.DataFrame) -> IntArray:
@@ -226,15 +269,11 @@ def joined(rows: pl.DataFrame) -> IntArray:
     -------
     Numbers of rows, the earlier and the later, shape (links, 2), by the later.
     """
-    track, frame = rows["track"].to_numpy(), rows["frame"].to_numpy()
+    track = rows["track"].to_numpy()
     begins = np.flatnonzero(np.diff(track, prepend=track[:1] - 1))
-    ends = np.r_[begins[1:], track.size] - 1
-    last = dict(zip(track[ends].tolist(), ends.tolist(), strict=True)) if track.size else {}
-    before = np.arange(track.size, dtype=np.int64) - 1
-    of = parents(rows)
+    before, mother = np.arange(track.size, dtype=np.int64) - 1, branches(rows)
     for row in begins.tolist():
-        mother = last.get(of.get(int(track[row]), -1), -1)
-        before[row] = mother if mother >= 0 and frame[mother] < frame[row] else -1
+        before[row] = mother.get(int(track[row]), -1)
     later = np.flatnonzero(before >= 0)
     return np.stack([before[later], later], axis=-1)
 

@@ -20,7 +20,10 @@ from trackweave.io.columns import (
 )
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_our_names
 
-__all__ = ["LONGEST_NAME", "Range", "RowChecks", "ask_back", "checks_of", "questions"]
+__all__ = [
+    "FLIGHT_LEVEL", "LEVEL_M", "LONGEST_NAME", "Range", "RowChecks", "ask_back", "checks_of",
+    "questions",
+]  # fmt: skip
 
 # As many bad rows are named; all are counted.
 _MOST_NAMED = 5
@@ -53,10 +56,13 @@ class Range:
 
 
 class RowChecks:
-    """Reads the columns of a table and keeps the first complaint about each row."""
+    """Reads the columns of a table and keeps the first complaint about each row.
 
-    def __init__(self, table: RawTable) -> None:
-        self._table = table
+    With ``anywhere`` a position may be anywhere on the Earth, not only about one plane.
+    """
+
+    def __init__(self, table: RawTable, *, anywhere: bool = False) -> None:
+        self._table, self.anywhere = table, anywhere
         self._reasons: list[tuple[str, str]] = []
         self._complaint = np.full(len(table), -1, dtype=np.int64)
         self._aside = np.zeros(len(table), dtype=np.bool_)
@@ -245,6 +251,8 @@ def checks_of(source: TableSource, *, may_be_empty: bool = False) -> RowChecks:
     return RowChecks(with_our_names(load_table(source, may_be_empty=may_be_empty)))
 
 
+FLIGHT_LEVEL, LEVEL_M = "flight_level", 30.48
+"""A column of heights in hundreds of feet, and one of them [m]."""
 # Beyond these no time in seconds lies, and moments of our day in finer units do.
 _FINER = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"))
 _LATITUDE, _RIGHT_ANGLE = 90.0, np.pi / 2
@@ -282,14 +290,6 @@ def questions(checks: RowChecks) -> list[str]:
         asked.append(
             "lat, lon: all within 1.571 and 3.142; are they radians? They are taken for degrees"
         )
-    if {"range_m", "height_m"} <= set(checks.names):
-        far, high = (read_numbers(checks.column(name)).values for name in ("range_m", "height_m"))
-        both = np.isfinite(far) & np.isfinite(high)
-        if both.sum() >= FEWEST_ROWS and np.mean(far[both] < high[both]) > 0.5:
-            asked.append(
-                "range_m: shorter than height_m in most rows; are they kilometres? They are taken "
-                "for metres"
-            )
     return [*asked, *_of_directions(checks), *_of_ranges(checks)]
 
 
@@ -311,15 +311,18 @@ def _of_directions(checks: RowChecks) -> list[str]:
 
 def _of_ranges(checks: RowChecks) -> list[str]:
     """Return a question where ranges are too short beside what else is told of them."""
-    for other, words in (
-        ("sigma_range_m", "shorter than their own sigma_range_m"),
-        ("range_rate_mps", "so short that range_rate_mps crosses them within a second"),
+    for other, unit, words in (
+        ("height_m", 1.0, "shorter than height_m"),
+        (FLIGHT_LEVEL, LEVEL_M, "shorter than flight_level, in hundreds of feet,"),
+        ("sigma_range_m", 1.0, "shorter than their own sigma_range_m"),
+        ("range_rate_mps", 1.0, "so short that range_rate_mps crosses them within a second"),
+        ("speed_mps", 1.0, "so short that speed_mps crosses them within a second"),
     ):
         if not {"range_m", other} <= set(checks.names):
             continue
         far, beside = (read_numbers(checks.column(name)).values for name in ("range_m", other))
         both = np.isfinite(far) & np.isfinite(beside)
-        if both.sum() >= FEWEST_ROWS and np.mean(far[both] < np.abs(beside[both])) > 0.5:
+        if both.sum() >= FEWEST_ROWS and np.mean(far[both] < unit * np.abs(beside[both])) > 0.5:
             return [
                 f"range_m: {words} in most rows; are they kilometres? They are taken for metres"
             ]

@@ -151,7 +151,8 @@ def _geodetic(checks: RowChecks, frame: LocalFrame | None, among: BoolArray | No
         np.where(good, angle, start)
         for angle, start in zip((latitude, longitude), middle, strict=True)
     )
-    _refuse_far(checks, frame, latitude, longitude)
+    if not checks.anywhere:
+        _refuse_far(checks, frame, latitude, longitude)
     values = frame.to_plane(latitude, longitude, np.nan_to_num(altitude))
     columns = ("lat", "lon", "alt_m") if solid else ("lat", "lon")
     return Positions(np.ascontiguousarray(values[:, : len(columns)]), columns, frame)
@@ -181,7 +182,8 @@ def _refuse_far(
     by_longitude = across > np.abs(latitude - frame.latitude_deg)
     where = (
         f"a position within {_FARTHEST_DEG:g} degrees (3,300 km) of the plane's origin "
-        f"({frame.latitude_deg:g}, {frame.longitude_deg:g})"
+        f"({frame.latitude_deg:g}, {frame.longitude_deg:g}), for a plane holds no more of the "
+        "Earth (of a world-wide recording [frame] origin chooses the part that is tracked)"
     )
     checks.refuse("lon", far & by_longitude, where)
     checks.refuse("lat", far, where)

@@ -14,7 +14,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_choice
-from trackweave.io.checks import Range, RowChecks, ask_back, questions
+from trackweave.io.checks import FLIGHT_LEVEL, LEVEL_M, Range, RowChecks, ask_back, questions
 from trackweave.io.columns import (
     numbered,
     read_numbers,
@@ -36,18 +36,18 @@ ONLY_SENSOR = "default"
 MOMENTS_OF_SCANS = 3
 
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
-FLIGHT_LEVEL, LEVEL_M = "flight_level", 30.48
 _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
 
 
-def reports_in(
+def reports_in(  # noqa: PLR0913 each says another thing of the same table
     table: RawTable,
     *,
     frame_origin: tuple[float, float] | None = None,
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
+    anywhere: bool = False,  # Not only about one plane: for whoever only passes rows on
 ) -> ReportTable:
     """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
     checked_choice(frame_projection, "frame_projection", get_args(Projection))
@@ -55,7 +55,7 @@ def reports_in(
     table, frame = with_our_names(table), None
     if frame_origin is not None:
         frame = require_origin(frame_origin, frame_projection)
-    checks = RowChecks(table)
+    checks = RowChecks(table, anywhere=anywhere)
     has_plane = {"x", "y"} <= set(checks.names)
     if frame is None and not has_plane and "lat" not in checks.names:
         frame = _frame_of_places(table, frame_projection)

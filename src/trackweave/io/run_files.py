@@ -20,7 +20,7 @@ from trackweave.io.positions import TRACK_COVARIANCE, require_origin
 from trackweave.io.tables import load_table
 from trackweave.io.tracks_in import TRACK, read_states, track_table
 
-__all__ = ["AssignedReports", "RunFiles", "read_run"]
+__all__ = ["AssignedReports", "RunFiles", "read_run", "reports_file"]
 
 COMMANDS = ("track", "demo")
 TABLES = ("tracks.csv", "history.csv", "assignments.csv")
@@ -108,6 +108,20 @@ def read_run(directory: Path) -> RunFiles:
     if not is_list or any("report" not in each for each in copies):
         raise DataFormatError(_strange(directory, record, "doubles"))
     return run
+
+
+def reports_file(run: RunFiles) -> Path | None:
+    """Return the file of the reports that a run tracked, None where it is not to be found."""
+    own = run.path / "reports.csv"
+    if own.is_file():
+        return own
+    named = run.record["input"].get("file")
+    if not isinstance(named, str) or not named:
+        return None
+    # As it was given, which a move of the run's directory together with its reports survives.
+    beside = run.path.absolute().parent
+    places = (Path(named), beside / named, beside / Path(named).name)
+    return next((place for place in places if place.is_file()), None)
 
 
 def _record(directory: Path) -> dict[str, Any]:

@@ -114,7 +114,7 @@ class RawTable:
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on what a user should know of how the columns were understood."""
-        notes = [*self.facts.notes]
+        notes = self.facts.sentences()
         for name, place in self.facts.places.items():
             where = f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
             notes.append(f"sensor {name}: the recording tells where it stands, {where}")

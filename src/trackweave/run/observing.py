@@ -104,6 +104,7 @@ WIDEST_CHANCE_GAP = np.radians(60.0)
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
 MOST_SENSORS = 2_000
+_MOST_SHOWN = 5
 
 
 def settle(
@@ -127,6 +128,8 @@ def settle(
         for name, seen in observed.items()
         if seen.needs_place and not seen.says_where and name not in places
     ]
+    if unplaced:
+        observed |= {n: replace(observed[n], plane=_plane_in_words(reports)) for n in unplaced}
     if to_be_edited:
         observed |= {name: replace(observed[name], needs_place=False) for name in unplaced}
     rotations = {
@@ -161,6 +164,29 @@ def settle(
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _plane_in_words(reports: ReportTable) -> str:
+    """Return what whoever says where sensors stand has to know of the plane."""
+    frame, known = reports.frame, reports.facts.places
+    if frame is None:
+        return (
+            "x counts east and y north of one point for all, any that you like, which "
+            "[frame] origin = [latitude, longitude] lays on the Earth"
+        )
+    words = (
+        f"x counts east and y north of latitude {frame.latitude_deg:g}, longitude "
+        f"{frame.longitude_deg:g}, where the plane touches the Earth; [frame] origin = [latitude, "
+        "longitude] puts that elsewhere"
+    )
+    told = [
+        f"{name} at {place.latitude_deg:.5f}, {place.longitude_deg:.5f}"
+        for name, place in known.items()
+    ]
+    if told:
+        more = ", …" if len(told) > _MOST_SHOWN else ""
+        words += f". The recording tells that of {', '.join(told[:_MOST_SHOWN])}{more}"
+    return words
 
 
 def _told_sigmas(

@@ -258,7 +258,7 @@ def test_what_is_there_without_a_detection_or_a_place_is_counted() -> None:
     assert decoder.feed(block(48, coasts, nowhere) + block(65, b"\x80\0\1")) is None
     decoder.finish()
     assert decoder.skips.count == 0
-    assert decoder.facts.notes == [
+    assert decoder.facts.sentences() == [
         "data blocks of category 065, which is not read: 1",
         "records without a position, which report nothing: 1",
         "tracks of a radar that it did not detect, which report nothing: 1",

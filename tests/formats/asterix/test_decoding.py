@@ -21,6 +21,7 @@ from oracles.asterix_records import (
 )
 from trackweave.formats.asterix import FORMAT
 from trackweave.formats.asterix.decoding import AsterixDecoder, categories_of, is_asterix
+from trackweave.formats.format import HEAD_BYTES
 from trackweave.formats.registry import recognised
 
 DAY_S = 86_400.0
@@ -108,7 +109,7 @@ def test_ipv6_is_read_and_fragments_are_counted() -> None:
     table, decoder = decoded([pcap(*((CLOCK, packet) for packet in packets))])
     assert len(table) == 1
     assert [each.what for each in decoder.skips.listed] == ["a fragment of an IP packet"] * 2
-    assert decoder.facts.notes == ["packets of other protocols than UDP: 1"]
+    assert decoder.facts.sentences() == ["packets of other protocols than UDP: 1"]
 
 
 @pytest.mark.parametrize("link", [0, 1, 101, 113, 276])
@@ -131,7 +132,7 @@ def test_what_is_no_asterix_in_a_capture_is_counted() -> None:
     ]
     table, decoder = decoded([pcap(*((CLOCK, packet) for packet in packets))])
     assert (len(table), decoder.skips.count) == (1, 0)
-    assert decoder.facts.notes == ["datagrams that are no ASTERIX: 1"]
+    assert decoder.facts.sentences() == ["datagrams that are no ASTERIX: 1"]
 
 
 def test_times_go_on_over_midnight() -> None:
@@ -269,3 +270,30 @@ def test_no_other_recording_is_taken_for_it(shared: Path, name: str) -> None:
         if path.is_file():
             with path.open("rb") as file:
                 assert not is_asterix(file.read(65536), path.name), path
+
+
+@pytest.mark.parametrize("number", [4, 19, 30, 63, 247])
+def test_a_file_of_categories_that_are_not_read_is_asterix_all_the_same(number: int) -> None:
+    blocks = block(number, b"\x80\0\1") + block(number, b"\x80\0\1\2")
+    assert is_asterix(blocks, "x.dat")
+    assert is_asterix((blocks * 10_000)[:HEAD_BYTES], "x.dat")
+    assert not is_asterix(blocks[:-1], "x.dat")
+    assert not is_asterix(blocks + b"\0", "x.dat")
+
+
+def test_octets_at_random_behind_a_category_are_no_asterix() -> None:
+    rng = np.random.default_rng(2)
+    for size in (1, 3, 4, 300, 3000):
+        for _ in range(300):
+            assert not is_asterix(b"\4" + rng.bytes(size), "x.dat")
+
+
+def test_records_of_021_without_any_place_hint_at_another_edition() -> None:
+    nowhere = block(21, b"\x80\0\1")
+    _, decoder = decoded([nowhere, nowhere])
+    (note,) = decoder.facts.notes
+    assert "edition_021 may be another (--from 'asterix?edition_021=0.26'; 2, 0.26" in note
+    placed = block(21, b"\x84\0\1" + b"\x10\0\0" * 2)
+    table, decoder = decoded([nowhere, placed, nowhere])
+    assert len(table) == 1
+    assert decoder.facts.notes == []

@@ -16,11 +16,11 @@ from trackweave.formats.asterix import (
 from trackweave.formats.asterix.category import Category, Part
 from trackweave.formats.asterix.clock import DayClock, ShortClock
 from trackweave.formats.asterix.framing import CAPTURES, Framing, framing_of
-from trackweave.formats.asterix.gathering import Gathering
+from trackweave.formats.asterix.gathering import KNOWN_CATEGORIES, Gathering
 from trackweave.formats.asterix.station import Stations
 from trackweave.formats.asterix.table import table_of
 from trackweave.formats.asterix.values import TIME_S
-from trackweave.formats.format import Facts, Skips
+from trackweave.formats.format import HEAD_BYTES, Facts, Skips
 
 __all__ = ["AsterixDecoder", "categories_of", "is_asterix"]
 
@@ -28,6 +28,11 @@ __all__ = ["AsterixDecoder", "categories_of", "is_asterix"]
 # Texts have none but such octets; data blocks have others, if only in their lengths.
 _TEXT_OCTETS = bytes([9, 10, 13, *range(32, 127)])
 _TEXT = 4096
+_BLOCK_HEADER = 3
+_OTHER_EDITION = (
+    "category 021: no record has a position; edition_021 may be another (--from "
+    f"'asterix?edition_021=0.26'; {', '.join(cat021.EDITIONS)})"
+)
 
 
 def is_asterix(head: bytes, name: str) -> bool:
@@ -48,7 +53,20 @@ def is_asterix(head: bytes, name: str) -> bool:
         return True
     if not head[:_TEXT].translate(None, _TEXT_OCTETS):
         return False
-    return any(2 * _octets_read(head, edition) > len(head) for edition in cat021.EDITIONS)
+    read = (2 * _octets_read(head, edition) > len(head) for edition in cat021.EDITIONS)
+    return any(read) or _is_of_blocks(head)
+
+
+def _is_of_blocks(head: bytes) -> bool:
+    """Tell whether a file begins with data blocks of known categories, if none that is read."""
+    place = 0
+    while place + _BLOCK_HEADER <= len(head):
+        size = int.from_bytes(head[place + 1 : place + _BLOCK_HEADER], "big")
+        if head[place] not in KNOWN_CATEGORIES or size <= _BLOCK_HEADER:
+            return False
+        place += size
+    # Of the last block of a longer file there need be no more.
+    return place == len(head) or len(head) >= HEAD_BYTES
 
 
 def _octets_read(head: bytes, edition: str) -> int:
@@ -88,10 +106,10 @@ class AsterixDecoder:
         self.n_records = 0
         self.n_octets = 0
         self._categories = categories_of(edition_021)
-        self._counts: dict[str, int] = {}
         self._framing: Framing | None = None
         self._pending = b""
         self._base = 0
+        self._placed_021: bool | None = None  # Whether any record has a place, None for no record
         self._days, self._short = DayClock(), ShortClock()
         self._stations = Stations(self.facts)
 
@@ -100,9 +118,10 @@ class AsterixDecoder:
         return self._advance(data, at_end=False)
 
     def finish(self) -> pl.DataFrame | None:
-        """Return what is left at the end; then notes are complete."""
+        """Return what is left at the end."""
         table = self._advance(b"", at_end=True)
-        self.facts.notes += [f"{what}: {count:,}" for what, count in sorted(self._counts.items())]
+        if self._placed_021 is False:
+            self.facts.notes.append(_OTHER_EDITION)
         return table
 
     def cut(self) -> pl.DataFrame | None:
@@ -116,7 +135,9 @@ class AsterixDecoder:
         if self._framing is None:
             self._pending = buffer
             return None
-        gathering = Gathering(buffer, self._base, self._categories, self.skips, self._counts)
+        gathering = Gathering(
+            buffer, self._base, self._categories, self.skips, self.facts.left_out
+        )
         done = self._framing.scan(gathering, at_end=at_end)
         self._pending = buffer[done:]
         self.n_octets += gathering.n_octets
@@ -141,7 +162,10 @@ class AsterixDecoder:
                     part.columns.update(columns(records))
                     parts.append(part)
         self._short.complete(parts)
-        table = table_of(parts, self._days, self._counts) if parts else None
+        table = table_of(parts, self._days, self.facts.left_out) if parts else None
+        if any(reader.count for reader in gathering.readers.get(21, ())):
+            placed = table is not None and bool((table["category"] == 21).any())
+            self._placed_021 = bool(self._placed_021) or placed
         self._mark(crossed, gathering)
         return table
 

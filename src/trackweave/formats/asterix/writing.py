@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from trackweave.formats.asterix.values import FOOT_M, TIME_S
 from trackweave.formats.format import Output
+from trackweave.formats.track_rows import most_said
 
 __all__ = ["FILE_NAME", "track_messages"]
 
@@ -208,21 +209,10 @@ def _limited(
 
 def _told(output: Output) -> dict[str, list[str | None]]:
     """Return what most of each track's reports say of whom they are, row for row of the tracks."""
-    tracks, reports = output.tracks["track"].cast(pl.String), output.assignments
-    found: dict[str, list[str | None]] = {}
+    tracks, found = output.tracks["track"].cast(pl.String).to_list(), {}
     for name in ("identity", "callsign", "mode_a"):
-        if reports is None or name not in reports.columns:
-            found[name] = [None] * len(tracks)
-            continue
-        said = reports.select(pl.col("track", name).cast(pl.String)).drop_nulls()
-        most = (
-            said.group_by("track", name)
-            .len()
-            .sort("len", name, descending=[True, False])
-            .unique("track", keep="first")
-        )
-        names = dict(zip(most["track"].to_list(), most[name].to_list(), strict=True))
-        found[name] = [names.get(track) for track in tracks.to_list()]
+        names = most_said(output, name)
+        found[name] = [names.get(track) for track in tracks]
     return found
 
 
