@@ -35,13 +35,19 @@ def _address_of_head(name: str) -> str:
     return f"{host}:{number}"
 
 
+_OPEN: list["RayHost"] = []
+"""Those who use the connection that the first of them made; none where others had made one."""
+
+
 class RayHost:
     """Brings Ray's actors, one for each worker: each a process that lives until it is ended."""
 
     def __init__(self, name: str, workers: int) -> None:
-        self._is_own = not ray.is_initialized()
-        if not self._is_own:
-            return  # whoever connected before decides where, and stays connected
+        if ray.is_initialized():
+            # Whoever connected before decides where; the last of ours that is closed disconnects.
+            _OPEN.extend([self] if _OPEN else [])
+            return
+        _OPEN.clear()
         quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
         try:
             if name == "ray":
@@ -62,6 +68,7 @@ class RayHost:
                 f"engine: {name} does not answer ({type(err).__name__}: {told}); expected a head "
                 "of Ray in the same version, started by `ray start --head`, or the engine local"
             ) from err
+        _OPEN.append(self)
 
     def hire(self) -> "_Placed":
         """Return a new worker, which Ray has yet to place."""
@@ -79,9 +86,11 @@ class RayHost:
         return [(owner[sign], owner[sign].heard(sign)) for sign in ready]
 
     def close(self) -> None:
-        """Leave Ray where this engine joined it."""
-        if self._is_own:
-            ray.shutdown()
+        """Leave Ray where this engine or one beside it joined it."""
+        if self in _OPEN:
+            _OPEN.remove(self)
+            if not _OPEN:
+                ray.shutdown()
 
 
 class _Room:

@@ -1,11 +1,13 @@
 """What happens in a worker: calls in, replies out, both as bytes."""
 
+import multiprocessing
 import pickle
+from threading import Event
 from typing import Any, Literal
 
 from trackweave.errors import InvalidInputError, TrackweaveError
 
-__all__ = ["GREETING", "Kind", "Served", "packed_call", "unpacked_reply"]
+__all__ = ["GREETING", "Kind", "Served", "is_worker", "packed_call", "unpacked_reply"]
 
 Kind = Literal["do", "make", "ask", "greet"]
 
@@ -30,10 +32,21 @@ GREETING = packed_call("greet")
 """A call that says only that the worker is there."""
 
 
+_SERVING = Event()
+
+
+def is_worker() -> bool:
+    """Tell whether this process is itself a worker, which had better bring no others."""
+    # Processes of this machine may not bring any where they end with their caller; on Ray all
+    # would wait for a processor that they hold themselves.
+    return _SERVING.is_set() or multiprocessing.current_process().daemon
+
+
 class Served:
     """A worker's own side: carries out calls, keeps the actor if it houses one."""
 
     def __init__(self) -> None:
+        _SERVING.set()
         self._actor: Any = None
 
     def reply(self, call: bytes) -> bytes:
