@@ -1,6 +1,7 @@
-"""Islands: how much sooner two threads reach a gap than one, and what sharing answers gains."""
+"""Islands: how much sooner two threads or processes reach a gap, and what sharing gains."""
 
 import argparse
+import pickle
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,13 +22,19 @@ from text_tables import command, heading, table
 from trackweave import Annealing, Islands, TabuSearch, solve
 from trackweave.association.problem import Answer, AssignmentProblem
 from trackweave.simulation.scenes import BearingKind
+from trackweave.solvers.resumable import _view
 
 LARGE = Family("bearings 4×60, 2 mrad", BearingKind(4, 60, 0.002), (1,), 90.0)
 SCENES = ((BEARINGS[2], 2, 0.003), (LARGE, 1, 0.005))
 """Families, seeds, and gaps to reach above the least cost known: hard enough to search for."""
 MOST_EPOCHS = 40
-"""Where islands do not reach the gap, both numbers of threads end with this epoch."""
-THREADS = (1, 2)
+"""Where islands do not reach the gap, all ways end with this epoch."""
+ONE, TWO, PROCESSES = "1 thread", "2 threads", "2 processes"
+WAYS: dict[str, dict[str, Any]] = {
+    ONE: {"threads": 1},
+    TWO: {"threads": 2},
+    PROCESSES: {"engine": "local", "workers": 2},
+}
 ENDLESSLY: dict[str, Any] = {"epochs": ENDLESS, "patience": ENDLESS}
 ALONE = {"evaluations": ENDLESS, "patience": ENDLESS}
 CONTENDERS: dict[str, Any] = {
@@ -45,7 +52,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0, help="CPU time of each contender")
     parser.add_argument("--seeds", type=int, default=3, help="runs of each contender")
     arguments = parser.parse_args()
-    warm_up(Islands(epochs=3), Islands(epochs=3, threads=1))
+    warm_up(*(Islands(epochs=3, **way) for way in WAYS.values()))
     problems = {
         f"{family.name}, seed {seed}": _problem(family, seed) for family, seed, _ in SCENES
     }
@@ -57,9 +64,12 @@ def main() -> None:
     ]
     print(heading(command("islands.py")), end="\n\n")
     head = [
-        "scene", "tuples", "gap to reach", "reached", "epochs", "evaluations", "1 thread s",
-        "2 threads s", "times sooner (least to greatest)", "the islands alone",
-        "prices' share of 1 thread's time",
+        "scene", "tuples", "gap to reach", "reached", "epochs", "evaluations",
+        *(f"{way} s" for way in WAYS),
+        *(f"{way}: {what}" for way in (TWO, PROCESSES)
+          for what in ("times sooner (least to greatest)", "the islands alone")),
+        "prices' share of 1 thread's time", "sent to processes and back in an epoch, MB",
+        "packing it, ms",
     ]  # fmt: skip
     print(table(head, rows), end="\n\n")
     print(table([f"{arguments.seconds:g} CPU s, above the best known", *problems], shares))
@@ -72,48 +82,65 @@ def _problem(family: Family, seed: int) -> AssignmentProblem:
 
 @dataclass(frozen=True)
 class Pair:
-    """A search on one thread and on two: its answer, and the wall clocks in all and on islands."""
+    """A search in each way: its answer, and the wall clocks in all and on islands."""
 
     epochs: int
     answer: Answer
-    walls: dict[int, tuple[float, float]]
+    walls: dict[str, tuple[float, float]]
 
 
 def _row(
     name: str, problem: AssignmentProblem, gap: float, records: Records, count: int
 ) -> list[Any]:
-    """Return the row of a scene: each pair is of another seed, and they begin by turns."""
+    """Return the row of a scene: each pair is of another seed, and ways begin by turns."""
     wanted = records.cost(name) + gap * abs(records.cost(name))
     pairs = [_pair(problem, wanted, seed) for seed in range(1, count + 1)]
     costs = np.array([pair.answer.cost for pair in pairs])
     for pair in pairs:
         records.enter(name, pair.answer.cost, pair.answer.lower_bound)
-    one, two = (np.array([pair.walls[threads] for pair in pairs]).T for threads in THREADS)
-    whole, islands = one / two
+    walls = {way: np.array([pair.walls[way] for pair in pairs]).T for way in WAYS}
+    sooner = [
+        f"**{np.median(times):.2f}** ({times.min():.2f} to {times.max():.2f})"
+        for way in (TWO, PROCESSES)
+        for times in walls[ONE] / walls[way]
+    ]
     epochs = [pair.epochs for pair in pairs]
     return [
         name, problem.n_nodes, percent(gap), f"{np.count_nonzero(costs <= wanted)} of {count}",
         f"{min(epochs)} to {max(epochs)}",
         int(np.median([pair.answer.evaluations for pair in pairs])),
-        f"{np.median(one[0]):.2f}", f"{np.median(two[0]):.2f}",
-        f"**{np.median(whole):.2f}** ({whole.min():.2f} to {whole.max():.2f})",
-        f"{np.median(islands):.2f} ({islands.min():.2f} to {islands.max():.2f})",
-        percent(float(np.median(1 - one[1] / one[0]))),
+        *(f"{np.median(walls[way][0]):.2f}" for way in WAYS), *sooner,
+        percent(float(np.median(1 - walls[ONE][1] / walls[ONE][0]))), *_sent(problem),
     ]  # fmt: skip
+
+
+def _sent(problem: AssignmentProblem) -> list[str]:
+    """Return what an epoch sends to processes and gets back [MB], and how long packing takes."""
+    solver = Islands(threads=1, **ENDLESSLY)
+    state = solver.start(problem, rng=np.random.default_rng(1))
+    while state.search is None or state.search.epoch < 2:
+        state = solver.advance(state, evaluations=1_000)
+    view = _view(state.relaxation.rest, state.queue[0])
+    begun = time.perf_counter()
+    sent = [pickle.dumps((island, view)) for island in state.search.islands]
+    packed = time.perf_counter() - begun
+    back = [pickle.dumps(island) for island in state.search.islands]
+    n_bytes = sum(map(len, sent)) + sum(map(len, back))
+    return [f"{n_bytes / 1e6:.1f}", f"{packed * 1e3:.1f}"]
 
 
 def _pair(problem: AssignmentProblem, wanted: float, seed: int) -> Pair:
     """Return the runs of a seed, to the epoch at which the answer costs no more than wanted."""
     solver = Islands(**ENDLESSLY)
     solver = replace(solver, epochs=_epochs_to_reach(solver, problem, seed, wanted))
-    answers: dict[int, Answer] = {}
-    walls: dict[int, tuple[float, float]] = {}
-    for threads in THREADS if seed % 2 else THREADS[::-1]:
-        answers[threads], walls[threads] = _timed(replace(solver, threads=threads), problem, seed)
+    answers: dict[str, Answer] = {}
+    walls: dict[str, tuple[float, float]] = {}
+    for way in list(WAYS) if seed % 2 else list(WAYS)[::-1]:
+        answers[way], walls[way] = _timed(replace(solver, **WAYS[way]), problem, seed)
     if seed == 1:
-        answers[4], _ = _timed(replace(solver, threads=4), problem, seed)
+        answers["4 threads"], _ = _timed(replace(solver, threads=4), problem, seed)
     _require_same(list(answers.values()))
-    return Pair(solver.epochs, answers[1], walls)
+    return Pair(solver.epochs, answers[ONE], walls)
 
 
 def _timed(
@@ -144,7 +171,7 @@ def _require_same(answers: Sequence[Answer]) -> None:
         for answer in answers
     }
     if len(told) != 1:
-        raise SystemExit("the number of threads changed an answer")
+        raise SystemExit("the number of threads or processes changed an answer")
 
 
 def _shares(
