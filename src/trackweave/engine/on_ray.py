@@ -6,9 +6,14 @@ import sys
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
+from importlib import import_module
 from typing import Any
 
 import ray
+
+if not hasattr(ray, "init"):
+    message = "a folder called ray, which is none"
+    raise ModuleNotFoundError(message, name="ray")
 
 from trackweave.engine.protocol import Death, EngineError, Worker
 from trackweave.engine.serving import Served
@@ -35,6 +40,14 @@ def _address_of_head(name: str) -> str:
     return f"{host}:{number}"
 
 
+def _quieten() -> None:
+    """Keep Ray from telling of dead workers on standard output, where results go."""
+    # It has no setting for that. Where later versions have another name for it, they tell.
+    within: Any = import_module("ray._private.worker")
+    if hasattr(within, "print_to_stdstream"):
+        within.print_to_stdstream = lambda *_, **__: None
+
+
 _OPEN: list["RayHost"] = []
 """Those who use the connection that the first of them made; none where others had made one."""
 
@@ -48,10 +61,13 @@ class RayHost:
             _OPEN.extend([self] if _OPEN else [])
             return
         _OPEN.clear()
+        _quieten()
         quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
         try:
             if name == "ray":
-                # Workers import what the caller can.
+                # Ray tells its makers of its use unless told otherwise. Workers import what the
+                # caller can.
+                os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
                 path = {"env_vars": {"PYTHONPATH": os.pathsep.join(sys.path)}}
                 ray.init(
                     "local", num_cpus=workers, include_dashboard=False, runtime_env=path,
