@@ -1,10 +1,12 @@
 """Islands: how much sooner two threads or processes reach a gap, and what sharing gains."""
 
 import argparse
-import pickle
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from multiprocessing import active_children
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +23,9 @@ from text_tables import command, heading, table
 
 from trackweave import Annealing, Islands, TabuSearch, solve
 from trackweave.association.problem import Answer, AssignmentProblem
+from trackweave.engine import choice
+from trackweave.engine.local import LocalHost
 from trackweave.simulation.scenes import BearingKind
-from trackweave.solvers.resumable import _view
 
 LARGE = Family("bearings 4×60, 2 mrad", BearingKind(4, 60, 0.002), (1,), 90.0)
 SCENES = ((BEARINGS[2], 2, 0.003), (LARGE, 1, 0.005))
@@ -52,6 +55,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0, help="CPU time of each contender")
     parser.add_argument("--seeds", type=int, default=3, help="runs of each contender")
     arguments = parser.parse_args()
+    choice.LocalHost = Traffic  # type: ignore[misc]
     warm_up(*(Islands(epochs=3, **way) for way in WAYS.values()))
     problems = {
         f"{family.name}, seed {seed}": _problem(family, seed) for family, seed, _ in SCENES
@@ -68,8 +72,7 @@ def main() -> None:
         *(f"{way} s" for way in WAYS),
         *(f"{way}: {what}" for way in (TWO, PROCESSES)
           for what in ("times sooner (least to greatest)", "the islands alone")),
-        "prices' share of 1 thread's time", "sent to processes and back in an epoch, MB",
-        "packing it, ms",
+        "by CPU", "prices' share of 1 thread's time", "bytes an epoch, to processes and back",
     ]  # fmt: skip
     print(table(head, rows), end="\n\n")
     print(table([f"{arguments.seconds:g} CPU s, above the best known", *problems], shares))
@@ -82,11 +85,17 @@ def _problem(family: Family, seed: int) -> AssignmentProblem:
 
 @dataclass(frozen=True)
 class Pair:
-    """A search in each way: its answer, and the wall clocks in all and on islands."""
+    """A search in each way: its answer, and the wall clocks in all and on islands.
+
+    ``shares`` are one thread's CPU time and that of the driver and the busiest process, both on
+    islands [s], ``sent`` the bytes to and from processes.
+    """
 
     epochs: int
     answer: Answer
     walls: dict[str, tuple[float, float]]
+    shares: tuple[float, float]
+    sent: int
 
 
 def _row(
@@ -110,23 +119,10 @@ def _row(
         f"{min(epochs)} to {max(epochs)}",
         int(np.median([pair.answer.evaluations for pair in pairs])),
         *(f"{np.median(walls[way][0]):.2f}" for way in WAYS), *sooner,
-        percent(float(np.median(1 - walls[ONE][1] / walls[ONE][0]))), *_sent(problem),
+        f"{np.median([pair.shares[0] / pair.shares[1] for pair in pairs]):.2f}",
+        percent(float(np.median(1 - walls[ONE][1] / walls[ONE][0]))),
+        f"{np.median([pair.sent / pair.epochs for pair in pairs]) / 1e6:.1f} MB",
     ]  # fmt: skip
-
-
-def _sent(problem: AssignmentProblem) -> list[str]:
-    """Return what an epoch sends to processes and gets back [MB], and how long packing takes."""
-    solver = Islands(threads=1, **ENDLESSLY)
-    state = solver.start(problem, rng=np.random.default_rng(1))
-    while state.search is None or state.search.epoch < 2:
-        state = solver.advance(state, evaluations=1_000)
-    view = _view(state.relaxation.rest, state.queue[0])
-    begun = time.perf_counter()
-    sent = [pickle.dumps((island, view)) for island in state.search.islands]
-    packed = time.perf_counter() - begun
-    back = [pickle.dumps(island) for island in state.search.islands]
-    n_bytes = sum(map(len, sent)) + sum(map(len, back))
-    return [f"{n_bytes / 1e6:.1f}", f"{packed * 1e3:.1f}"]
 
 
 def _pair(problem: AssignmentProblem, wanted: float, seed: int) -> Pair:
@@ -135,24 +131,62 @@ def _pair(problem: AssignmentProblem, wanted: float, seed: int) -> Pair:
     solver = replace(solver, epochs=_epochs_to_reach(solver, problem, seed, wanted))
     answers: dict[str, Answer] = {}
     walls: dict[str, tuple[float, float]] = {}
+    cpu: dict[str, float] = {}
+    sent = Traffic.n_bytes
     for way in list(WAYS) if seed % 2 else list(WAYS)[::-1]:
-        answers[way], walls[way] = _timed(replace(solver, **WAYS[way]), problem, seed)
+        answers[way], walls[way], cpu[way] = _timed(replace(solver, **WAYS[way]), problem, seed)
+    sent = Traffic.n_bytes - sent
     if seed == 1:
-        answers["4 threads"], _ = _timed(replace(solver, threads=4), problem, seed)
+        answers["4 threads"], *_ = _timed(replace(solver, threads=4), problem, seed)
     _require_same(list(answers.values()))
-    return Pair(solver.epochs, answers[ONE], walls)
+    return Pair(solver.epochs, answers[ONE], walls, (cpu[ONE], cpu[PROCESSES]), sent)
 
 
 def _timed(
     solver: Islands, problem: AssignmentProblem, seed: int
-) -> tuple[Answer, tuple[float, float]]:
-    """Return an answer, and the wall clock that it took in all and on the islands [s]."""
+) -> tuple[Answer, tuple[float, float], float]:
+    """Return an answer, the wall clock that it took in all and on islands, and CPU there [s]."""
+    # That of this process and of the busiest worker, which waits while this one packs.
     begun = time.perf_counter()
     state = solver.start(problem, rng=np.random.default_rng(seed))
-    prepared = time.perf_counter()
+    prepared, cpu, before = time.perf_counter(), time.process_time(), _cpu_of_workers()
     answer = solver.answer(solver.advance(state))
-    ended = time.perf_counter()
-    return answer, (ended - begun, ended - prepared)
+    ended, cpu = time.perf_counter(), time.process_time() - cpu
+    spent = [after - before.get(pid, 0.0) for pid, after in _cpu_of_workers().items()]
+    return answer, (ended - begun, ended - prepared), cpu + max(spent, default=0.0)
+
+
+def _cpu_of_workers() -> dict[int, float]:
+    """Return the CPU time of each process of this one [s]."""
+    found = {}
+    for child in active_children():
+        fields = Path(f"/proc/{child.pid}/stat").read_text().rpartition(")")[2].split()
+        found[child.pid] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return found
+
+
+class Traffic(LocalHost):
+    """Counts the bytes to and from processes, in place of what brings them."""
+
+    n_bytes = 0
+
+    def hire(self) -> Any:
+        """Return a new process whose calls are counted."""
+        process: Any = super().hire()
+        send = process.send
+
+        def counted(call: bytes) -> None:
+            Traffic.n_bytes += len(call)
+            send(call)
+
+        process.send = counted
+        return process
+
+    def wait(self, workers: Any, seconds: float | None) -> Any:
+        """Return replies and deaths, the former counted."""
+        found = super().wait(workers, seconds)
+        Traffic.n_bytes += sum(len(reply) for _, reply in found if isinstance(reply, bytes))
+        return found
 
 
 def _epochs_to_reach(solver: Islands, problem: AssignmentProblem, seed: int, cost: float) -> int:

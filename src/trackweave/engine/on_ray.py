@@ -82,7 +82,8 @@ class RayHost:
             told = str(err).strip().partition("\n")[0]
             raise EngineError(
                 f"engine: {name} does not answer ({type(err).__name__}: {told}); expected a head "
-                "of Ray in the same version, started by `ray start --head`, or the engine local"
+                "of Ray in the same version, started by `ray start --head`, which takes the token "
+                "given here if it asks for one; or the engine local"
             ) from err
         _OPEN.append(self)
 
