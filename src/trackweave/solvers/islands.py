@@ -158,7 +158,7 @@ LARGE = 16_384
 """Arrays of fewer bytes are sooner sent than remembered."""
 
 
-def run_by_workers(
+def _run_by_workers(
     islands: Sequence[Island], shares: Sequence[float], to: tuple[View, int], engine: str,
     workers: int | None,
 ) -> list[Island]:  # fmt: skip
@@ -347,7 +347,7 @@ class Islands(Resumable):
         if self.engine is not None and not is_worker():
             # Whatever worker dies is replaced; a stop waits for the end of the epoch.
             to = view, chunks
-            moved = run_by_workers(to_move, shares, to, self.engine, self.workers)
+            moved = _run_by_workers(to_move, shares, to, self.engine, self.workers)
             was_stopped = False
         else:
             tasks = [
