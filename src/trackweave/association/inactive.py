@@ -142,6 +142,14 @@ class InactiveClusters:
         """How much better they may be at most, by the bounds of then [nats]."""
         return sum(self._debts.values())
 
+    def parts(self) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+        """Return what each cluster costs and where it was; slots of reports, and whose each is."""
+        # Of what is long inactive the slots may be closed.
+        known = self._components
+        slot = self.nodes.report[_spans(known.first, known.count)]
+        owner = np.repeat(np.arange(known.count.shape[0]), known.count)
+        return known.cost, known.begin, slot[slot >= 0], owner[slot >= 0]
+
     def certificate(self, awake: Certificate) -> Certificate:
         """Return the certificate of the whole, given that of what was looked at."""
         if not self.n_nodes:

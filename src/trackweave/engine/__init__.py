@@ -5,8 +5,22 @@ this machine; ``ray://HOST``, a cluster of Ray. What is computed depends on the 
 on the engine or on how many workers there are. Only ``trackweave.engine.on_ray`` imports Ray.
 """
 
-from trackweave.engine.choice import engine_of
+from trackweave.engine.choice import engine_of, require_engine
+from trackweave.engine.keeping import kept_engine
 from trackweave.engine.pool import Pool
-from trackweave.engine.protocol import Actor, Engine, EngineError, Outcome, WorkerLostError
+from trackweave.engine.protocol import Actor, Common, Engine, EngineError, Outcome, WorkerLostError
+from trackweave.engine.serving import is_worker
 
-__all__ = ["Actor", "Engine", "EngineError", "Outcome", "Pool", "WorkerLostError", "engine_of"]
+__all__ = [
+    "Actor",
+    "Common",
+    "Engine",
+    "EngineError",
+    "Outcome",
+    "Pool",
+    "WorkerLostError",
+    "engine_of",
+    "is_worker",
+    "kept_engine",
+    "require_engine",
+]

@@ -10,7 +10,7 @@ from trackweave.engine.pool import Pool
 from trackweave.engine.protocol import EngineError, Host
 from trackweave.errors import InvalidInputError
 
-__all__ = ["engine_of", "processors"]
+__all__ = ["engine_of", "processors", "require_engine"]
 
 MOST_WORKERS = 10_000
 """More processes than any machine here has."""
@@ -42,17 +42,23 @@ def engine_of(
     EngineError
         If Ray is missing, or the cluster does not answer.
     """
-    is_ray = isinstance(name, str) and (name == "ray" or name.startswith("ray://"))
-    if not isinstance(name, str) or (not is_ray and name != "local"):
+    require_engine(name, workers)
+    count = processors() if workers is None else index(workers)
+    if time_limit is not None and not time_limit > 0:
+        raise InvalidInputError(f"time_limit: {time_limit!r:.80}; expected seconds > 0, or None")
+    host: Host = LocalHost() if name == "local" else _on_ray(name, count)
+    return Pool(host, count, time_limit=time_limit)
+
+
+def require_engine(name: Any, workers: Any) -> None:
+    """Refuse what is no engine's name, and what is no number of workers nor None."""
+    if not isinstance(name, str) or not (name in {"local", "ray"} or name.startswith("ray://")):
         raise InvalidInputError(f"engine: {name!r:.80}; expected local, ray or ray://HOST")
-    count = processors() if workers is None else _whole(workers)
+    count = 1 if workers is None else _whole(workers)
     if count is None or not 1 <= count <= MOST_WORKERS:
         raise InvalidInputError(
             f"workers: {workers!r:.80}; expected a whole number from 1 to {MOST_WORKERS}"
         )
-    if time_limit is not None and not time_limit > 0:
-        raise InvalidInputError(f"time_limit: {time_limit!r:.80}; expected seconds > 0, or None")
-    return Pool(_on_ray(name, count) if is_ray else LocalHost(), count, time_limit=time_limit)
 
 
 def _whole(number: Any) -> int | None:

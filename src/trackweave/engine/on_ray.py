@@ -6,9 +6,14 @@ import sys
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
+from importlib import import_module
 from typing import Any
 
 import ray
+
+if not hasattr(ray, "init"):
+    message = "a folder called ray, which is none"
+    raise ModuleNotFoundError(message, name="ray")
 
 from trackweave.engine.protocol import Death, EngineError, Worker
 from trackweave.engine.serving import Served
@@ -35,17 +40,34 @@ def _address_of_head(name: str) -> str:
     return f"{host}:{number}"
 
 
+def _quieten() -> None:
+    """Keep Ray from telling of dead workers on standard output, where results go."""
+    # It has no setting for that. Where later versions have another name for it, they tell.
+    within: Any = import_module("ray._private.worker")
+    if hasattr(within, "print_to_stdstream"):
+        within.print_to_stdstream = lambda *_, **__: None
+
+
+_OPEN: list["RayHost"] = []
+"""Those who use the connection that the first of them made; none where others had made one."""
+
+
 class RayHost:
     """Brings Ray's actors, one for each worker: each a process that lives until it is ended."""
 
     def __init__(self, name: str, workers: int) -> None:
-        self._is_own = not ray.is_initialized()
-        if not self._is_own:
-            return  # whoever connected before decides where, and stays connected
+        if ray.is_initialized():
+            # Whoever connected before decides where; the last of ours that is closed disconnects.
+            _OPEN.extend([self] if _OPEN else [])
+            return
+        _OPEN.clear()
+        _quieten()
         quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
         try:
             if name == "ray":
-                # Workers import what the caller can.
+                # Ray tells its makers of its use unless told otherwise. Workers import what the
+                # caller can.
+                os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
                 path = {"env_vars": {"PYTHONPATH": os.pathsep.join(sys.path)}}
                 ray.init(
                     "local", num_cpus=workers, include_dashboard=False, runtime_env=path,
@@ -60,8 +82,10 @@ class RayHost:
             told = str(err).strip().partition("\n")[0]
             raise EngineError(
                 f"engine: {name} does not answer ({type(err).__name__}: {told}); expected a head "
-                "of Ray in the same version, started by `ray start --head`, or the engine local"
+                "of Ray in the same version, started by `ray start --head`, which takes the token "
+                "given here if it asks for one; or the engine local"
             ) from err
+        _OPEN.append(self)
 
     def hire(self) -> "_Placed":
         """Return a new worker, which Ray has yet to place."""
@@ -79,9 +103,11 @@ class RayHost:
         return [(owner[sign], owner[sign].heard(sign)) for sign in ready]
 
     def close(self) -> None:
-        """Leave Ray where this engine joined it."""
-        if self._is_own:
-            ray.shutdown()
+        """Leave Ray where this engine or one beside it joined it."""
+        if self in _OPEN:
+            _OPEN.remove(self)
+            if not _OPEN:
+                ray.shutdown()
 
 
 class _Room:

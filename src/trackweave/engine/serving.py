@@ -1,11 +1,14 @@
 """What happens in a worker: calls in, replies out, both as bytes."""
 
+import multiprocessing
 import pickle
+from threading import Event
 from typing import Any, Literal
 
+from trackweave.engine.shelf import Entry, Place, Shelf
 from trackweave.errors import InvalidInputError, TrackweaveError
 
-__all__ = ["GREETING", "Kind", "Served", "packed_call", "unpacked_reply"]
+__all__ = ["GREETING", "Kind", "Served", "beside", "is_worker", "packed_call", "unpacked_reply"]
 
 Kind = Literal["do", "make", "ask", "greet"]
 
@@ -26,20 +29,41 @@ def packed_call(kind: Kind, of: Any = None, args: tuple[Any, ...] = ()) -> bytes
         ) from err
 
 
+def beside(call: bytes, entries: list[Entry]) -> bytes:
+    """Return a call with values that others have, too; ``Place`` stands for them in it."""
+    return pickle.dumps(("with", call, entries)) if entries else call
+
+
 GREETING = packed_call("greet")
 """A call that says only that the worker is there."""
+
+
+_SERVING = Event()
+
+
+def is_worker() -> bool:
+    """Tell whether this process is itself a worker, which had better bring no others."""
+    # Processes of this machine may not bring any where they end with their caller; on Ray all
+    # would wait for a processor that they hold themselves.
+    return _SERVING.is_set() or multiprocessing.current_process().daemon
 
 
 class Served:
     """A worker's own side: carries out calls, keeps the actor if it houses one."""
 
     def __init__(self) -> None:
+        _SERVING.set()
         self._actor: Any = None
+        self._shelf = Shelf()
 
     def reply(self, call: bytes) -> bytes:
         """Return what comes of a call; an error is a reply like any other."""
         try:
             kind, of, args = pickle.loads(call)
+            if kind == "with":
+                values = self._shelf.received(args)
+                kind, of, args = pickle.loads(of)
+                args = tuple(values[arg] if isinstance(arg, Place) else arg for arg in args)
             return pickle.dumps((True, self._carried_out(kind, of, args)))
         except Exception as err:
             return pickle.dumps((False, _told(err)))

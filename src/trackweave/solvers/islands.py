@@ -1,9 +1,9 @@
-"""The island model: searches side by side, on threads, that exchange answers."""
+"""The island model: searches side by side, on threads or workers, that exchange answers."""
 
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from threading import Event
 from typing import Any, TypeVar
@@ -11,6 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from trackweave.arrays import IntArray
+from trackweave.engine import Common, EngineError, is_worker, kept_engine, require_engine
+from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.solvers.local import Annealing, TabuSearch
 from trackweave.solvers.metaheuristic import Metaheuristic
@@ -22,10 +24,14 @@ __all__ = ["Archipelago", "Island", "Islands", "run_together"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Island:
-    """A method and where its search stands; ``place`` is its start before it has begun."""
+    """A method and where its search stands; ``place`` is its start before it has begun.
+
+    ``lasting`` are the parts of the place that its last epoch, a worker's, left as they were.
+    """
 
     method: Metaheuristic
     place: Any
+    lasting: tuple[str, ...] = ()
 
     @property
     def evaluations(self) -> int:
@@ -148,6 +154,60 @@ def _has_failed(running: Sequence[Future[Result]]) -> bool:
     return any(task.done() and task.exception() is not None for task in running)
 
 
+LARGE = 16_384
+"""Arrays of fewer bytes are sooner sent than remembered."""
+
+
+def _run_by_workers(
+    islands: Sequence[Island], shares: Sequence[float], to: tuple[View, int], engine: str,
+    workers: int | None,
+) -> list[Island]:  # fmt: skip
+    """Return islands advanced by the workers of an engine, each by its share of evaluations."""
+    # ``to`` is what they search, and the chunks to go through. What an island's last epoch left
+    # as it was is sent to a worker once, and never back.
+    view, chunks = to
+    with kept_engine(engine, workers) as pool:
+        for island, share in zip(islands, shares, strict=True):
+            kept = [Common(getattr(island.place, name)) for name in island.lasting]
+            pool.submit(_advanced, _without(island), chunks, share, Common(view), *kept)
+        outcomes = list(pool.gather())
+    for outcome in outcomes:
+        if outcome.error is not None:
+            raise EngineError(f"islands: an island's worker: {outcome.error}")
+    return [
+        _with(outcome.value, [getattr(before.place, name) for name in outcome.value.lasting])
+        for before, outcome in zip(islands, outcomes, strict=True)
+    ]
+
+
+def _advanced(island: Island, chunks: int, share: float, view: View, *kept: Any) -> Island:
+    """Return an island after so many chunks, without what it had before: what a worker does."""
+    before = _with(island, kept)
+    after = before.advance(view, chunks, share, lambda: False)
+    lasting: tuple[str, ...] = ()
+    if type(after.place) is type(before.place) and is_dataclass(after.place):
+        values = {each.name: getattr(after.place, each.name) for each in fields(after.place)}
+        lasting = tuple(
+            name
+            for name, value in values.items()
+            if value is getattr(before.place, name)
+            and (isinstance(value, tuple) or getattr(value, "nbytes", 0) >= LARGE)
+        )
+    return _without(replace(after, lasting=lasting))
+
+
+def _without(island: Island) -> Island:
+    """Return an island without what lasts; one that has not begun has nothing that does."""
+    nothing = dict.fromkeys(island.lasting)
+    return replace(island, place=replace(island.place, **nothing)) if nothing else island
+
+
+def _with(island: Island, kept: Sequence[Any]) -> Island:
+    """Return an island with what lasts in its place again."""
+    values = dict(zip(island.lasting, kept, strict=True))
+    return replace(island, place=replace(island.place, **values)) if values else island
+
+
 @dataclass(frozen=True, slots=True)
 class Islands(Resumable):
     """Searches on islands that send each other their best answers [1]_ [2]_.
@@ -158,8 +218,8 @@ class Islands(Resumable):
     individual; ants lay pheromone on it; annealing and tabu search go on from it if it is better
     than their best. Prices, bounds and reduction come before, once for all islands.
 
-    Islands are searched on threads. The answer is the same on any number of threads: who sends
-    what to whom, and when, is counted in evaluations.
+    Islands are searched on threads, or by the workers of an engine. The answer is the same on any
+    number of either: who sends what to whom, and when, is counted in evaluations.
 
     The islands' own limits (evaluations, generations, cycles, patience) end no island; an
     archipelago ends as a whole, or where asked for when all its islands have come to theirs.
@@ -185,6 +245,13 @@ class Islands(Resumable):
     own_limits
         Whether the search ends when every island has come to its own limits, whatever ``epochs``
         and ``patience`` say.
+    engine
+        Whose workers search islands instead of threads: ``local``, ``ray`` or ``ray://HOST``;
+        None for threads. Workers are processes that stay until this one ends. Each epoch sends
+        them the component and the islands, and a stop is heeded at its end. Where the search
+        itself is a worker's, it is on threads.
+    workers
+        How many islands the engine searches at a time; None for as many as there are processors.
 
     Raises
     ------
@@ -219,6 +286,8 @@ class Islands(Resumable):
     epochs: int = 25
     patience: int = 10
     own_limits: bool = False
+    engine: str | None = None
+    workers: int | None = None
 
     def __post_init__(self) -> None:
         settle(self)
@@ -241,6 +310,10 @@ class Islands(Resumable):
             (not self.patience >= 1, "patience", "a whole number ≥ 1"),
         ]
         refuse_parameters(self, wrong)
+        if self.engine is not None:
+            require_engine(self.engine, self.workers)
+        elif self.workers is not None:
+            raise InvalidInputError(f"workers: {self.workers}; expected an engine as well")
 
     @property
     def seeded(self) -> bool:
@@ -270,11 +343,18 @@ class Islands(Resumable):
         islands = list(search.islands)
         under_way = [i for i, island in enumerate(islands) if not island.is_through(view, chunks)]
         shares = _shares(evaluations, len(under_way))
-        tasks = [
-            partial(islands[i].advance, view, chunks, share)
-            for i, share in zip(under_way, shares, strict=True)
-        ]
-        moved, was_stopped = run_together(tasks, self._n_threads(), stop)
+        to_move = [islands[i] for i in under_way]
+        if self.engine is not None and not is_worker():
+            # Whatever worker dies is replaced; a stop waits for the end of the epoch.
+            to = view, chunks
+            moved = _run_by_workers(to_move, shares, to, self.engine, self.workers)
+            was_stopped = False
+        else:
+            tasks = [
+                partial(island.advance, view, chunks, share)
+                for island, share in zip(to_move, shares, strict=True)
+            ]
+            moved, was_stopped = run_together(tasks, self._n_threads(), stop)
         for i, island in zip(under_way, moved, strict=True):
             islands[i] = island
         search = replace(search, islands=tuple(islands), at_rest=False)

@@ -7,7 +7,6 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.association._nodes import ScanInput
 from trackweave.association.beliefs import Beliefs, believe
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.association.inactive import InactiveClusters
@@ -39,6 +38,7 @@ from trackweave.trackers._arguments import (
     with_dimensions,
 )
 from trackweave.trackers.clock_guard import MAX_AHEAD, Arrival, ClockGuard
+from trackweave.trackers.clusters import Clusters, clusters_of
 from trackweave.trackers.fixed_history import FixedHistory
 from trackweave.trackers.hypothesis import Assignments, Hypothesis
 from trackweave.trackers.lifecycle import Lifecycle
@@ -179,6 +179,11 @@ class MultiHypothesisTracker(ScanByScan):
         """Return the assignments of the window's reports, which later scans may amend."""
         return self._report_index.assignments(self._open.first_slot, self._open.end_slot)
 
+    def clusters(self) -> Clusters:
+        """Return what competes for reports in the window after the last scan."""
+        held = None if self._tree is None else (self._tree, self._inactive)
+        return clusters_of(held, self._report_index)
+
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
         if self._tree is None:
@@ -309,7 +314,7 @@ class MultiHypothesisTracker(ScanByScan):
         if scan.time < last or same is not None:
             return self._taken_late(tree, scan, same, pace)
         self._open.insert(opened[0] if opened else self._preparation.open(scan, dim))
-        data, waited = self._timed(-1, last)
+        data, waited = self._open.timed(-1, last, self._lifecycle, self._period)
         # What a step brings back has to be fixed with all else: at once for all of its scans.
         ahead = [each.data for each in opened[1:]] if is_first or not opened else None
         self._inactive.exchange(tree, data, self._gap, ahead)
@@ -352,17 +357,13 @@ class MultiHypothesisTracker(ScanByScan):
         last, n_scans = self._open.fixed_until, len(self._open.scans)
         with pace.growth(tree, self._open.end_slot - self._open.first_slot, n_scans):
             for place in range(n_scans):
-                data, waited = self._timed(place, last)
+                data, waited = self._open.timed(place, last, self._lifecycle, self._period)
                 self._inactive.exchange(tree, data, 0.0)
                 tree.grow(data, self._undetected.look(data, waited))
                 last = data.time
             self._inactive.bring_back(tree, last)
         self._concerned = np.arange(self._open.first_slot, self._open.end_slot)
         return tree
-
-    def _timed(self, place: int, last: float) -> tuple[ScanInput, float]:
-        """Return a scan of the window ready to grow by, and how long after the last it was [s]."""
-        return self._open.timed(place, last, self._lifecycle, self._period)
 
     def _slide(self, scan: Scan) -> Assignments:
         """Close what leaves the window before a scan comes in; return its assignments."""

@@ -3,13 +3,19 @@
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
+from trackweave.arrays import IntArray
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.run.course import Course
 from trackweave.run.record import Assigned, Rows, ScanLog
+from trackweave.run.regions.bounding import Owned, owned
+from trackweave.run.regions.cutting import Region
+from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 
 __all__ = ["Followed", "Part", "ends_of", "follow"]
 
@@ -19,7 +25,9 @@ class Part:
     """All that a worker needs: the tracker before its first step, and every scan of the run."""
 
     course: Course
-    n_reports: int  # Those in the scans are numbered from 0
+    region: Region
+    rows: IntArray  # The numbers in the run of its reports, which have numbers from 0 here
+    is_own: NDArray[np.bool_]  # Whether each lies in the region
     period: float | None  # Least time between rows [s]
     dim: int
     rng: np.random.Generator  # The region's own
@@ -32,6 +40,7 @@ class Followed:
     tracks: TrackTable
     log: ScanLog
     assigned: Assigned
+    owned: list[Owned]  # After each step
     cpu: float  # [s]
 
 
@@ -40,18 +49,22 @@ def follow(part: Part) -> Followed:
     begin = clock.process_time()
     course = part.course
     rows, log = Rows(part.period), ScanLog()
-    assigned = Assigned.nothing(part.n_reports)
+    assigned, own = Assigned.nothing(part.is_own.size), list[Owned]()
+    tracker = cast("MultiHypothesisTracker", course.tracker)
     ends = ends_of(course.steps)
     for scans, end, following in zip(course.steps, ends, [*ends[1:], None], strict=True):
         cpu, wall = clock.process_time(), clock.perf_counter()
         wanted = rows.wants(end, following)
         hypothesis = course.take(scans, part.rng, None, tracks=wanted)
         log.add(scans, hypothesis, clock.process_time() - cpu, clock.perf_counter() - wall)
+        of_all = tracker.clusters(), hypothesis.certificate
+        own.append(owned(*of_all, part.region, part.rows, part.is_own))
         if wanted:
             rows.add(hypothesis.tracks, hypothesis.time)
         assigned.enter(hypothesis.final)
     assigned.enter(course.tracker.pending())
-    return Followed(rows.table(part.dim), log, assigned, clock.process_time() - begin)
+    cpu = clock.process_time() - begin
+    return Followed(rows.table(part.dim), log, assigned, own, cpu)
 
 
 def ends_of(steps: Sequence[tuple[Scan, ...]]) -> list[float]:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.certificate import Status
 from trackweave.domain.tracks import TrackTable
 from trackweave.engine import EngineError, Pool, engine_of
 from trackweave.errors import InvalidInputError
 from trackweave.randomness import generator_for
 from trackweave.run.course import Attempt
 from trackweave.run.record import Assigned, Rows, ScanLog
+from trackweave.run.regions.bounding import UNKNOWN, together
 from trackweave.run.regions.cutting import (
     Region,
     cut,
@@ -64,7 +64,7 @@ class Engaged:
         looked = [np.flatnonzero(each.wider(margin).holds(position)) for each in regions]
         for number, rows in enumerate(looked):
             chance = generator_for(seed, f"region {number}")
-            self.pool.submit(follow, _part(attempt, rows, chance))
+            self.pool.submit(follow, _part(attempt, rows, regions[number], position, chance))
         cut_cpu = clock.process_time() - begin
         for number, outcome in enumerate(self.pool.gather()):
             self._note(number, looked[number].size, outcome.error)
@@ -143,14 +143,21 @@ def _require_places(attempt: Attempt) -> None:
         )
 
 
-def _part(attempt: Attempt, rows: IntArray, rng: np.random.Generator) -> Part:
+def _part(
+    attempt: Attempt,
+    rows: IntArray,
+    region: Region,
+    position: FloatArray,
+    rng: np.random.Generator,
+) -> Part:
     """Return a region's part of a run: all scans, each with the reports that it looks at."""
     wanted = np.zeros(len(attempt.table), dtype=bool)
     wanted[rows] = True
     place = np.cumsum(wanted) - 1
     steps = [tuple(part_of(s, wanted, place) for s in scans) for scans in attempt.course.steps]
     course = replace(attempt.course, steps=steps)
-    return Part(course, rows.size, attempt.settings.period, attempt.table.dim, rng)
+    is_own = region.holds(position[rows])
+    return Part(course, region, rows, is_own, attempt.settings.period, attempt.table.dim, rng)
 
 
 def _owner(regions: Sequence[Region], position: FloatArray) -> IntArray:
@@ -225,9 +232,9 @@ def _log(
     rows: TrackTable,
     name: dict[Key, int],
 ) -> ScanLog:
-    """Return what each scan of all regions cost; of the whole no bound is known."""
-    # A cluster in a margin is in two regions, so that their bounds do not add up to one of it all.
+    """Return what each scan of all regions cost, as far as clusters are some region's own."""
     (found, done), log = parts, ScanLog()
+    is_all = bool(np.isin(owner, [part.number for part in found]).all())
     for number, (scans, end) in enumerate(
         zip(attempt.course.steps, ends_of(attempt.course.steps), strict=True)
     ):
@@ -236,7 +243,7 @@ def _log(
         entry = {**each[0], "reports": sum(len(scan) for scan in scans)}
         entry |= {key: sum(one[key] for one in each) for key in ("sequences", "pruned",
                   "pruned_by_deadline", "evaluations")}  # fmt: skip
-        entry |= {"cost": None, "lower_bound": None, "gap": None, "status": Status.FEASIBLE}
+        entry |= together([own.owned[number] for own in done]) if is_all else UNKNOWN
         there = int(np.diff(np.searchsorted(rows.time, [end, np.nextafter(end, np.inf)]))[0])
         # Between two rows nobody has counted them.
         entry["tracks"] = None if attempt.settings.period and not there else there
