@@ -48,3 +48,26 @@ def test_an_object_that_stands_is_none():
 @pytest.mark.parametrize("odd", [{"last": 0.6}, {"drift": 8.0}, {"n_scans": 20}, {"share": 0.03}])
 def test_neither_is_what_leaves_or_moves_or_is_seen_too_little(odd):
     assert found(**odd) == ()
+
+
+def on_plane(share: float, n_scans: int = 120) -> tuple[tuple[float, ...], ...]:
+    """Return the places found where positions of 5 m come from one place, sure tracks left out."""
+    rng = np.random.default_rng(5)
+    moments = np.arange(float(n_scans))
+    there = moments[rng.random(n_scans) < share]
+    place = np.array([300.0, -200.0]) + rng.normal(0.0, 20.0, (there.size, 2))
+    sensor = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
+    guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
+    reports = table(there, place)
+    return with_standing(guess, reports, {}, {"A": n_scans}).sensors["A"].echoes
+
+
+def test_a_place_on_the_plane_is_found_with_its_spread_and_number():
+    ((x, y, spread, count),) = on_plane(0.3)
+    assert (x, y) == (pytest.approx(300.0, abs=10.0), pytest.approx(-200.0, abs=10.0))
+    assert spread == pytest.approx(20.0, rel=0.5)
+    assert count == pytest.approx(0.3, rel=0.4)
+
+
+def test_what_wags_there_in_every_scan_is_an_object():
+    assert on_plane(0.9) == ()

@@ -13,6 +13,7 @@ from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.clutter_places import with_clutter_places
 from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import estimate
@@ -113,14 +114,25 @@ def estimates_for(
         settings, before = fill(configuration, _patient(estimates), names), estimates
         followed = _follow(stretch, settings, turning)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
+        estimates = with_clutter_places(estimates, stretch, followed)
         estimates = believable(estimates, reports, in_metres=in_metres)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
     if directions is None:
-        return with_tails(estimates, stretch, followed)
+        tailed = with_tails(estimates, stretch, followed)
+        looks = {name: times.size for name, times in followed.looks.items()}
+        return with_standing(tailed, _unexplained(tailed, stretch, followed), {}, looks)
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
     return _directed(*told, directions)
+
+
+def _unexplained(estimates: Estimates, reports: ReportTable, followed: Followed) -> ReportTable:
+    """Return the reports on no sure track."""
+    is_left = np.ones(len(reports), dtype=bool)
+    for track in sure_tracks(estimates, reports, followed):
+        is_left[track.rows] = False
+    return reports.part(np.flatnonzero(is_left))
 
 
 def _is_other(before: Estimates, after: Estimates) -> bool:
