@@ -75,8 +75,8 @@ def link(
         checked_number(search_range, "search_range"),
         checked_count(memory, "memory", 0),
     )
-    if not 0 < reach < 1e9:
-        raise InvalidInputError(f"search_range: {search_range!r}; expected a number > 0")
+    if not 1e-30 <= reach < 1e9:
+        raise InvalidInputError(f"search_range: {search_range!r}; expected a number > 0, to 1e9")
     checks, when, names = _columns(features, pos_columns, t_column)
     frame = checks.whole_numbers(when, _FRAME)
     place = np.stack([checks.numbers(name, _PLACE) for name in names], axis=1)
