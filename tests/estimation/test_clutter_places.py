@@ -34,12 +34,16 @@ def scene(
 
 
 def learned(
-    told: tuple[np.ndarray, ...], *, scans: bool | None = None, n_scans: int = 120
+    told: tuple[np.ndarray, ...],
+    *,
+    scans: bool | None = None,
+    n_scans: int = 120,
+    echoes: tuple[tuple[float, ...], ...] = (),
 ) -> SensorEstimate:
     """Return what is learned of a sensor whose objects were followed rightly."""
     time, place, whose = told
     density = len(time) / n_scans / SIDE**2
-    sensor = SensorEstimate(1.0, SIGMA, 0.9, density, SIDE**2, 8.0, scans=scans)
+    sensor = SensorEstimate(1.0, SIGMA, 0.9, density, SIDE**2, 8.0, scans=scans, echoes=echoes)
     reports = table(time, place, names=("near",))
     guess = Estimates({"near": sensor}, 0.1, 60.0, 1e-9, 1e-7)
     followed = Followed(whose, {"near": np.arange(float(n_scans))})
@@ -65,6 +69,10 @@ def test_elsewhere_they_are_fewer_than_on_average():
 
 def test_objects_that_all_go_through_one_place_make_none():
     assert learned(scene(sea=0.0, objects=30)).echoes == ()
+
+
+def test_what_an_earlier_round_took_for_dense_is_forgotten_where_it_was_followed_since():
+    assert learned(scene(sea=0.0, objects=30), echoes=((0.0, 0.0, 100.0, 3.0),)).echoes == ()
 
 
 def test_a_sensor_that_does_not_look_and_a_short_recording_tell_none():

@@ -49,6 +49,7 @@ def with_clutter_places(
         narrowest = NARROWEST * found.plane_sigma
         # Nothing is dense if not even all reports together are.
         if not _cells(place, n_scans, found.clutter_density, narrowest):
+            sensors[name] = replace(found, echoes=())
             continue
         is_false = np.ones(rows.size, dtype=np.bool_)
         of = np.full(len(reports), -1, dtype=np.int64)
@@ -68,7 +69,8 @@ def _with_places(
     """Return a sensor whose false alarms are dense at some places."""
     cells = _cells(place, n_scans, sensor.clutter_density, narrowest)
     if not cells:
-        return sensor
+        # What an earlier round took for dense has been followed since.
+        return replace(sensor, echoes=())
     cells = sorted(cells, key=lambda cell: -cell.size)[:MOST_PLACES]
     bells = tuple(
         (
