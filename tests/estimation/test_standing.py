@@ -71,3 +71,13 @@ def test_a_place_on_the_plane_is_found_with_its_spread_and_number():
 
 def test_what_wags_there_in_every_scan_is_an_object():
     assert on_plane(0.9) == ()
+
+
+def test_false_alarms_that_come_everywhere_stand_nowhere():
+    rng = np.random.default_rng(6)
+    time = np.sort(rng.integers(0, 100, 5000).astype(float))
+    place = rng.uniform(0.0, 1000.0, (time.size, 2))
+    sensor = SensorEstimate(1.0, 5.0, 0.9, 5e-5, 1e6, 4.0)
+    guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
+    found = with_standing(guess, table(time, place), {}, {"A": 100})
+    assert found.sensors["A"].echoes == ()

@@ -4,6 +4,7 @@ Their reports lie together and come all the time, and are no object that stands:
 than its noise would let them, or come far more seldom than objects are seen.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -25,6 +26,8 @@ FEWEST, LEAST_SHARE, PARTS, FEWEST_SCANS = 7, 0.06, 4, 30
 # An object that stands scatters less than so many times its noise, and is seen in more than this
 # share of the scans in which objects are.
 WIDER, SELDOM = 1.7, 0.5
+# On the plane, so many times as many as there are of false alarms that come everywhere.
+DENSER = 4.0
 MOST_PLACES = 200
 
 _Places: TypeAlias = tuple[tuple[float, ...], ...]
@@ -73,6 +76,8 @@ def _of_plane(
     sigma = sensor.plane_sigma
     # What wags about a place, such as a cell, scatters too: there only its silence tells.
     found = _standing(sensor, place / sigma, moments, n_scans)
+    usual = sensor.clutter_density * math.pi * (NEAR * sigma) ** 2
+    found = [each for each in found if each[2] > DENSER * usual]
     return tuple(
         _written(middle * sigma, max(float(spread.max()), 1.0) * sigma, count)
         for middle, spread, count in found
