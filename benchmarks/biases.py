@@ -13,13 +13,12 @@ import numpy as np
 import polars as pl
 from bench_data import add_arguments, repeats
 from eight_scenes import made
-from names_kept import HIDDEN
+from names_kept import HIDDEN, names_of
 from never_worse import _radars
 from text_tables import command, heading, table
 
 from trackweave import track
 from trackweave.config import load_configuration
-from trackweave.metrics import assignment_quality
 from trackweave.run.registering import registration_of
 from trackweave.run.tracking import report_table
 
@@ -50,15 +49,7 @@ def tracked(reports: pl.DataFrame, told: Mapping[str, Any]) -> tuple[list[str], 
     begun = time.process_time()
     result = track(reports.drop(HIDDEN, strict=False), told, rng=np.random.default_rng(0))
     spent = time.process_time() - begun
-    true = reports["target"].fill_null("").to_list()
-    found = result.assignments["track"].fill_null(-1).to_numpy()
-    last: dict[str, int] = {}
-    switches = 0
-    for whose, number in zip(true, found.tolist(), strict=True):
-        if whose and number >= 0:
-            switches += last.get(whose, number) != number
-            last[whose] = number
-    quality = assignment_quality(true, found).idf1 or 0.0
+    quality, switches, _ = names_of(result, reports)
     return [f"{quality:.3f}", str(switches), f"{spent:.0f}"], result.run["registration"] or {}
 
 

@@ -16,12 +16,11 @@ import polars as pl
 from bench_data import BESIDE, add_arguments
 from eight_scenes import made
 from joins_airport import PERIOD, airport
-from names_kept import HIDDEN
+from names_kept import HIDDEN, names_of
 from never_worse import _radars
 from text_tables import command, heading, table
 
 from trackweave import track
-from trackweave.metrics import assignment_quality
 
 HEAD = ["recording", "joins", "right", "parted", "right"]
 HEAD += ["IDF1 without", "with", "switches without", "with"]
@@ -56,15 +55,8 @@ def followed(reports: pl.DataFrame, told: Mapping[str, Any], *, join: bool) -> t
     """Return a run's record, the tracks found, IDF1, and switches."""
     lifecycle = {"lifecycle": {"join": join}}
     result = track(reports.drop(HIDDEN, strict=False), {**told, **lifecycle})
-    found = result.assignments["track"].fill_null(-1).to_numpy()
-    true = reports["target"].fill_null("").to_list()
-    last: dict[str, int] = {}
-    switches = 0
-    for whose, number in zip(true, found.tolist(), strict=True):
-        if whose and number >= 0:
-            switches += last.get(whose, number) != number
-            last[whose] = number
-    return result.run, found, assignment_quality(true, found).idf1 or 0.0, switches
+    idf1, switches, found = names_of(result, reports)
+    return result.run, found, idf1, switches
 
 
 def judged(

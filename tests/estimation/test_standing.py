@@ -5,7 +5,7 @@ import pytest
 
 from estimation.test_estimate import table
 from trackweave.estimation.estimates import Estimates, SensorEstimate
-from trackweave.estimation.standing import with_standing
+from trackweave.estimation.standing import with_seldom, with_standing
 
 SIGMA = (50.0, 0.001)
 SENSOR = SensorEstimate(4.0, SIGMA, 0.9, 1e-6, 1e10, 8.0)
@@ -59,7 +59,7 @@ def on_plane(share: float, n_scans: int = 120) -> tuple[tuple[float, ...], ...]:
     sensor = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
     reports = table(there, place)
-    return with_standing(guess, reports, {}, {"A": n_scans}).sensors["A"].echoes
+    return with_seldom(guess, reports, {"A": moments}).sensors["A"].echoes
 
 
 def test_a_place_on_the_plane_is_found_with_its_spread_and_number():
@@ -79,5 +79,5 @@ def test_false_alarms_that_come_everywhere_stand_nowhere():
     place = rng.uniform(0.0, 1000.0, (time.size, 2))
     sensor = SensorEstimate(1.0, 5.0, 0.9, 5e-5, 1e6, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
-    found = with_standing(guess, table(time, place), {}, {"A": 100})
+    found = with_seldom(guess, table(time, place), {"A": np.arange(100.0)})
     assert found.sensors["A"].echoes == ()

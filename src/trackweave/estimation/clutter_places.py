@@ -36,7 +36,6 @@ def with_clutter_places(
         return estimates
     sensors = dict(estimates.sensors)
     tracks = [track.rows for track in sure_tracks(estimates, reports, followed)]
-    scan = reports.time if reports.scan is None else reports.scan
     for index, name in enumerate(reports.sensors):
         found, n_scans = sensors.get(name), followed.looks.get(name, np.empty(0)).size
         if found is None or found.scans is False or found.strength is not None:
@@ -44,22 +43,16 @@ def with_clutter_places(
         own = reports.sensor == index
         if n_scans < FEWEST_SCANS or not np.any(own):
             continue
-        rows = np.flatnonzero(own)
-        place = reports.measurement[rows, :2]
         narrowest = NARROWEST * found.plane_sigma
+        is_false = own.copy()
         # Nothing is dense if not even all reports together are.
-        if not _cells(place, n_scans, found.clutter_density, narrowest):
-            sensors[name] = replace(found, echoes=())
-            continue
-        is_false = np.ones(rows.size, dtype=np.bool_)
-        of = np.full(len(reports), -1, dtype=np.int64)
-        of[rows] = np.arange(rows.size)
-        strangers = _Strangers(place, scan[rows])
-        for track in tracks:
-            mine = of[track[own[track]]]
-            if mine.size and not strangers.are_near(mine, reports.time[rows[mine]]):
-                is_false[mine] = False
-        sensors[name] = _with_places(found, place[is_false], n_scans, narrowest)
+        if _cells(reports.measurement[own], n_scans, found.clutter_density, narrowest):
+            strangers = _Strangers(reports, own)
+            for track in tracks:
+                mine = track[own[track]]
+                if mine.size and not strangers.are_near(mine):
+                    is_false[mine] = False
+        sensors[name] = _with_places(found, reports.measurement[is_false], n_scans, narrowest)
     return replace(estimates, sensors=sensors)
 
 
@@ -69,7 +62,7 @@ def _with_places(
     """Return a sensor whose false alarms are dense at some places."""
     cells = _cells(place, n_scans, sensor.clutter_density, narrowest)
     if not cells:
-        # What an earlier round took for dense has been followed since.
+        # What an earlier round took for dense has been followed since, if anything.
         return replace(sensor, echoes=())
     cells = sorted(cells, key=lambda cell: -cell.size)[:MOST_PLACES]
     bells = tuple(
@@ -112,22 +105,24 @@ def _cells(
 
 
 class _Strangers:
-    """Other reports of the same scan near a track's."""
+    """Other reports of a sensor's scan near a track's."""
 
-    def __init__(self, place: FloatArray, scan: FloatArray | IntArray) -> None:
+    def __init__(self, reports: ReportTable, own: NDArray[np.bool_]) -> None:
         # Runs where nothing is dense need not wait for the import.
         from scipy.spatial import cKDTree
 
+        scan = reports.time if reports.scan is None else reports.scan
+        self._time, place = reports.time, reports.measurement
         far = 4.0 * float(np.ptp(place, axis=0).max()) + 1.0
         _, number = np.unique(scan, return_inverse=True)
         self._place = np.column_stack([place, far * number])
-        self._tree = cKDTree(self._place)
+        self._tree = cKDTree(self._place[own])
 
-    def are_near(self, rows: IntArray, time: FloatArray) -> bool:
+    def are_near(self, rows: IntArray) -> bool:
         """Tell whether a track might as well be made of others."""
         if rows.size < 3:
             return True
-        own = self._place[rows, :2]
+        own, time = self._place[rows, :2], self._time[rows]
         share = (np.diff(time)[:-1] / np.maximum(time[2:] - time[:-2], 1e-9))[:, None]
         apart = own[1:-1] - (own[:-2] + share * (own[2:] - own[:-2]))
         # Of the distance from the middle of two others half is theirs.

@@ -7,7 +7,7 @@ than its noise would let them, or come far more seldom than objects are seen.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from trackweave.estimation.directions import components
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.refine import platform_of
 
-__all__ = ["with_standing"]
+__all__ = ["with_seldom", "with_standing"]
 
 # Reports this near one another, in standard deviations of range and azimuth, are of one place.
 NEAR = 8.0
@@ -36,66 +36,85 @@ _Moments: TypeAlias = tuple[FloatArray | IntArray, FloatArray]
 
 
 def with_standing(
-    estimates: Estimates,
-    reports: ReportTable,
-    places: Mapping[str, Sequence[float]],
-    looks: Mapping[str, int] | None = None,
+    estimates: Estimates, reports: ReportTable, places: Mapping[str, Sequence[float]]
 ) -> Estimates:
-    """Return estimates with the places of false alarms of sensors that look."""
-    # ``places`` are where those stand that measure ranges [m]. Their reports are of the whole
-    # recording, on the plane, with the number of their scan where it is not their time; of others
-    # come those that are on no sure track, beside how often they looked.
+    """Return estimates with the places of false alarms of sensors that measure ranges."""
+    # ``places`` are where those stand [m]. Reports are of the whole recording, on the plane, with
+    # the number of their scan where it is not their time.
     sensors = dict(estimates.sensors)
-    scan = reports.time if reports.scan is None else reports.scan
-    for index, name in enumerate(reports.sensors):
-        found, rows = sensors.get(name), np.flatnonzero(reports.sensor == index)
-        if found is None or found.scans is False or reports.dim != 2 or not rows.size:
+    for name, place in places.items():
+        found = sensors.get(name)
+        if found is None or not isinstance(found.sigma, tuple) or reports.dim != 2:
             continue
-        moments = scan[rows], reports.time[rows]
-        if looks is not None:
-            place = reports.measurement[rows]
-            places_of = _of_plane(found, place, moments, looks.get(name, 0))
-        elif name in places and isinstance(found.sigma, tuple):
-            stands = platform_of(reports, rows, places[name])
-            if np.any(np.ptp(stands, axis=0) > 1.0):
-                continue
+        rows = np.flatnonzero(reports.sensor == reports.sensors.index(name))
+        stands = platform_of(reports, rows, place)
+        if not np.any(np.ptp(stands, axis=0) > 1.0):
             polar = components(reports.measurement[rows] - stands)
-            places_of = _of_ranges(found, polar, moments, stands[0])
-        else:
-            continue
-        if places_of:
-            others = _others(found.echoes, places_of)
-            sensors[name] = replace(found, echoes=(*places_of, *others))
+            sensors[name] = _with(
+                found, _of_ranges(found, polar, _moments(reports, rows), stands[0])
+            )
     return replace(estimates, sensors=sensors)
+
+
+def with_seldom(
+    estimates: Estimates, unexplained: ReportTable, looks: Mapping[str, FloatArray]
+) -> Estimates:
+    """Return estimates with the places where sensors report positions again and again."""
+    # ``unexplained`` are the reports on no sure track, ``looks`` when each sensor looked [s].
+    sensors = dict(estimates.sensors)
+    for index, name in enumerate(unexplained.sensors):
+        found, rows = sensors.get(name), np.flatnonzero(unexplained.sensor == index)
+        if found is None or found.scans is False or unexplained.dim != 2 or not rows.size:
+            continue
+        place, moments = unexplained.measurement[rows], _moments(unexplained, rows)
+        sensors[name] = _with(found, _of_plane(found, place, moments, looks[name].size))
+    return replace(estimates, sensors=sensors)
+
+
+def _moments(reports: ReportTable, rows: IntArray) -> _Moments:
+    scan = reports.time if reports.scan is None else reports.scan
+    return scan[rows], reports.time[rows]
+
+
+def _with(sensor: SensorEstimate, standing: _Places) -> SensorEstimate:
+    """Return a sensor with places beside those where its false alarms are dense anyway."""
+    dense = [
+        each
+        for each in sensor.echoes
+        if all(np.hypot(each[0] - x, each[1] - y) > each[2] + wide for x, y, wide, _ in standing)
+    ]
+    return replace(sensor, echoes=(*standing, *dense))
 
 
 def _of_plane(
     sensor: SensorEstimate, place: FloatArray, moments: _Moments, n_scans: int
 ) -> _Places:
     """Return x, y, spread [m] and number a scan of places where a sensor reports positions."""
-    sigma = sensor.plane_sigma
     # What wags about a place, such as a cell, scatters too: there only its silence tells.
-    found = _standing(sensor, place / sigma, moments, n_scans)
+    sigma = sensor.plane_sigma
+    most = SELDOM * sensor.detection_probability
     usual = sensor.clutter_density * math.pi * (NEAR * sigma) ** 2
-    found = [each for each in found if each[2] > DENSER * usual]
     return tuple(
-        _written(middle * sigma, max(float(spread.max()), 1.0) * sigma, count)
-        for middle, spread, count in found
-    )
+        _written(each.middle * sigma, max(float(each.spread.max()), 1.0) * sigma, each.number)
+        for each in _repeated(place / sigma, moments, n_scans)
+        if each.share <= most and each.number > DENSER * usual
+    )[:MOST_PLACES]
 
 
 def _of_ranges(
-    sensor: SensorEstimate, polar: FloatArray, moments: _Moments, place: FloatArray
+    sensor: SensorEstimate, polar: FloatArray, moments: _Moments, stands: FloatArray
 ) -> _Places:
     """Return the same of ranges and azimuths of a sensor that stands at a place."""
-    sigma = np.array(sensor.sigma)[:2]
+    sigma, most = np.array(sensor.sigma)[:2], SELDOM * sensor.detection_probability
     places = []
-    for middle, spread, count in _standing(sensor, polar[:, :2] / sigma, moments):
-        distance, azimuth = middle * sigma
-        wide = np.maximum(spread, 1.0) * sigma * (1.0, distance)
+    for each in _repeated(polar[:, :2] / sigma, moments, np.unique(moments[0]).size):
+        if each.share > most and each.spread.max() < WIDER:
+            continue
+        distance, azimuth = each.middle * sigma
+        wide = np.maximum(each.spread, 1.0) * sigma * (1.0, distance)
         way = distance * np.array([np.sin(azimuth), np.cos(azimuth)])
-        places.append(_written(place[:2] + way, float(wide.max()), count))
-    return tuple(places)
+        places.append(_written(stands[:2] + way, float(wide.max()), each.number))
+    return tuple(places[:MOST_PLACES])
 
 
 def _written(place: FloatArray, spread: float, count: float) -> tuple[float, ...]:
@@ -103,26 +122,20 @@ def _written(place: FloatArray, spread: float, count: float) -> tuple[float, ...
     return x, y, digits(spread, 3), digits(count, 3)
 
 
-def _others(
-    dense: Sequence[tuple[float, ...]], standing: Sequence[tuple[float, ...]]
-) -> list[tuple[float, ...]]:
-    """Return places where false alarms are dense, but those that are known to stand there."""
-    return [
-        each
-        for each in dense
-        if all(np.hypot(each[0] - x, each[1] - y) > each[2] + wide for x, y, wide, _ in standing)
-    ]
+class _Repeated(NamedTuple):
+    """A place that comes again and again; lengths are in standard deviations."""
+
+    middle: FloatArray
+    spread: FloatArray
+    number: float  # Reports a scan
+    share: float  # Of the scans that have one
 
 
-def _standing(
-    sensor: SensorEstimate, scaled: FloatArray, moments: _Moments, n_looks: int | None = None
-) -> list[tuple[FloatArray, FloatArray, float]]:
-    """Return middle, spread and number a scan of each place in deviations, the surest first."""
-    # Without ``n_looks`` each scan has a report, and what stands exactly is an object.
-    scan, time = moments
-    n_scans = np.unique(scan).size if n_looks is None else n_looks
+def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repeated]:
+    """Return the places with reports all the time, those of most reports first."""
     if n_scans < FEWEST_SCANS:
         return []
+    scan, time = moments
     elapsed = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     part = np.minimum((PARTS * elapsed).astype(np.int64), PARTS - 1)
     # Runs without such sensors need not wait for the import.
@@ -131,10 +144,10 @@ def _standing(
     tree = cKDTree(scaled)
     count = tree.query_ball_point(scaled, NEAR, return_length=True)
     enough = max(FEWEST, LEAST_SHARE * n_scans)
-    places: list[tuple[FloatArray, FloatArray, float]] = []
+    places: list[_Repeated] = []
     free = np.ones(time.size, dtype=bool)
     for row in np.argsort(-count, kind="stable"):
-        if count[row] < enough or len(places) == MOST_PLACES:
+        if count[row] < enough:
             break
         if not free[row]:
             continue
@@ -143,11 +156,7 @@ def _standing(
         free[row], free[tree.query_ball_point(middle, 2 * NEAR)] = False, False
         near = np.array(tree.query_ball_point(middle, NEAR))
         n_seen = np.unique(scan[near]).size
-        if n_seen < enough or np.unique(part[near]).size < PARTS:
-            continue
-        spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)
-        is_often = n_seen / n_scans > SELDOM * sensor.detection_probability
-        if is_often and (spread.max() < WIDER or n_looks is not None):
-            continue
-        places.append((middle, spread, near.size / n_scans))
+        if n_seen >= enough and np.unique(part[near]).size == PARTS:
+            spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)
+            places.append(_Repeated(middle, spread, near.size / n_scans, n_seen / n_scans))
     return places

@@ -20,7 +20,7 @@ from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.plausibility import believable
 from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
-from trackweave.estimation.standing import with_standing
+from trackweave.estimation.standing import with_seldom, with_standing
 from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
 from trackweave.models.rotation import Rotation
@@ -119,9 +119,8 @@ def estimates_for(
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
     if directions is None:
-        tailed = with_tails(estimates, stretch, followed)
-        looks = {name: times.size for name, times in followed.looks.items()}
-        return with_standing(tailed, _unexplained(tailed, stretch, followed), {}, looks)
+        estimates = with_tails(estimates, stretch, followed)
+        return with_seldom(estimates, _unexplained(estimates, stretch, followed), followed.looks)
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
     return _directed(*told, directions)
