@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from oracles import errands
-from trackweave.engine import Common, Engine, EngineError, Outcome, WorkerLostError, engine_of
+from trackweave.engine import Engine, EngineError, Outcome, WorkerLostError, engine_of
 from trackweave.errors import InvalidInputError
 
 HAS_RAY = importlib.util.find_spec("ray") is not None
@@ -130,23 +130,6 @@ class TestTasks:
         engine = make(1)
         with pytest.raises(InvalidInputError, match="expected a function of a module"):
             engine.submit(work)  # type: ignore[arg-type]
-
-    def test_have_values_in_common_that_are_sent_once(self, make: Make) -> None:
-        engine = make(1)
-        values = [errands.Told(number) for number in range(3)]
-        for number in (0, 1, 0, 2, 1, 0):
-            engine.submit(errands.told_of, number, Common(values[number]))
-        assert [each.value for each in engine.gather()] == [0, 1, 0, 2, 1, 0]
-        assert [value.packed for value in values] == [1, 1, 1]
-
-    def test_have_values_in_common_again_after_a_death(self, make: Make, tmp_path: Path) -> None:
-        engine = make(1)
-        value = errands.Told(5)
-        engine.submit(errands.told_of, 0, Common(value))
-        engine.submit(errands.fall_first, tmp_path, 0, 1)
-        engine.submit(errands.told_of, 0, Common(value))
-        assert [each.value for each in engine.gather()] == [5, 0, 5]
-        assert value.packed == 2
 
     def test_nothing_entered_gives_nothing(self, make: Make) -> None:
         assert list(make().gather()) == []

@@ -53,21 +53,6 @@ def unsendable() -> object:
     return lambda: None
 
 
-class Told:
-    """A value that counts how often it was packed."""
-
-    def __init__(self, number: int) -> None:
-        self.number, self.packed = number, 0
-
-    def __getstate__(self) -> dict[str, int]:
-        self.packed += 1
-        return {"number": self.number}
-
-
-def told_of(_: int, value: Told) -> int:
-    return value.number
-
-
 class Counter:
     def __init__(self, start: int) -> None:
         self.count = start

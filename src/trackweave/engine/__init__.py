@@ -8,12 +8,11 @@ on the engine or on how many workers there are. Only ``trackweave.engine.on_ray`
 from trackweave.engine.choice import engine_of, require_engine
 from trackweave.engine.keeping import kept_engine
 from trackweave.engine.pool import Pool
-from trackweave.engine.protocol import Actor, Common, Engine, EngineError, Outcome, WorkerLostError
+from trackweave.engine.protocol import Actor, Engine, EngineError, Outcome, WorkerLostError
 from trackweave.engine.serving import is_worker
 
 __all__ = [
     "Actor",
-    "Common",
     "Engine",
     "EngineError",
     "Outcome",

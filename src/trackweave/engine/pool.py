@@ -8,7 +8,6 @@ from typing import Any, Self
 
 from trackweave.engine.protocol import (
     Actor,
-    Common,
     Death,
     EngineError,
     Host,
@@ -16,8 +15,7 @@ from trackweave.engine.protocol import (
     Worker,
     WorkerLostError,
 )
-from trackweave.engine.serving import GREETING, beside, packed_call, unpacked_reply
-from trackweave.engine.shelf import Place, Shelf
+from trackweave.engine.serving import GREETING, packed_call, unpacked_reply
 
 __all__ = ["Pool"]
 
@@ -30,10 +28,10 @@ START_S = 120.0
 
 
 class _Task:
-    """A call with its ticket, the values in common, and how often it was given out."""
+    """A call with its ticket, and how often it was given out."""
 
-    def __init__(self, ticket: int, call: bytes, common: list[Any]) -> None:
-        self.ticket, self.call, self.common, self.attempts = ticket, call, common, 0
+    def __init__(self, ticket: int, call: bytes) -> None:
+        self.ticket, self.call, self.attempts = ticket, call, 0
 
 
 class _Post:
@@ -42,7 +40,6 @@ class _Post:
     def __init__(self, worker: Worker, actor: "_Placed | None" = None) -> None:
         self.worker, self.actor = worker, actor
         self.is_ready, self.task, self.until = False, None, monotonic() + START_S
-        self.shelf = Shelf()
         worker.send(GREETING)
 
     task: _Task | None
@@ -88,11 +85,7 @@ class Pool:
 
     def submit(self, work: Callable[..., Any], *args: Any) -> int:
         """Enter a task; return its ticket."""
-        common, plain = list[Any](), list[Any]()
-        for arg in args:
-            plain.append(Place(len(common)) if isinstance(arg, Common) else arg)
-            common += [arg.value] if isinstance(arg, Common) else []
-        task = _Task(self._tickets, packed_call("do", work, tuple(plain)), common)
+        task = _Task(self._tickets, packed_call("do", work, args))
         self._tickets += 1
         self._due.append(task.ticket)
         self._waiting.append(task)
@@ -161,8 +154,7 @@ class Pool:
                 post.task.attempts += 1
                 limit = self._time_limit
                 post.until = None if limit is None else monotonic() + limit
-                entries = post.shelf.sent(post.task.common)
-                post.worker.send(beside(post.task.call, entries))
+                post.worker.send(post.task.call)
         starting = sum(not post.is_ready for post in own)
         for _ in range(min(self.workers - len(own), len(self._waiting) - starting)):
             post = _Post(self._host.hire())

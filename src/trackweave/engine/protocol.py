@@ -8,7 +8,6 @@ from trackweave.errors import TrackweaveError
 
 __all__ = [
     "Actor",
-    "Common",
     "Death",
     "Engine",
     "EngineError",
@@ -49,16 +48,6 @@ class Outcome:
     is_lost: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Common:
-    """A value that many tasks have among their arguments, which must never be changed.
-
-    A worker is sent it with the first of them, and keeps the latest few.
-    """
-
-    value: Any
-
-
 class Actor(Protocol):
     """An object that lives in a worker of its own."""
 
@@ -89,8 +78,7 @@ class Engine(Protocol):
     def submit(self, work: Callable[..., Any], *args: Any) -> int:
         """Enter a task, a function of an importable module with its arguments; return its ticket.
 
-        Tickets count from 0. Work begins once somebody gathers. The function is given the value
-        of a ``Common`` argument.
+        Tickets count from 0. Work begins once somebody gathers.
         """
 
     def gather(self, *, in_order: bool = True) -> Iterator[Outcome]:

@@ -5,10 +5,9 @@ import pickle
 from threading import Event
 from typing import Any, Literal
 
-from trackweave.engine.shelf import Entry, Place, Shelf
 from trackweave.errors import InvalidInputError, TrackweaveError
 
-__all__ = ["GREETING", "Kind", "Served", "beside", "is_worker", "packed_call", "unpacked_reply"]
+__all__ = ["GREETING", "Kind", "Served", "is_worker", "packed_call", "unpacked_reply"]
 
 Kind = Literal["do", "make", "ask", "greet"]
 
@@ -27,11 +26,6 @@ def packed_call(kind: Kind, of: Any = None, args: tuple[Any, ...] = ()) -> bytes
             f"work: {name!r:.80} cannot be sent to a worker ({err}); expected a function of a "
             "module that workers can import, and arguments that can be pickled"
         ) from err
-
-
-def beside(call: bytes, entries: list[Entry]) -> bytes:
-    """Return a call with values that others have, too; ``Place`` stands for them in it."""
-    return pickle.dumps(("with", call, entries)) if entries else call
 
 
 GREETING = packed_call("greet")
@@ -54,16 +48,11 @@ class Served:
     def __init__(self) -> None:
         _SERVING.set()
         self._actor: Any = None
-        self._shelf = Shelf()
 
     def reply(self, call: bytes) -> bytes:
         """Return what comes of a call; an error is a reply like any other."""
         try:
             kind, of, args = pickle.loads(call)
-            if kind == "with":
-                values = self._shelf.received(args)
-                kind, of, args = pickle.loads(of)
-                args = tuple(values[arg] if isinstance(arg, Place) else arg for arg in args)
             return pickle.dumps((True, self._carried_out(kind, of, args)))
         except Exception as err:
             return pickle.dumps((False, _told(err)))

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from threading import Event
 from typing import Any, TypeVar
@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.engine import Common, EngineError, is_worker, kept_engine, require_engine
+from trackweave.engine import EngineError, is_worker, kept_engine, require_engine
 from trackweave.errors import InvalidInputError
 from trackweave.fields import settle
 from trackweave.solvers.local import Annealing, TabuSearch
@@ -24,14 +24,10 @@ __all__ = ["Archipelago", "Island", "Islands", "run_together"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Island:
-    """A method and where its search stands; ``place`` is its start before it has begun.
-
-    ``lasting`` are the parts of the place that its last epoch, a worker's, left as they were.
-    """
+    """A method and where its search stands; ``place`` is its start before it has begun."""
 
     method: Metaheuristic
     place: Any
-    lasting: tuple[str, ...] = ()
 
     @property
     def evaluations(self) -> int:
@@ -154,58 +150,25 @@ def _has_failed(running: Sequence[Future[Result]]) -> bool:
     return any(task.done() and task.exception() is not None for task in running)
 
 
-LARGE = 16_384
-"""Arrays of fewer bytes are sooner sent than remembered."""
-
-
 def _run_by_workers(
     islands: Sequence[Island], shares: Sequence[float], to: tuple[View, int], engine: str,
     workers: int | None,
 ) -> list[Island]:  # fmt: skip
     """Return islands advanced by the workers of an engine, each by its share of evaluations."""
-    # ``to`` is what they search, and the chunks to go through. What an island's last epoch left
-    # as it was is sent to a worker once, and never back.
-    view, chunks = to
+    # ``to`` is what they search, and the chunks to go through.
     with kept_engine(engine, workers) as pool:
         for island, share in zip(islands, shares, strict=True):
-            kept = [Common(getattr(island.place, name)) for name in island.lasting]
-            pool.submit(_advanced, _without(island), chunks, share, Common(view), *kept)
+            pool.submit(_advanced, island, *to, share)
         outcomes = list(pool.gather())
     for outcome in outcomes:
         if outcome.error is not None:
             raise EngineError(f"islands: an island's worker: {outcome.error}")
-    return [
-        _with(outcome.value, [getattr(before.place, name) for name in outcome.value.lasting])
-        for before, outcome in zip(islands, outcomes, strict=True)
-    ]
+    return [outcome.value for outcome in outcomes]
 
 
-def _advanced(island: Island, chunks: int, share: float, view: View, *kept: Any) -> Island:
-    """Return an island after so many chunks, without what it had before: what a worker does."""
-    before = _with(island, kept)
-    after = before.advance(view, chunks, share, lambda: False)
-    lasting: tuple[str, ...] = ()
-    if type(after.place) is type(before.place) and is_dataclass(after.place):
-        values = {each.name: getattr(after.place, each.name) for each in fields(after.place)}
-        lasting = tuple(
-            name
-            for name, value in values.items()
-            if value is getattr(before.place, name)
-            and (isinstance(value, tuple) or getattr(value, "nbytes", 0) >= LARGE)
-        )
-    return _without(replace(after, lasting=lasting))
-
-
-def _without(island: Island) -> Island:
-    """Return an island without what lasts; one that has not begun has nothing that does."""
-    nothing = dict.fromkeys(island.lasting)
-    return replace(island, place=replace(island.place, **nothing)) if nothing else island
-
-
-def _with(island: Island, kept: Sequence[Any]) -> Island:
-    """Return an island with what lasts in its place again."""
-    values = dict(zip(island.lasting, kept, strict=True))
-    return replace(island, place=replace(island.place, **values)) if values else island
+def _advanced(island: Island, view: View, chunks: int, share: float) -> Island:
+    """Return an island after so many chunks: what a worker does."""
+    return island.advance(view, chunks, share, lambda: False)
 
 
 @dataclass(frozen=True, slots=True)
