@@ -5,7 +5,14 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.spatial import cKDTree
 
-from trackweave.estimation.trees import FEW, FewPoints, pairs_within, tree_of
+from trackweave.estimation.trees import (
+    FEW,
+    FewPoints,
+    all_within,
+    n_within,
+    pairs_within,
+    tree_of,
+)
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
@@ -59,3 +66,13 @@ def test_few_points_answer_many_questions_like_few() -> None:
     distance, index = points.query(asked)
     assert_array_equal(distance[:FEW], points.query(asked[:FEW])[0])
     assert_array_equal(index[:FEW], points.query(asked[:FEW])[1])
+
+
+@pytest.mark.parametrize("n_asked", [20, FEW + 1])
+def test_few_points_are_within_a_radius_as_a_tree_says(n_asked: int) -> None:
+    rng = np.random.default_rng(3)
+    points, asked = rng.normal(size=(60, 2)), rng.normal(size=(n_asked, 2))
+    expected = cKDTree(points).query_ball_point(asked, 0.7, return_sorted=True)
+    found = all_within(FewPoints(points), asked, 0.7)
+    assert [sorted(each.tolist()) for each in found] == expected.tolist()
+    assert_array_equal(n_within(FewPoints(points), asked, 0.7), [len(each) for each in expected])

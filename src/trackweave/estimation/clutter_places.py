@@ -14,6 +14,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.refine import Followed, sure_tracks
+from trackweave.estimation.trees import n_within, tree_of
 
 __all__ = ["with_clutter_places"]
 
@@ -108,15 +109,12 @@ class _Strangers:
     """Other reports of a sensor's scan near a track's."""
 
     def __init__(self, reports: ReportTable, own: NDArray[np.bool_]) -> None:
-        # Runs where nothing is dense need not wait for the import.
-        from scipy.spatial import cKDTree
-
         scan = reports.time if reports.scan is None else reports.scan
         self._time, place = reports.time, reports.measurement
         far = 4.0 * float(np.ptp(place, axis=0).max()) + 1.0
         _, number = np.unique(scan, return_inverse=True)
         self._place = np.column_stack([place, far * number])
-        self._tree = cKDTree(self._place[own])
+        self._tree = tree_of(self._place[own])
 
     def are_near(self, rows: IntArray) -> bool:
         """Tell whether a track might as well be made of others."""
@@ -127,5 +125,5 @@ class _Strangers:
         apart = own[1:-1] - (own[:-2] + share * (own[2:] - own[:-2]))
         # Of the distance from the middle of two others half is theirs.
         reach = float(np.sqrt(np.mean(np.sum(apart**2, axis=1)) / 1.5))
-        near = self._tree.query_ball_point(self._place[rows], reach, return_length=True) - 1
+        near = n_within(self._tree, self._place[rows], reach) - 1
         return float(near.mean()) > MOST_STRANGERS

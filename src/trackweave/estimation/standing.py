@@ -16,6 +16,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.directions import components
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.refine import platform_of
+from trackweave.estimation.trees import all_within, n_within, tree_of
 
 __all__ = ["with_seldom", "with_standing"]
 
@@ -138,11 +139,8 @@ def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repe
     scan, time = moments
     elapsed = (time - time.min()) / max(float(np.ptp(time)), 1e-9)
     part = np.minimum((PARTS * elapsed).astype(np.int64), PARTS - 1)
-    # Runs without such sensors need not wait for the import.
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(scaled)
-    count = tree.query_ball_point(scaled, NEAR, return_length=True)
+    tree = tree_of(scaled)
+    count = n_within(tree, scaled, NEAR)
     enough = max(FEWEST, LEAST_SHARE * n_scans)
     places: list[_Repeated] = []
     free = np.ones(time.size, dtype=bool)
@@ -151,10 +149,9 @@ def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repe
             break
         if not free[row]:
             continue
-        near = np.array(tree.query_ball_point(scaled[row], NEAR))
-        middle = np.median(scaled[near], axis=0)
-        free[row], free[tree.query_ball_point(middle, 2 * NEAR)] = False, False
-        near = np.array(tree.query_ball_point(middle, NEAR))
+        middle = np.median(scaled[all_within(tree, scaled[[row]], NEAR)[0]], axis=0)
+        free[row], free[all_within(tree, middle[None], 2 * NEAR)[0]] = False, False
+        near = all_within(tree, middle[None], NEAR)[0]
         n_seen = np.unique(scan[near]).size
         if n_seen >= enough and np.unique(part[near]).size == PARTS:
             spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)

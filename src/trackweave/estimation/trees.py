@@ -1,6 +1,6 @@
 """Who is near whom: SciPy's trees, and for few points their distances."""
 
-from typing import TYPE_CHECKING, TypeAlias, Union
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard, Union
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["FEW", "FewPoints", "Tree", "all_within", "pairs_within", "tree_of"]
+__all__ = ["FEW", "FewPoints", "Tree", "all_within", "n_within", "pairs_within", "tree_of"]
 
 FEW = 512
 """Of so many points all distances are sooner there than SciPy is imported."""
@@ -71,8 +71,19 @@ def tree_of(position: FloatArray) -> Tree:
 
 def all_within(tree: Tree, position: FloatArray, radius: float) -> list[IntArray]:
     """Return which points of a tree lie within a radius of each position."""
-    near = _grown(tree).query_ball_point(position, radius)
-    return [np.array(each, dtype=np.int64) for each in near]
+    if _is_few(tree, position):
+        near = _squares(position, tree.data) <= radius * radius
+        return [np.flatnonzero(each) for each in near]
+    found = _grown(tree).query_ball_point(position, radius)
+    return [np.array(each, dtype=np.int64) for each in found]
+
+
+def n_within(tree: Tree, position: FloatArray, radius: float) -> IntArray:
+    """Return how many points of a tree lie within a radius of each position."""
+    if _is_few(tree, position):
+        return np.asarray(np.sum(_squares(position, tree.data) <= radius * radius, axis=1))
+    found: IntArray = _grown(tree).query_ball_point(position, radius, return_length=True)
+    return found
 
 
 def pairs_within(first: Tree, second: Tree, radii: FloatArray) -> IntArray:
@@ -82,6 +93,10 @@ def pairs_within(first: Tree, second: Tree, radii: FloatArray) -> IntArray:
         return np.searchsorted(square, radii * radii, side="right")
     found: IntArray = _grown(first).count_neighbors(_grown(second), radii)
     return found
+
+
+def _is_few(tree: Tree, position: FloatArray) -> TypeGuard[FewPoints]:
+    return isinstance(tree, FewPoints) and position.shape[0] <= FEW
 
 
 def _grown(tree: Tree) -> "cKDTree":
