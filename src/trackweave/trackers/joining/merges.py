@@ -41,7 +41,11 @@ def merge_pairs(paths: Paths, segments: Segments, within: float) -> NDArray[np.b
     was_there = (begin[None] < begin[:, None]) & (end[None] >= begin[:, None] - WAITS * wait[None])
     hides, shows = beside_end & goes_on, beside_begin & was_there
     later = end[:, None] < begin[None]
-    hidden = later & ((hides.astype(np.float32) @ shows.astype(np.float32).T) > 0)
+    # Who merges is asked for seldom, and need not be waited for otherwise; few are near anybody.
+    from scipy.sparse import csr_array
+
+    common = csr_array(hides.astype(np.int32)) @ csr_array(shows.astype(np.int32)).T
+    hidden = later & (common.toarray() > 0)
     # Who had the reports of another that comes back.
     before, after = np.nonzero(hidden)
     has_hidden = np.zeros(len(segments), dtype=np.bool_)
