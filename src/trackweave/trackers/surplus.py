@@ -18,6 +18,8 @@ APART = 0.99
 """Places are told apart by a test that lets so many of those pass that are one."""
 SURE = 0.99
 """Who is that certain to be there has no share in a doubt."""
+AT_ONCE = 256
+"""Distances of so many tracks to all others are held at once."""
 
 
 def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) -> NDArray[np.bool_]:
@@ -36,29 +38,37 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     objects are expected there, by more than half an object.
     """
     # Each by itself would be shown where that is more probable than not; where objects may be
-    # each other's, the same is asked of how many there are.
+    # each other's, the same is asked of how many there are. Who stands alone is never too many.
     is_shown, is_surplus = chance >= FOLLOWED, np.zeros(chance.shape[0], dtype=np.bool_)
-    limit = quantile_of(position.shape[1], APART) if chance.size else 0.0
+    here, start = _places(position, covariance)
     for weakest in np.argsort(chance, kind="stable"):
-        if not is_shown[weakest]:
+        beside = here[start[weakest] : start[weakest + 1]]
+        if not is_shown[weakest] or beside.shape[0] < 2:
             continue
-        here = _beside(position, covariance, int(weakest), limit)
-        shown = here[is_shown[here]]
+        shown = beside[is_shown[beside]]
         # Who is stronger than another that stays is not what is too much.
         if np.all(chance[shown] >= chance[weakest]):
-            excess = shown.shape[0] - float(np.sum(chance[here]))
+            excess = shown.shape[0] - float(np.sum(chance[beside]))
             is_surplus[weakest] = excess > 0.5
             is_shown[weakest] = not is_surplus[weakest]
     return is_surplus
 
 
-def _beside(position: FloatArray, covariance: FloatArray, own: int, limit: float) -> IntArray:
-    """Return who may be at the place of one of them, itself included."""
-    away = position - position[own]
-    spread = covariance + covariance[own]
+def _places(position: FloatArray, covariance: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return who may be at the place of each, itself included, and where each one's begin."""
+    count = position.shape[0]
+    limit = quantile_of(position.shape[1], APART)
     # No direction is wider than all together: most are out of the question at once.
-    widest = np.trace(spread, axis1=1, axis2=2)
-    near = np.flatnonzero(np.sum(away**2, axis=1) <= limit * widest)
-    scaled = np.linalg.solve(spread[near], away[near][:, :, None])[:, :, 0]
-    kept: IntArray = near[np.sum(away[near] * scaled, axis=1) <= limit]
-    return kept
+    width = np.trace(covariance, axis1=1, axis2=2)
+    found = [np.empty((2, 0), dtype=np.int64)]
+    for begin in range(0, count, AT_ONCE):
+        rows = slice(begin, begin + AT_ONCE)
+        square = np.sum((position[rows, None] - position) ** 2, axis=2)
+        own, other = np.nonzero(square <= limit * (width[rows, None] + width))
+        own += begin
+        away = position[other] - position[own]
+        spread = covariance[other] + covariance[own]
+        scaled = np.linalg.solve(spread, away[:, :, None])[:, :, 0]
+        found.append(np.array([own, other])[:, np.sum(away * scaled, axis=1) <= limit])
+    own, other = np.concatenate(found, axis=1)
+    return other, np.searchsorted(own, np.arange(count + 1))
