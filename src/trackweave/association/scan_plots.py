@@ -8,7 +8,6 @@ from trackweave.arrays import FloatArray, is_number, require_instance
 from trackweave.association.sensor_plots import SensorPlots
 from trackweave.association.window_rule import coverage_of
 from trackweave.domain.foreign_kind import ours
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, checked_number
@@ -104,7 +103,7 @@ def plots_of(  # noqa: PLR0913 all but the first three by name, and seldom neede
     if scan.moments is not None or time is not None:
         moments = np.full(count, scan.time) if scan.moments is None else scan.moments
         drift = speed * np.abs((scan.time if time is None else time) - moments)
-    if kind is MeasurementKind.BEARING:
+    if kind.is_bearing_only:
         return SensorPlots(
             value=scan.measurement.reshape(count),
             sigma=_sigmas(scan, sensor, dim).reshape(count),
@@ -133,7 +132,7 @@ def _check(scan: Scan, sensor: Sensor, dim: int) -> None:
     require_instance(scan, Scan, "scan")
     require_instance(sensor, Sensor, "sensor")
     kind = sensor.measurement
-    if not kind.gives_position(dim) and (kind is not MeasurementKind.BEARING or dim == 3):
+    if not kind.gives_position(dim) and (not kind.is_bearing_only or dim == 3):
         raise InvalidInputError(
             f"sensor {sensor.name}: {kind.word} in {dim} dimensions; expected positions, or in "
             "two dimensions bearings"

@@ -180,7 +180,7 @@ def _said_by_ours(
     covariance = sigma[:, :, None] ** 2 * np.eye(size)
     if scan.covariance is not None:
         covariance = scan.covariance
-        if is_located and kind is MeasurementKind.POSITION:
+        if is_located and kind.is_position:
             spread = covariance
     log_begin = _log_begin(sensor, measurement, sigma, platform, context)
     return Said(is_located, place, spread, covariance, log_begin)
@@ -290,7 +290,7 @@ def _log_begin(
 ) -> FloatArray:
     """Return what each report adds to a new object's log evidence beyond the density [nats]."""
     kind, dim = sensor.measurement, context.dim
-    if kind is MeasurementKind.BEARING:
+    if kind.is_bearing_only:
         return np.full(measurement.shape[0], math.log(0.5 * _reach(sensor) ** 2))
     if not kind.has_range or not kind.gives_position(dim):
         return np.zeros(measurement.shape[0])

@@ -23,7 +23,6 @@ from trackweave.config.sections import (
 )
 from trackweave.config.sensing import UNKNOWN_SENSOR, ObservedSensor, require_places, sensor_of
 from trackweave.config.sources import ANY_SENSOR, Sources, value_at
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation.estimates import Estimates
 from trackweave.keys import suggest
 from trackweave.models.foreign_motion import AnyMotion
@@ -213,7 +212,7 @@ def _lifecycle(sources: Sources, estimates: Estimates | None) -> Lifecycle:
 
 def _growth(sources: Sources, sensors: Sequence[Sensor]) -> GrowthLimits:
     usual = GrowthLimits()
-    if all(sensor.measurement is MeasurementKind.BEARING for sensor in sensors):
+    if all(sensor.measurement.is_bearing_only for sensor in sensors):
         usual = GrowthLimits.of_bearings()
     elif all(sensor.scans is False for sensor in sensors):
         usual = GrowthLimits.of_lone_reports()

@@ -188,7 +188,7 @@ def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[A
     """Return the noise as estimated and as usual, in the units of a file; None for none."""
     kind = seen.measurement
     sigma = None if found is None else found.sigma
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return sigma, None
     if isinstance(kind, ForeignKind):
         return None, USUAL["sigma"]
@@ -214,13 +214,13 @@ def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[A
 def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, ...]:
     """Return the noise by component [m, rad, m/s]."""
     kind = seen.measurement
-    is_single = kind is MeasurementKind.POSITION or isinstance(kind, ForeignKind)
+    is_single = kind.is_position or isinstance(kind, ForeignKind)
     if is_single and not isinstance(value, Mapping):
         return float(value)
-    columns = kind.columns(3 if kind is MeasurementKind.POSITION else seen.dim)
+    columns = kind.columns(3 if kind.is_position else seen.dim)
     given = value if isinstance(value, Mapping) else {}
     numbers = {key: number for key, number in given.items() if number is not None}
-    least = columns[:2] if kind is MeasurementKind.POSITION else columns
+    least = columns[:2] if kind.is_position else columns
     if not set(least) <= set(numbers) <= set(columns):
         expected = ", ".join(f"{column} = …" for column in least)
         raise InvalidInputError(
@@ -242,7 +242,7 @@ def _clutter(
     """Return the false alarms per unit of what is measured, and scan."""
     name, found, seen = sensor
     path = ("sensors", name, "clutter_density")
-    is_position = seen.measurement is MeasurementKind.POSITION
+    is_position = seen.measurement.is_position
     if "clutter_per_scan" in section:
         sources.choose(("sensors", name, "clutter_per_scan"))
         volume = _volume_of(section.get("field_of_view"), seen)
@@ -329,12 +329,12 @@ def _field_of_view(keys: Mapping[str, Any], position: Sequence[float] | None) ->
 
 def _volume_of(view: Mapping[str, Any] | None, seen: ObservedSensor) -> float | None:
     """Return how much of what is measured a simple field of view holds, None for others."""
-    if seen.measurement is MeasurementKind.POSITION:
+    if seen.measurement.is_position:
         return _area_of(view or {})
     if view is None or "polygon" in view:
         return None
     width = math.radians(_width_of(view))
-    if seen.measurement is MeasurementKind.BEARING:
+    if seen.measurement.is_bearing_only:
         return width
     if "max_range_m" not in view or len(seen.measurement.columns(seen.dim)) > 2:
         return None

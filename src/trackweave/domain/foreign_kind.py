@@ -171,6 +171,26 @@ class ForeignKind:
         return callable(getattr(self.model, "covariance", None))
 
     @property
+    def is_position(self) -> bool:
+        """Whether the numbers are a place, as far as is known."""
+        return False
+
+    @property
+    def is_bearing_only(self) -> bool:
+        """Whether the numbers tell a direction and no distance, as far as is known."""
+        return False
+
+    @property
+    def needs_place(self) -> bool:
+        """Whether the numbers count from where the sensor stands, as far as is known."""
+        return False
+
+    @property
+    def azimuth(self) -> int | None:
+        """Which of the numbers is the azimuth: none, as far as is known."""
+        return None
+
+    @property
     def has_range(self) -> bool:
         """Whether the first component is a range, as far as is known."""
         return False

@@ -37,6 +37,26 @@ class MeasurementKind(IntEnum):
         return self.name.lower().replace("_", "-")
 
     @property
+    def is_position(self) -> bool:
+        """Whether the numbers are a place in the tracking space, whoever looks."""
+        return self is MeasurementKind.POSITION
+
+    @property
+    def is_bearing_only(self) -> bool:
+        """Whether the numbers tell a direction and no distance."""
+        return self is MeasurementKind.BEARING
+
+    @property
+    def needs_place(self) -> bool:
+        """Whether the numbers count from where the sensor stands."""
+        return not self.is_position
+
+    @property
+    def azimuth(self) -> int | None:
+        """Which of the numbers is the azimuth; None where none is."""
+        return 1 if self.has_range else 0 if self.is_bearing_only else None
+
+    @property
     def has_range(self) -> bool:
         """Whether the first component is a range."""
         return 1 <= self <= 4
@@ -51,6 +71,11 @@ class MeasurementKind(IntEnum):
         """Whether the last component is a range rate."""
         return self in {2, 4}
 
+    @property
+    def without_rate(self) -> "MeasurementKind":
+        """What is measured beside a range rate."""
+        return MeasurementKind(self - 1) if self.has_rate else self
+
     def n_components(self, dim: int) -> int:
         """Return how many numbers a report holds.
 
@@ -63,7 +88,7 @@ class MeasurementKind(IntEnum):
         -------
         The number.
         """
-        if self is MeasurementKind.POSITION:
+        if self.is_position:
             return dim
         return (0, 2, 3, 3, 4, 1, 1)[self]
 
@@ -79,9 +104,9 @@ class MeasurementKind(IntEnum):
         -------
         Such as range_m, azimuth_deg.
         """
-        if self is MeasurementKind.POSITION:
+        if self.is_position:
             return ("x", "y", "z")[:dim]
-        if self is MeasurementKind.BEARING:
+        if self.is_bearing_only:
             return ("bearing_deg",)
         if self is MeasurementKind.RANGE_RATE:
             return ("range_rate_mps",)
@@ -103,4 +128,4 @@ class MeasurementKind(IntEnum):
         """
         if self.has_range:
             return dim == 2 or self.has_elevation
-        return self is MeasurementKind.POSITION
+        return self.is_position

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.run import RunValues
@@ -35,9 +34,10 @@ def log_likelihood(values: RunValues) -> float | None:
     .. [1] D. J. Daley, D. Vere-Jones, *An introduction to the theory of point processes*, 2003.
     """
     reports, tracks, sensors = values.reports, values.tracks, values.settings.sensors
-    kinds = {reports.kind_of(number) for number in range(len(reports.sensors))}
+    numbers = range(len(reports.sensors))
+    are_positions = all(reports.kind_of(number).is_position for number in numbers)
     is_scanned = all(each.rotation is None and each.scans is not False for each in sensors)
-    if kinds != {MeasurementKind.POSITION} or not is_scanned:
+    if not are_positions or not is_scanned:
         return None
     known = _confirmed(tracks)
     place = reports.measurement[:, : reports.dim]

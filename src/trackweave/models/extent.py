@@ -19,11 +19,11 @@ def extent(coverage: Coverage, kind: MeasurementKind) -> float | None:
     # Range rates and elevations are left out. The size is in m² for positions, in m·rad for range
     # and azimuth, and in rad for bearings; None where the field of view has no bound.
     if coverage.everywhere:
-        return 2.0 * np.pi if kind is MeasurementKind.BEARING else None
+        return 2.0 * np.pi if kind.is_bearing_only else None
     low, high, start, width = coverage.bounds
     corners = coverage.polygon - coverage.position
     if corners.shape[0] == 0:
-        if kind is MeasurementKind.BEARING:
+        if kind.is_bearing_only:
             return float(width)
         return float(width * _within(high, low, kind)) if np.isfinite(high) else None
     # Between the azimuths of two corners, how far the edges are changes smoothly.
@@ -40,7 +40,7 @@ def extent(coverage: Coverage, kind: MeasurementKind) -> float | None:
 
 def _within(distance: FloatArray | float, low: float, kind: MeasurementKind) -> FloatArray | float:
     """Return the extent per radian of a ray between two distances."""
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return (distance - low) * (distance + low) / 2.0
     return distance - low
 
@@ -66,4 +66,4 @@ def _seen(
     farthest_first = -np.sort(-np.clip(distance, *limits), axis=1)
     signs = 1.0 - 2.0 * (np.arange(corners.shape[0]) % 2)
     seen: FloatArray = _within(farthest_first, limits[0], kind) @ signs
-    return np.asarray(seen > 0.0, dtype=np.float64) if kind is MeasurementKind.BEARING else seen
+    return np.asarray(seen > 0.0, dtype=np.float64) if kind.is_bearing_only else seen

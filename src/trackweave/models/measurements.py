@@ -34,7 +34,7 @@ def to_position(  # noqa: PLR0913 a report is all of these
         width = kind.n_components(dim)
         reported = kind.reported(measurement[:, :width], sigma[:, :width], context)
         return kind.first_state(platform, reported, dim)
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         covariance = sigma[:, :dim, None] ** 2 * np.eye(dim)
         return measurement[:, :dim].copy(), covariance
     distance, azimuth = measurement[:, 0], measurement[:, 1]

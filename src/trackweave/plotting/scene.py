@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.foreign_kind import ForeignKind
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
@@ -65,7 +64,7 @@ def places_of_reports(
     for code, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == code)
         kind = reports.kind_of(code)
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             places[rows] = reports.measurement[rows, :2]
             continue
         if isinstance(kind, ForeignKind):

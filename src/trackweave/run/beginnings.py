@@ -193,10 +193,10 @@ def _along(evidence: Evidence, row: int) -> tuple[FloatArray, FloatArray]:
     half = FARTHEST / 2
     if isinstance(kind, ForeignKind):
         return place, np.eye(dim) * half**2
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         place[: evidence.width[row]] = measured[: evidence.width[row]]
         return place, np.diag(np.r_[evidence.sigma[row, :2] ** 2, np.full(dim - 2, half**2)])
-    azimuth = measured[0 if kind is MeasurementKind.BEARING else 1]
+    azimuth = measured[kind.azimuth]
     distance = measured[0] if kind.has_range else half
     place[:2] += distance * np.array([np.sin(azimuth), np.cos(azimuth)])
     return place, np.eye(dim) * (distance / HOW_MUCH_WIDER) ** 2

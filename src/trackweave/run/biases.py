@@ -33,7 +33,7 @@ def keys_of(kind: Kind) -> tuple[str, ...]:
     """Return the keys of the biases that a sensor of a kind can have."""
     if isinstance(kind, ForeignKind):
         return ("clock_offset",)
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return ("translation", "clock_offset")
     angle = ("azimuth_bias_deg", "clock_offset")
     return ("range_bias_m", "range_scale", *angle) if kind.has_range else angle
@@ -81,10 +81,10 @@ def unbiased(reports: ReportTable, bias: FloatArray) -> ReportTable:
         rows = reports.sensor == index
         if isinstance(kind, ForeignKind):
             continue
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             measurement[rows, :2] -= own[list(BIAS_KEYS["translation"])]
             continue
-        at = 1 if kind.has_range else 0
+        at = kind.azimuth
         measurement[rows, at] = (measurement[rows, at] - own[AZIMUTH]) % (2.0 * np.pi)
         if kind.has_range:
             true = (measurement[rows, 0] - own[RANGE]) / (1.0 + own[SCALE])

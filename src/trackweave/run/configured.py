@@ -14,7 +14,7 @@ from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
-from trackweave.run.observing import needs_place, settle, with_facts
+from trackweave.run.observing import settle, with_facts
 from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:
@@ -100,10 +100,10 @@ def _missing(configuration: Configuration, name: str) -> list[str]:
     own, kind = configuration.sensor(name), _kind(configuration, name)
     view = own.get("field_of_view")
     is_bounded = view is not None and (
-        kind in (MeasurementKind.POSITION, MeasurementKind.BEARING) or "max_range_m" in view
+        kind.is_position or kind.is_bearing_only or "max_range_m" in view
     )
     keys = []
-    is_unknown = kind is MeasurementKind.POSITION or (
+    is_unknown = kind.is_position or (
         isinstance(kind, ForeignKind) and not kind.has_own_covariance
     )
     if "sigma" not in own and is_unknown:
@@ -132,6 +132,6 @@ def _as_told(configuration: Configuration, name: str, *, alone: bool) -> Observe
     return ObservedSensor(
         measurement=kind,
         dim=3 if kind.has_elevation else 2,
-        needs_place=needs_place(kind) and not alone,
+        needs_place=kind.needs_place and not alone,
         rotation=rotation,
     )

@@ -35,7 +35,7 @@ def fuser_of(
     for index, sensor in enumerate(sensors):
         measured = reports.measurement[reports.sensor == index]
         kind = ours(sensor.measurement, sensor.name)
-        plain = _without_rate(kind)
+        plain = kind.without_rate
         if plain is not kind:
             widths[sensor.name] = filled(kind, measured) / filled(plain, measured)
         if plots.rule.cost == "evidence":
@@ -43,7 +43,7 @@ def fuser_of(
         view = None if sensor.field_of_view is None else sensor.field_of_view.coverage()
         if view is not None and reports.dim == 2 and extent(view, kind) is not None:
             continue
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             volume = covered_by(measured, float(np.max(sensor.sigma)))
         else:
             volume = filled(plain, measured)
@@ -106,17 +106,9 @@ def _standing(sensor: Sensor, reports: ReportTable) -> Sensor:
     return replace(sensor, position=tuple(place.tolist()))
 
 
-def _without_rate(kind: MeasurementKind) -> MeasurementKind:
-    """Return what a sensor measures beside range rates, which plots leave out."""
-    return {
-        MeasurementKind.RANGE_AZIMUTH_RATE: MeasurementKind.RANGE_AZIMUTH,
-        MeasurementKind.RANGE_AZIMUTH_ELEVATION_RATE: MeasurementKind.RANGE_AZIMUTH_ELEVATION,
-    }.get(kind, kind)
-
-
 def _unit(kind: MeasurementKind, dim: int) -> str:
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return "m²" if dim == 2 else "m³"
-    if kind is MeasurementKind.BEARING:
+    if kind.is_bearing_only:
         return "rad"
     return "m·rad²" if kind.has_elevation else "m·rad"

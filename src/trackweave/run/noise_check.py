@@ -9,7 +9,6 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.keys import show_value
@@ -205,7 +204,7 @@ def _times(case: Case, index: int, least: int) -> Factors | None:
     kind = case.reports.kind_of(index)
     told = case.sensors[index].sigmas(case.reports.dim)[:2] ** 2
     near, far = short.usual() / told, long.usual() / told
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         near, far = near.mean(keepdims=True), far.mean(keepdims=True)
     own = without_motion(short, long, near, far)
     own = np.where(own > MOSTLY_NOISE * near, own, np.minimum(near, 1.0))

@@ -7,7 +7,6 @@ import numpy as np
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.config.sensing import ObservedSensor, is_period, sense_of
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
 from trackweave.models.coverage import FieldOfView
@@ -74,9 +73,7 @@ def _words(view: FieldOfView) -> str:
 
 def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
     """Return sentences on sensors of bearings of which nothing could be estimated."""
-    bearing = [
-        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
-    ]
+    bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
     keys = ("sigma", "detection_probability", "clutter_density")
     notes = []
     for name in bearing:
@@ -112,9 +109,7 @@ def _notes_on_places(
 ) -> list[str]:
     """Return a sentence where all sensors see directions alone, and from one place."""
     names = list(observed)
-    if len(names) < 2 or any(
-        seen.measurement is not MeasurementKind.BEARING for seen in observed.values()
-    ):
+    if len(names) < 2 or any(not seen.measurement.is_bearing_only for seen in observed.values()):
         return []
     stands = platforms_of(reports, places)[:, :2]
     if not np.all(np.ptp(stands, axis=0) < SAME_PLACE):

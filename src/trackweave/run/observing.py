@@ -25,7 +25,6 @@ from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_
 
 __all__ = [
     "filled",
-    "needs_place",
     "observe",
     "positions_in",
     "require_told",
@@ -147,7 +146,7 @@ def settle(
         from trackweave.run.refining import Directions, estimates_for
 
         directions = None
-        if any(seen.measurement is not MeasurementKind.POSITION for seen in observed.values()):
+        if any(not seen.measurement.is_position for seen in observed.values()):
             platform = platforms_of(reports, places)
             sigmas = _told_sigmas(configuration, observed)
             directions = Directions(reports, platform, places, observed, sigmas, kept or Kept())
@@ -281,7 +280,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             measurement=kind,
             dim=reports.dim,
             says_where=says_where,
-            needs_place=needs_place(kind) and not is_alone,
+            needs_place=kind.needs_place and not is_alone,
             extent=filled(kind, measured),
             usual_range=_usual_range(kind, measured),
             reports_per_scan=float(rows.sum() / max(n_scans, 1)),
@@ -305,7 +304,7 @@ def _of_positions(
         sigma = table.get("sigma")
         if isinstance(sigma, Mapping) and "x" not in sigma:
             table.pop("sigma")
-        if seen is not None and seen.measurement is not MeasurementKind.POSITION:
+        if seen is not None and not seen.measurement.is_position:
             table.pop("clutter_density", None)
             table.pop("clutter_per_scan", None)
     for name, seen in observed.items():
@@ -316,10 +315,10 @@ def _of_positions(
 
 def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
     """Return the direction of each report from its sensor [rad, clockwise from north]."""
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         east, north = (measured[:, :2] - platform[:, :2]).T
         return np.asarray(np.arctan2(east, north))
-    return measured[:, 0 if kind is MeasurementKind.BEARING else 1]
+    return measured[:, kind.azimuth]
 
 
 def _rotation(
@@ -360,20 +359,15 @@ def _is_trusted(said: Mapping[str, Any], key: str) -> bool:
     return trust if isinstance(trust, bool) else key in trust
 
 
-def needs_place(kind: MeasurementKind | ForeignKind) -> bool:
-    """Tell whether reports count from where their sensor stands, as far as is known."""
-    return isinstance(kind, MeasurementKind) and kind is not MeasurementKind.POSITION
-
-
 def filled(kind: MeasurementKind | ForeignKind, measured: FloatArray) -> float:
     """Return the extent, in their units, that measurements (reports ≥ 1, components) fill."""
     # It is 1 for positions, whose extent is estimated with their noise.
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return 1.0
     if isinstance(kind, ForeignKind):
         sides = np.ptp(measured[:, : kind.n_components(2)], axis=0)
         return float(np.prod(np.where(sides > 0.0, MARGIN * sides, 1.0)))
-    if kind is MeasurementKind.BEARING:
+    if kind.is_bearing_only:
         return _arc(measured[:, 0])
     extent = MARGIN * float(measured[:, 0].max()) * _arc(measured[:, 1]) or 1.0
     if kind.has_elevation:

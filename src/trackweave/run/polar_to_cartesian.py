@@ -57,7 +57,7 @@ def placed(
         position[rows], _ = to_position(
             kind, measured, np.zeros_like(measured), platform[rows], dim
         )
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             sigma[rows] = reports.sigma[rows, :dim]
     return _of_sensors(replace(reports, measurement=position, sigma=sigma), telling)
 
@@ -116,7 +116,7 @@ def laid(
     measurement = reports.measurement.copy()
     for index, kind in enumerate(reports.kinds):
         rows = np.flatnonzero(reports.sensor == index)
-        if kind is MeasurementKind.POSITION or isinstance(kind, ForeignKind) or rows.size == 0:
+        if isinstance(kind, ForeignKind) or not kind.needs_place or rows.size == 0:
             continue
         height = None if reports.height is None else reports.height[rows]
         is_flat = kind.has_range and not kind.has_elevation and reports.dim == 2
@@ -155,9 +155,9 @@ def _on_earth(
     import pymap3d
 
     latitude, longitude, altitude = frame.to_geodetic(np.ascontiguousarray(platform[:, :3]))
-    at = 1 if kind.has_range else 0
+    at = kind.azimuth
     azimuth = np.degrees(measured[:, at])
-    if kind is MeasurementKind.BEARING:
+    if kind.is_bearing_only:
         slant, elevation = np.full(len(measured), _NEARBY_M), np.zeros(len(measured))
     elif kind.has_elevation:
         slant, elevation = measured[:, 0], measured[:, 2]

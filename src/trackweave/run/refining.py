@@ -11,7 +11,6 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.sensing import ObservedSensor
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.clutter_places import with_clutter_places
 from trackweave.estimation.directions import bearing_sensor, with_components
@@ -165,9 +164,7 @@ def _directed(
         (stretch.time[track.rows], stretch.measurement[track.rows])
         for track in sure_tracks(estimates, stretch, followed)
     ]
-    bearing = [
-        name for name, seen in observed.items() if seen.measurement is MeasurementKind.BEARING
-    ]
+    bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
     for name in bearing:
         rows = directions.reports.sensor == directions.reports.sensors.index(name)
         found = bearing_sensor(

@@ -12,7 +12,6 @@ from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.foreign_kind import ForeignKind
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.estimation.registration import Registered, registered
@@ -179,7 +178,7 @@ def _may_be(
         if name in refused:
             may[index] = False
             continue
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             may[index, SCALE] = False
         trust = said.get("trust", False)
         for key in keys_of(kind):

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.sensing import ObservedSensor
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.covering import covered_by
 from trackweave.estimation.frames import frames_of
@@ -104,7 +103,7 @@ def _geometry(
     is_polar = np.zeros(len(reports.sensors), dtype=np.bool_)
     for index in chosen:
         own, kind = reports.sensor == index, reports.kind_of(index)
-        if kind is MeasurementKind.POSITION:
+        if kind.is_position:
             centre[own] = reports.measurement[own, :2]
             if reports.dim == 3:
                 height[own] = reports.measurement[own, 2]

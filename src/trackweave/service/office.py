@@ -312,7 +312,7 @@ def restored(
 
 def _places(scan: Scan, sensor: Any) -> np.ndarray[Any, Any] | None:
     kind = sensor.measurement
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return scan.measurement[:, :2]
     if not isinstance(kind, MeasurementKind) or not kind.has_range:
         return None

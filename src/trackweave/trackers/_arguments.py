@@ -18,7 +18,6 @@ from trackweave.arrays import (
 )
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.foreign_kind import ForeignKind
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -46,7 +45,7 @@ def tells_place(sensor: Sensor) -> bool:
     kind = sensor.measurement
     if isinstance(kind, ForeignKind):
         return kind.gives_position(kind.dim or 2)
-    return kind is not MeasurementKind.BEARING
+    return not kind.is_bearing_only
 
 
 def slowest_of(sensors: Iterable[Sensor]) -> Sensor | None:
@@ -152,10 +151,10 @@ def checked_dim(
         return dim
     if priors is not None:
         return priors.dim
-    kinds = {sensor.measurement for sensor in sensors.values()}
+    kinds = [sensor.measurement for sensor in sensors.values()]
     if any(kind.has_elevation for kind in kinds):
         return 3
-    return None if MeasurementKind.POSITION in kinds else 2
+    return None if any(kind.is_position for kind in kinds) else 2
 
 
 def checked_scan(
@@ -186,11 +185,11 @@ def dimensions_of(scan: Scan, sensor: Sensor, expected: int | None) -> int | Non
     size = int(scan.measurement.shape[1])
     kind = sensor.measurement
     if len(scan) == 0 and size == 0:
-        own = int(np.size(sensor.sigma)) if kind is MeasurementKind.POSITION else 1
+        own = int(np.size(sensor.sigma)) if kind.is_position else 1
         if expected is None and own == 1:
             return None
         dim = expected or own
-    elif kind is MeasurementKind.POSITION:
+    elif kind.is_position:
         # In a space of three dimensions a position may lack its height.
         lacks = size == 2 and expected == 3 and np.size(sensor.sigma) < 3
         dim = 3 if lacks else size

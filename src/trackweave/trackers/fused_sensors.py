@@ -19,7 +19,6 @@ from scipy.special import gammainc
 
 from trackweave.arrays import FloatArray
 from trackweave.association.plots_rule import PlotsRule
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.models._kernels import is_covered
 from trackweave.models.sensors import Sensor
@@ -155,7 +154,7 @@ def _reports(
 def _jacobian(sensor: Sensor, places: FloatArray) -> FloatArray:
     """Return how the numbers of a report change with the place, range rates left out."""
     kind, (count, dim) = sensor.measurement, places.shape
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return np.broadcast_to(np.eye(dim), (count, dim, dim))
     away = places - sensor.platform[:dim]
     level = np.maximum(np.hypot(away[:, 0], away[:, 1]), NEAREST)

@@ -11,7 +11,6 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.foreign_kind import ForeignKind
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.estimation.following import Beam, corrected, first_beam, off_beam
 from trackweave.models.rotation import FollowedRotation, Rotation
@@ -93,7 +92,7 @@ def _azimuth(sensor: Sensor, scan: Scan) -> FloatArray:
         reported = kind.reported(scan.measurement, sigma, scan.context, scan.covariance)
         platforms = np.broadcast_to(platform, (len(scan), 6))
         place, _ = kind.first_state(platforms, reported, dim)
-    elif kind is not MeasurementKind.POSITION:
-        return scan.measurement[:, 0 if kind is MeasurementKind.BEARING else 1]
+    elif not kind.is_position:
+        return scan.measurement[:, kind.azimuth]
     east, north = (place[:, :2] - platform[..., :2]).T
     return np.asarray(np.arctan2(east, north))

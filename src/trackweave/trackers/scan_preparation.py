@@ -13,7 +13,6 @@ from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.missed_detections import waited
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import Context, scan_input, window_rule
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -137,7 +136,7 @@ def rule_of(
     """Return the rule by which a tracker's tree grows."""
     if isinstance(motion, ForeignMotion) and motion.has_kinematics:
         for sensor in sensors.values():
-            if sensor.measurement.has_rate or sensor.measurement is MeasurementKind.BEARING:
+            if sensor.measurement.has_rate or sensor.measurement.is_bearing_only:
                 raise InvalidInputError(
                     f"{motion.name}: sensor {sensor.name} measures {sensor.measurement.word}; "
                     "expected states that begin with position and velocity, without kinematics"

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.run.diagnostics.case import Case, Finding, Path
 from trackweave.run.diagnostics.units import sense_of, senses_of
 
@@ -204,7 +203,7 @@ def other_senses(case: Case) -> Iterator[Finding]:
     """Yield which sensors' bearings fit the others' positions better in another sense."""
     for index in case.examined:
         name = case.reports.sensors[index]
-        if case.reports.kind_of(index) is not MeasurementKind.BEARING:
+        if not case.reports.kind_of(index).is_bearing_only:
             continue
         found = sense_of(case, index)
         if found is None:

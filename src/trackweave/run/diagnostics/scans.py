@@ -7,7 +7,6 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.sensing import sense_of
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation.estimates import digits
 from trackweave.estimation.lone import judged
 from trackweave.estimation.rotation import follows, rotation_of
@@ -128,7 +127,7 @@ def unseen_turns(case: Case) -> Iterator[Finding]:
         found = rotation_of(time, azimuth) if is_denied else None
         if found is not None:
             yield _turn(sensor, found, 'leave rotation = "none" out')
-        elif case.reports.kind_of(index) is MeasurementKind.POSITION and sensor.position is None:
+        elif case.reports.kind_of(index).is_position and sensor.position is None:
             elsewhere = place_of_turn(time, place)
             if elsewhere is not None:
                 east, north = (digits(float(number)) for number in elsewhere[0])
@@ -153,7 +152,7 @@ def reporting_objects(case: Case) -> Iterator[Finding]:
     for index in case.examined:
         sensor = case.sensors[index]
         is_told = case.is_told(f"sensors.{sensor.name}.scans") and sensor.scans is True
-        if not is_told or case.reports.kind_of(index) is not MeasurementKind.POSITION:
+        if not is_told or not case.reports.kind_of(index).is_position:
             continue
         seen = judged(case.reports, index)[0]
         if seen.scans is False:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.estimation.coverage import covered
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding, Path
@@ -218,7 +217,7 @@ def _components(
     if told is None:
         return
     near, far = short.usual(), long.usual()
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         # Axes may differ, and then each has to be compared with its own.
         usual = np.mean(told**2)
         near, far = (np.mean(each / told**2, keepdims=True) * usual for each in (near, far))
@@ -394,7 +393,7 @@ def expected_false(case: Case, index: int) -> float:
         return float(own["clutter_per_scan"])
     measured = case.reports.measurement[rows]
     kind = case.reports.kind_of(index)
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         sides = np.maximum(np.ptp(measured, axis=0), 6 * case.plane_sigma(index))
         return sensor.clutter_density * float(np.prod(sides))
     return sensor.clutter_density * filled(kind, measured)

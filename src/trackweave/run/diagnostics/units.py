@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.domain.measurements import MeasurementKind
 from trackweave.run.diagnostics.case import Case, Finding
 
 __all__ = ["NARROW", "azimuths_in_radians", "sense_of", "senses_of"]
@@ -19,9 +18,9 @@ def azimuths_in_radians(case: Case) -> Iterator[Finding]:
     """Yield sensors whose directions lie between 0 and 2π degrees, or -π and π, all over."""
     for index, name in enumerate(case.reports.sensors):
         kind, rows = case.reports.kind_of(index), case.rows[index]
-        if kind is MeasurementKind.POSITION or rows.size < FEWEST:
+        if kind.azimuth is None or rows.size < FEWEST:
             continue
-        angle = case.reports.measurement[rows, 1 if kind.has_range else 0]
+        angle = case.reports.measurement[rows, kind.azimuth]
         about = (angle + np.pi) % (2 * np.pi) - np.pi
         low, high = np.degrees(about.min()), np.degrees(about.max())
         fits = any(

@@ -139,7 +139,7 @@ def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
     size = kind.n_components(reports.dim)
     told = reports.sigma[rows, :size]
     sigma = np.where(np.isnan(told), sensor.sigmas(reports.dim)[:size], told)
-    if kind is MeasurementKind.POSITION:
+    if kind.is_position:
         return float(np.quantile(sigma[:, :2].max(axis=1), 0.99))
     across = reports.measurement[rows, 0] * sigma[:, 1]
     return float(np.quantile(np.hypot(sigma[:, 0], across), 0.99))
