@@ -18,6 +18,8 @@ APART = 0.99
 """Places are told apart by a test that lets so many of those pass that are one."""
 SURE = 0.99
 """Who is that certain to be there has no share in a doubt."""
+_MOST_AT_ONCE = 2**18
+"""So many pairs are looked at at once."""
 
 
 def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) -> NDArray[np.bool_]:
@@ -39,10 +41,14 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     # each other's, the same is asked of how many there are.
     is_shown, is_surplus = chance >= FOLLOWED, np.zeros(chance.shape[0], dtype=np.bool_)
     limit = quantile_of(position.shape[1], APART) if chance.size else 0.0
+    whose, who = _beside(position, covariance, np.flatnonzero(is_shown), limit)
+    end = np.searchsorted(whose, np.arange(chance.shape[0] + 1))
+    # Who is alone and shown is at most half an object too many.
+    crowded = np.diff(end) > 1
     for weakest in np.argsort(chance, kind="stable"):
-        if not is_shown[weakest]:
+        if not is_shown[weakest] or not crowded[weakest]:
             continue
-        here = _beside(position, covariance, int(weakest), limit)
+        here = who[end[weakest] : end[weakest + 1]]
         shown = here[is_shown[here]]
         # Who is stronger than another that stays is not what is too much.
         if np.all(chance[shown] >= chance[weakest]):
@@ -52,13 +58,23 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     return is_surplus
 
 
-def _beside(position: FloatArray, covariance: FloatArray, own: int, limit: float) -> IntArray:
-    """Return who may be at the place of one of them, itself included."""
-    away = position - position[own]
-    spread = covariance + covariance[own]
-    # No direction is wider than all together: most are out of the question at once.
-    widest = np.trace(spread, axis1=1, axis2=2)
-    near = np.flatnonzero(np.sum(away**2, axis=1) <= limit * widest)
-    scaled = np.linalg.solve(spread[near], away[near][:, :, None])[:, :, 0]
-    kept: IntArray = near[np.sum(away[near] * scaled, axis=1) <= limit]
-    return kept
+def _beside(
+    position: FloatArray, covariance: FloatArray, own: IntArray, limit: float
+) -> tuple[IntArray, IntArray]:
+    """Return pairs of one of some and who may be at its place, itself included, in order."""
+    width = np.trace(covariance, axis1=1, axis2=2)
+    together = max(1, _MOST_AT_ONCE // max(1, len(position)))
+    found = [(own[:0], own[:0])]
+    for begin in range(0, len(own), together):
+        some = own[begin : begin + together]
+        away = position[some, None] - position
+        # No direction is wider than all together: most are out of the question at once.
+        widest = width[some, None] + width
+        row, other = np.nonzero(np.sum(away**2, axis=2) <= limit * widest)
+        away, one = away[row, other], some[row]
+        spread = covariance[other] + covariance[one]
+        scaled = np.linalg.solve(spread, away[:, :, None])[:, :, 0]
+        is_near = np.sum(away * scaled, axis=1) <= limit
+        found.append((one[is_near], other[is_near]))
+    whose, who = (np.concatenate(column) for column in zip(*found, strict=True))
+    return whose, who
