@@ -40,8 +40,6 @@ MOST_WAITING = 20_000
 """So many reports wait for the tracker; beyond, no more are taken."""
 TICK, BEAT = 0.1, 1.0
 """Seconds between two looks at the clock, and two reports on how it is."""
-SNAPSHOT_S, LATEST_SNAPSHOT_S = 10.0, 30.0
-"""Seconds between two snapshots, where there is time for one, and where there is not."""
 AGAIN = 1.0
 """Seconds until a disk that refused is tried again."""
 
@@ -305,9 +303,8 @@ class Clerk:
                     await self._learn(self._configuration)
                 # Right after a picture there is time before the next scans, if ever.
                 is_idle = outcome.drawn is not None and not self._wait.ready
-                every = SNAPSHOT_S if is_idle else LATEST_SNAPSHOT_S
                 is_free = self._kept is None or self._kept.done()
-                if is_free and office.is_snapshot_due(every):
+                if is_free and office.is_snapshot_due(is_idle=is_idle):
                     content = await loop.run_in_executor(self._tracking, office.packed)
                     # Neither the tracker nor an acknowledgement waits for it.
                     self._kept = loop.run_in_executor(self._keeping, office.keep, *content)
