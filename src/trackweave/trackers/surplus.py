@@ -67,12 +67,13 @@ def _beside(
     found = [(own[:0], own[:0])]
     for begin in range(0, len(own), together):
         some = own[begin : begin + together]
-        away = position[some, None] - position
+        apart = np.zeros((len(some), len(position)))
+        for axis in position.T:
+            apart += (axis[some, None] - axis) ** 2
         # No direction is wider than all together: most are out of the question at once.
-        widest = width[some, None] + width
-        row, other = np.nonzero(np.sum(away**2, axis=2) <= limit * widest)
-        away, one = away[row, other], some[row]
-        spread = covariance[other] + covariance[one]
+        row, other = np.nonzero(apart <= limit * (width[some, None] + width))
+        one = some[row]
+        away, spread = position[one] - position[other], covariance[other] + covariance[one]
         scaled = np.linalg.solve(spread, away[:, :, None])[:, :, 0]
         is_near = np.sum(away * scaled, axis=1) <= limit
         found.append((one[is_near], other[is_near]))
