@@ -4,7 +4,7 @@ import logging
 import struct
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -107,8 +107,8 @@ class Office:
     _strange: list[Arrived] = field(default_factory=list)
     _tried: int = 0
     _drawn: deque[float] = field(default_factory=lambda: deque((-np.inf, -np.inf), 2))
-    _is_undrawn: bool = True
-    """Whether scans have come since the last picture."""
+    _undrawn: float | None = -np.inf
+    """When the first scan came that no picture has shown, None for none [s]."""
     _kept: float = field(default_factory=time.monotonic)
     _kept_sequence: int = 0
     _writing_s: float = 0.0
@@ -144,8 +144,31 @@ class Office:
             count += found[-1].reports
         return found
 
-    def take(self, batch: Sequence[Order], board: Board, wants_reports: bool) -> Outcome:
-        """Let the engine take records in; draw where that is due."""
+    def take(
+        self,
+        batch: Sequence[Order],
+        board: Board,
+        *,
+        wants_reports: bool = False,
+        more: Callable[[], bool] = lambda: False,
+    ) -> Outcome:
+        """Let the engine take records in; draw where that is due.
+
+        Parameters
+        ----------
+        batch
+            The records.
+        board
+            What is drawn on.
+        wants_reports
+            Whether somebody wants to see reports too.
+        more
+            Tells whether other records wait: then they are taken in first, for a moment.
+
+        Returns
+        -------
+        What came of them.
+        """
         begun, scans = time.thread_time(), list[Scan]()
         for order in batch:
             change = self.engine.take(order.sequence, order.kind, order.payload)
@@ -155,9 +178,10 @@ class Office:
                 self._note_strange(order, change)
         self._spent += time.thread_time() - begun
         drawn, now = None, time.monotonic()
-        self._is_undrawn |= bool(scans)
-        if self._is_undrawn and now - self._drawn[0] >= 2.0 * PICTURE_S:
-            drawn, self._is_undrawn = board.draw(self.engine), False
+        if scans and self._undrawn is None:
+            self._undrawn = now
+        if self._is_picture_due(now, more):
+            drawn, self._undrawn = board.draw(self.engine), None
             # Where drawing takes long, it is done more rarely.
             self._drawn.append(time.monotonic() + 4.0 * (time.monotonic() - now))
         oldest = min((order.arrived for order in batch), default=now)
@@ -169,6 +193,12 @@ class Office:
             max(0.0, time.monotonic() - oldest),
             time.thread_time() - begun,
         )
+
+    def _is_picture_due(self, now: float, more: Callable[[], bool]) -> bool:
+        """Tell whether to draw: sectors of two radars that end together make one picture."""
+        if self._undrawn is None or now - self._drawn[0] < 2.0 * PICTURE_S:
+            return False
+        return now - self._undrawn >= PICTURE_S or not more()
 
     def closing(self, now: float) -> dict[str, float]:
         """Return up to when nothing is waited for any more, by sensor [s]; nothing to say so."""
