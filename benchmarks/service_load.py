@@ -73,7 +73,7 @@ def main() -> None:
         print(json.dumps(_measured(told, Path(folder)), indent=1))
 
 
-class _Service:
+class Service:
     """The service's process, and how it is asked how it is."""
 
     def __init__(self, folder: Path, core: int | None) -> None:
@@ -135,7 +135,7 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
         told.aircraft, told.radars, told.seconds, seed=told.seed, marks=not told.no_marks,
         crowd=told.crowd,
     )  # fmt: skip
-    service = _Service(folder, told.core)
+    service = Service(folder, told.core)
     try:
         service.wait("ready", lambda: service.get("/healthz")["status"] != "starting")
         time.sleep(5.0)  # its inputs begin after its page
@@ -151,7 +151,7 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
 
 
 def _loaded(
-    told: argparse.Namespace, service: _Service, watchers: Watchers, datagrams: list[Datagram]
+    told: argparse.Namespace, service: Service, watchers: Watchers, datagrams: list[Datagram]
 ) -> dict[str, Any]:
     """Send all there is, and return what came of it."""
     begun, load, sent = time.monotonic() + 0.5, os.getloadavg()[0], Sent()
@@ -213,7 +213,7 @@ def _of_scans(moments: dict[float, float]) -> dict[float, float]:
     return {end: when for end, when in moments.items() if end / PERIOD * N_SECTORS % 1.0 == 0.0}
 
 
-def _look(service: _Service, begun: float) -> dict[str, float]:
+def _look(service: Service, begun: float) -> dict[str, float]:
     pids = [service.process.pid, *children_of(service.process.pid)]
     return {
         "at_s": time.monotonic() - begun,
@@ -231,7 +231,7 @@ def _lags(looks: list[dict[str, float]]) -> list[float]:
     return [look["lag_s"] for look in looks]
 
 
-def _restarted(aircraft: int, service: _Service) -> dict[str, Any]:
+def _restarted(aircraft: int, service: Service) -> dict[str, Any]:
     """Kill the service and begin it anew; return how long that takes."""
     service.process.send_signal(signal.SIGKILL)
     service.process.wait()

@@ -104,6 +104,8 @@ class Office:
     pace: Pace = field(default_factory=Pace)
     missing: str = ""
     """What only a person can tell, without which nothing can be tracked."""
+    spent: float = 0.0
+    """CPU that the tracker has taken since the last snapshot [s]."""
     _strange: list[Arrived] = field(default_factory=list)
     _tried: int = 0
     _drawn: deque[float] = field(default_factory=lambda: deque((-np.inf, -np.inf), 2))
@@ -112,8 +114,6 @@ class Office:
     _kept: float = field(default_factory=time.monotonic)
     _kept_sequence: int = 0
     _writing_s: float = 0.0
-    _spent: float = 0.0
-    """CPU that the tracker has taken since the last snapshot [s]."""
 
     @classmethod
     def open(cls, folder: Path, retention: Retention | None = None) -> "Office":
@@ -128,7 +128,7 @@ class Office:
         office = cls(folder, journal, snapshots, engine, files, retention or Retention())
         office._kept_sequence = engine.sequence
         # A service that is killed again and again does not repeat ever more.
-        office._spent = time.thread_time() - begun
+        office.spent = time.thread_time() - begun
         return office
 
     def close(self) -> None:
@@ -176,7 +176,7 @@ class Office:
             scans += change.scans
             if change.strange:
                 self._note_strange(order, change)
-        self._spent += time.thread_time() - begun
+        self.spent += time.thread_time() - begun
         drawn, now = None, time.monotonic()
         if scans and self._undrawn is None:
             self._undrawn = now
@@ -271,12 +271,12 @@ class Office:
             return False
         age = time.monotonic() - self._kept
         spent, old = (SPENT_S, OLD_S) if is_idle else (MOST_SPENT_S, OLDEST_S)
-        return age >= REST * self._writing_s and (self._spent >= spent or age >= old)
+        return age >= REST * self._writing_s and (self.spent >= spent or age >= old)
 
     def packed(self) -> tuple[int, bytes]:
         """Return all that the engine knows, and up to which record."""
         self._kept, self._kept_sequence = time.monotonic(), self.engine.sequence
-        self._spent = 0.0
+        self.spent = 0.0
         place = pack(self.files.place())
         content = b"".join((_LENGTH.pack(len(place)), place, self.engine.pack()))
         return self._kept_sequence, content
