@@ -354,7 +354,11 @@ class Clerk:
     async def _watch_clock(self) -> None:
         """Write down what only the clock can decide."""
         while True:
+            due = time.monotonic() + TICK
             await asyncio.sleep(TICK)
+            late = time.monotonic() - due
+            if late > TICK:  # whoever gets no core has heard nothing meanwhile
+                self._standstill.miss(late)
             if self._refused:
                 continue
             with suppress(OutputError):
