@@ -97,6 +97,7 @@ class Service:
         return self.process
 
     def get(self, path: str) -> Any:
+        """Return what is answered in JSON."""
         with urllib.request.urlopen(f"http://127.0.0.1:{self.page}{path}", timeout=120) as answer:
             return json.load(answer)
 

@@ -21,7 +21,7 @@ __all__ = ["Counts", "Names", "Stepper", "Tracker"]
 Tracker = MultiHypothesisTracker | NearestNeighbourTracker
 MOST_REGROWN = 20_000
 """Beyond so many sequences a scan that comes too late to be the last is left out: to put it into
-its place they would all grow anew, for which one scan of 4,000 aircraft took 17 s and gigabytes."""
+its place all would grow anew, for which one scan of 4,000 aircraft took 17 s and gigabytes."""
 MOST_NAMED = 50_000
 """Of so many tracks, and of so many reports, it is remembered whose they are."""
 
