@@ -9,8 +9,8 @@ system), shown apart. Latency is until the parsing listener has the message of a
 last datagram of the sector, and beyond what the sector waits for, which without marks is the next
 datagram of each radar. ``--crowd`` shows the service more than it can take in the second third of
 the time, ``--restart`` kills and begins it anew at the end; ``--starve 0.35`` lets its processes
-run for that share of each fifth of a second after the first quarter; ``--alone`` takes the same traffic
-through the parts without network and clock.
+run for that share of each fifth of a second after the first quarter; ``--alone`` takes the same
+traffic through the parts without network and clock.
 """
 
 import argparse
