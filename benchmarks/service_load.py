@@ -8,8 +8,9 @@ parses it, and a browser shows the page (``--browser``). CPU is that of the proc
 system), shown apart. Latency is until the parsing listener has the message of a sector: from the
 last datagram of the sector, and beyond what the sector waits for, which without marks is the next
 datagram of each radar. ``--crowd`` shows the service more than it can take in the second third of
-the time, ``--restart`` kills and begins it anew at the end; ``--alone`` takes the same traffic
-through the parts without network and clock.
+the time, ``--restart`` kills and begins it anew at the end; ``--starve 0.35`` lets its processes
+run for that share of each fifth of a second after the first quarter; ``--alone`` takes the same
+traffic through the parts without network and clock.
 """
 
 import argparse
@@ -49,6 +50,8 @@ Process = subprocess.Popen[bytes]
 TAIL_S = 60.0
 """So much traffic is kept for the restart [s]."""
 NOTHING_S = 0.01
+STARVED_S = 0.2
+"""A service that is starved is stopped once in so many seconds."""
 LOOKS = 30
 """So often memory and CPU are looked at."""
 
@@ -61,6 +64,7 @@ def main() -> None:
     ):  # fmt: skip
         parser.add_argument(f"--{name}", type=int, default=usual)
     parser.add_argument("--core", type=int, help="the one core that the service may use")
+    parser.add_argument("--starve", type=float, help="share of the time that it may run")
     parser.add_argument("--no-marks", action="store_true", help="no sector messages")
     parser.add_argument("--browser", action="store_true", help="with the page shown")
     parser.add_argument("--restart", action="store_true", help="kill and begin anew at the end")
@@ -73,7 +77,7 @@ def main() -> None:
         print(json.dumps(_measured(told, Path(folder)), indent=1))
 
 
-class _Service:
+class Service:
     """The service's process, and how it is asked how it is."""
 
     def __init__(self, folder: Path, core: int | None) -> None:
@@ -97,6 +101,7 @@ class _Service:
         return self.process
 
     def get(self, path: str) -> Any:
+        """Return what is answered in JSON."""
         with urllib.request.urlopen(f"http://127.0.0.1:{self.page}{path}", timeout=120) as answer:
             return json.load(answer)
 
@@ -135,7 +140,7 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
         told.aircraft, told.radars, told.seconds, seed=told.seed, marks=not told.no_marks,
         crowd=told.crowd,
     )  # fmt: skip
-    service = _Service(folder, told.core)
+    service = Service(folder, told.core)
     try:
         service.wait("ready", lambda: service.get("/healthz")["status"] != "starting")
         time.sleep(5.0)  # its inputs begin after its page
@@ -151,7 +156,7 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
 
 
 def _loaded(
-    told: argparse.Namespace, service: _Service, watchers: Watchers, datagrams: list[Datagram]
+    told: argparse.Namespace, service: Service, watchers: Watchers, datagrams: list[Datagram]
 ) -> dict[str, Any]:
     """Send all there is, and return what came of it."""
     begun, load, sent = time.monotonic() + 0.5, os.getloadavg()[0], Sent()
@@ -162,11 +167,15 @@ def _loaded(
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     out.connect(("127.0.0.1", service.udp))
     send(datagrams[:first], out, begun, sent)
+    over = threading.Event()
+    if told.starve is not None:
+        threading.Thread(target=_starve, args=(service, told.starve, over), daemon=True).start()
     own, others, sender = service.cpu(), watchers.cpu(), time.process_time()
     looks, waited = [_look(service, begun)], wait_of(service.process.pid)
     for part in np.array_split(np.arange(first, len(datagrams)), LOOKS):
         send([datagrams[k] for k in part], out, begun, sent)
         looks.append(_look(service, begun))
+    over.set()
     span = looks[-1]["at_s"] - looks[0]["at_s"]
     sender = time.process_time() - sender
     waited = wait_of(service.process.pid) - waited
@@ -200,6 +209,16 @@ def _loaded(
     }
 
 
+def _starve(service: Service, share: float, over: threading.Event) -> None:
+    """Stop the service's processes and let them go on, again and again."""
+    pids = [service.process.pid, *children_of(service.process.pid)]
+    while not over.is_set():
+        for number, part in ((signal.SIGSTOP, 1.0 - share), (signal.SIGCONT, share)):
+            for pid in pids:
+                os.kill(pid, number)
+            time.sleep(part * STARVED_S)
+
+
 def _waits(told: argparse.Namespace, sent: Sent) -> dict[float, float]:
     """Return until when each sector is waited for, by its end."""
     if not told.no_marks:
@@ -213,7 +232,7 @@ def _of_scans(moments: dict[float, float]) -> dict[float, float]:
     return {end: when for end, when in moments.items() if end / PERIOD * N_SECTORS % 1.0 == 0.0}
 
 
-def _look(service: _Service, begun: float) -> dict[str, float]:
+def _look(service: Service, begun: float) -> dict[str, float]:
     pids = [service.process.pid, *children_of(service.process.pid)]
     return {
         "at_s": time.monotonic() - begun,
@@ -231,7 +250,7 @@ def _lags(looks: list[dict[str, float]]) -> list[float]:
     return [look["lag_s"] for look in looks]
 
 
-def _restarted(aircraft: int, service: _Service) -> dict[str, Any]:
+def _restarted(aircraft: int, service: Service) -> dict[str, Any]:
     """Kill the service and begin it anew; return how long that takes."""
     service.process.send_signal(signal.SIGKILL)
     service.process.wait()

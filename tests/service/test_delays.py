@@ -119,3 +119,14 @@ def test_the_clock_stands_while_too_much_waits_for_the_tracker(
     stood, waits, went_on = asyncio.run(handed())
     assert (stood, waits) == (0.0, True)
     assert went_on == pytest.approx(1e6 - 1e3)
+
+
+def test_the_clock_does_not_go_on_for_a_service_that_gets_no_core() -> None:
+    clock = Standstill()
+    clock.miss(3.0)
+    assert clock.clock(10.0) == 7.0
+    # While it stands anyway nothing is missed twice.
+    clock.begin(11.0)
+    clock.miss(2.0)
+    clock.end(14.0)
+    assert clock.clock(15.0) == 9.0

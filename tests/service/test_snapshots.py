@@ -11,7 +11,7 @@ from oracles.disks import LossyDisk
 from trackweave.errors import DataFormatError, OutputError
 from trackweave.service.disk import Disk
 from trackweave.service.journal import Journal
-from trackweave.service.snapshots import Snapshot, Snapshots
+from trackweave.service.snapshots import BLOCK_BYTES, Snapshot, Snapshots
 
 FOLDER = Path("/service")
 
@@ -59,6 +59,18 @@ def test_of_one_that_cannot_be_read_the_one_before_is_taken_and_it_is_told():
         assert snapshots.unreadable[0].startswith(str(newest))
         # The other is no longer what is fallen back to: nothing before it may be forgotten.
         assert snapshots.covered == 0
+
+
+@pytest.mark.parametrize("size", [0, 1, BLOCK_BYTES - 1, BLOCK_BYTES, 3 * BLOCK_BYTES + 5])
+def test_what_shrinks_is_deflated_and_every_size_comes_back(size):
+    disk, rng = LossyDisk(), np.random.default_rng(1)
+    snapshots = Snapshots(FOLDER, disk)
+    for sequence, content in enumerate((bytes(size), rng.bytes(size)), start=1):
+        snapshots.write(sequence, content)
+        assert Snapshots(FOLDER, disk).newest(1, 10) == Snapshot(sequence, content)
+    plain, noise = (len(disk.names_seen[FOLDER / name].seen) for name in named(disk))
+    assert plain <= 100 + size // 100
+    assert noise <= 100 + size + size // 100
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from collections.abc import Callable, Coroutine, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from trackweave.config import Configuration, load_configuration
@@ -40,8 +41,6 @@ MOST_WAITING = 20_000
 """So many reports wait for the tracker; beyond, no more are taken."""
 TICK, BEAT = 0.1, 1.0
 """Seconds between two looks at the clock, and two reports on how it is."""
-SNAPSHOT_S, LATEST_SNAPSHOT_S = 10.0, 30.0
-"""Seconds between two snapshots, where there is time for one, and where there is not."""
 AGAIN = 1.0
 """Seconds until a disk that refused is tried again."""
 
@@ -294,9 +293,8 @@ class Clerk:
             while self._wait.ready or self._is_reconfiguring:
                 batch = office.batch(self._wait.ready)
                 wants = self.fanout.wants_reports
-                outcome = await loop.run_in_executor(
-                    self._tracking, office.take, batch, self.board, wants
-                )
+                take = partial(office.take, wants_reports=wants, more=self._has_more)
+                outcome = await loop.run_in_executor(self._tracking, take, batch, self.board)
                 self._wait.reports -= sum(order.reports for order in batch)
                 self._tell(outcome)
                 # What was found out last is waited for before more is.
@@ -304,13 +302,16 @@ class Clerk:
                 if is_settled and (self._is_reconfiguring or office.wants_to_learn()):
                     await self._learn(self._configuration)
                 # Right after a picture there is time before the next scans, if ever.
-                is_idle = outcome.drawn is not None and not self._wait.ready
-                every = SNAPSHOT_S if is_idle else LATEST_SNAPSHOT_S
+                is_idle = outcome.drawn is not None and not self._has_more()
                 is_free = self._kept is None or self._kept.done()
-                if is_free and office.is_snapshot_due(every):
+                if is_free and office.is_snapshot_due(is_idle=is_idle):
                     content = await loop.run_in_executor(self._tracking, office.packed)
                     # Neither the tracker nor an acknowledgement waits for it.
                     self._kept = loop.run_in_executor(self._keeping, office.keep, *content)
+
+    def _has_more(self) -> bool:
+        """Tell whether records wait for the disk or the tracker; from any thread."""
+        return bool(self._wait.ready or self._wait.unsynced)
 
     async def _learn(self, configuration: Configuration) -> None:
         """Find out with what to run, and write it to the journal."""
@@ -353,7 +354,11 @@ class Clerk:
     async def _watch_clock(self) -> None:
         """Write down what only the clock can decide."""
         while True:
+            due = time.monotonic() + TICK
             await asyncio.sleep(TICK)
+            late = time.monotonic() - due
+            if late > TICK:  # whoever gets no core has heard nothing meanwhile
+                self._standstill.miss(late)
             if self._refused:
                 continue
             with suppress(OutputError):

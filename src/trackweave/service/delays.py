@@ -27,7 +27,10 @@ STRANGE = 60.0
 
 @dataclass
 class Standstill:
-    """A clock that stands while inputs are not read: what they wait with is not late for it."""
+    """A clock that stands while inputs are not read: what they wait with is not late for it.
+
+    So it does while the service itself gets no core.
+    """
 
     _since: float | None = None
     _stood: float = 0.0
@@ -42,6 +45,11 @@ class Standstill:
         if self._since is not None:
             self._stood += now - self._since
             self._since = None
+
+    def miss(self, seconds: float) -> None:
+        """Take it that nothing was read for so long, unless the clock stands anyway."""
+        if self._since is None:
+            self._stood += seconds
 
     def clock(self, now: float) -> float:
         """Return what it shows [s]."""

@@ -30,7 +30,10 @@ __all__ = ["Change", "Engine"]
 
 _CLASSES = (Counts, Names, Cutter, SensorCut, Block, RowsDue, Facts, Place)
 """Whose objects a snapshot holds, beside those of the tracker."""
-_STEPPER = ("tracker", "rng", "rows", "names", "open", "due", "is_wanted", "time", "gap")
+_STEPPER = (
+    "tracker", "rng", "rows", "names", "open", "due", "is_wanted", "time", "gap", "told",
+    "n_sequences",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,9 +1,10 @@
 """Journal, engine and files of one service, and how they are brought back to where they were."""
 
 import logging
+import struct
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,21 +26,29 @@ from trackweave.service.log import say
 from trackweave.service.pacing import Pace
 from trackweave.service.records import Arrived, arrived
 from trackweave.service.snapshots import Snapshots
-from trackweave.service.track_files import TrackFiles
+from trackweave.service.track_files import Place, TrackFiles
 from trackweave.trackers.checkpoint import pack, unpack
 
-__all__ = ["Office", "Order", "Outcome", "restored"]
+__all__ = ["Office", "Order", "Outcome", "restored", "unpacked"]
 
 MOST_AT_ONCE = 2_000
 """So many reports the tracker takes in before others have their turn."""
 PICTURE_S = 0.1
-"""Least time between two pictures [s]."""
+"""Least time between pictures [s]; one more may follow at once, as sectors of two radars do."""
+SPENT_S, MOST_SPENT_S = 1.0, 4.0
+"""CPU of the tracker after which a snapshot is due, which a restart would take again: where there
+is time for one, and where there is not [s]."""
+OLD_S, OLDEST_S = 10.0, 30.0
+"""The same by the clock, for a tracker that has little to do [s]."""
+REST = 4.0
+"""A snapshot that took long to write is followed by so many times that without one."""
 IDLE_S = 120.0
 """After so long a silence of all sensors the clock closes nothing any more [s]."""
 AHEAD_S = 5.0
 """The clock closes scans no farther beyond the times that the tracker believed of a sensor [s]."""
 MOST_STRANGE = 20_000
 
+_LENGTH = struct.Struct("<I")
 _log = logging.getLogger("trackweave.service")
 
 
@@ -95,26 +104,31 @@ class Office:
     pace: Pace = field(default_factory=Pace)
     missing: str = ""
     """What only a person can tell, without which nothing can be tracked."""
+    spent: float = 0.0
+    """CPU that the tracker has taken since the last snapshot [s]."""
     _strange: list[Arrived] = field(default_factory=list)
     _tried: int = 0
-    _drawn: float = -np.inf
-    _is_undrawn: bool = True
-    """Whether scans have come since the last picture."""
+    _drawn: deque[float] = field(default_factory=lambda: deque((-np.inf, -np.inf), 2))
+    _undrawn: float | None = -np.inf
+    """When the first scan came that no picture has shown, None for none [s]."""
     _kept: float = field(default_factory=time.monotonic)
     _kept_sequence: int = 0
+    _writing_s: float = 0.0
 
     @classmethod
     def open(cls, folder: Path, retention: Retention | None = None) -> "Office":
         """Return the office of a folder as it was: newest snapshot, then the journal after it."""
         journal = Journal.open(folder / "journal")
         try:
-            snapshots = Snapshots(folder / "journal")
+            snapshots, begun = Snapshots(folder / "journal"), time.thread_time()
             engine, files = restored(journal, snapshots, folder / "tracks")
         except BaseException:
             journal.close()
             raise
         office = cls(folder, journal, snapshots, engine, files, retention or Retention())
         office._kept_sequence = engine.sequence
+        # A service that is killed again and again does not repeat ever more.
+        office.spent = time.thread_time() - begun
         return office
 
     def close(self) -> None:
@@ -130,8 +144,31 @@ class Office:
             count += found[-1].reports
         return found
 
-    def take(self, batch: Sequence[Order], board: Board, wants_reports: bool) -> Outcome:
-        """Let the engine take records in; draw where that is due."""
+    def take(
+        self,
+        batch: Sequence[Order],
+        board: Board,
+        *,
+        wants_reports: bool = False,
+        more: Callable[[], bool] = lambda: False,
+    ) -> Outcome:
+        """Let the engine take records in; draw where that is due.
+
+        Parameters
+        ----------
+        batch
+            The records.
+        board
+            What is drawn on.
+        wants_reports
+            Whether somebody wants to see reports too.
+        more
+            Tells whether other records wait: then they are taken in first, for a moment.
+
+        Returns
+        -------
+        What came of them.
+        """
         begun, scans = time.thread_time(), list[Scan]()
         for order in batch:
             change = self.engine.take(order.sequence, order.kind, order.payload)
@@ -139,12 +176,14 @@ class Office:
             scans += change.scans
             if change.strange:
                 self._note_strange(order, change)
+        self.spent += time.thread_time() - begun
         drawn, now = None, time.monotonic()
-        self._is_undrawn |= bool(scans)
-        if self._is_undrawn and now - self._drawn >= PICTURE_S:
-            drawn, self._is_undrawn = board.draw(self.engine), False
+        if scans and self._undrawn is None:
+            self._undrawn = now
+        if self._is_picture_due(now, more):
+            drawn, self._undrawn = board.draw(self.engine), None
             # Where drawing takes long, it is done more rarely.
-            self._drawn = time.monotonic() + 2.0 * (time.monotonic() - now)
+            self._drawn.append(time.monotonic() + 4.0 * (time.monotonic() - now))
         oldest = min((order.arrived for order in batch), default=now)
         return Outcome(
             drawn,
@@ -154,6 +193,12 @@ class Office:
             max(0.0, time.monotonic() - oldest),
             time.thread_time() - begun,
         )
+
+    def _is_picture_due(self, now: float, more: Callable[[], bool]) -> bool:
+        """Tell whether to draw: sectors of two radars that end together make one picture."""
+        if self._undrawn is None or now - self._drawn[0] < 2.0 * PICTURE_S:
+            return False
+        return now - self._undrawn >= PICTURE_S or not more()
 
     def closing(self, now: float) -> dict[str, float]:
         """Return up to when nothing is waited for any more, by sensor [s]; nothing to say so."""
@@ -220,26 +265,32 @@ class Office:
             return None
         return Learned(changed, "", ())
 
-    def is_snapshot_due(self, every: float) -> bool:
-        """Tell whether a snapshot is to be written."""
-        is_old = time.monotonic() - self._kept >= every
-        return is_old and self.engine.sequence > self._kept_sequence
+    def is_snapshot_due(self, *, is_idle: bool) -> bool:
+        """Tell whether a snapshot is to be written, where there is time for one or none."""
+        if self.engine.sequence <= self._kept_sequence:
+            return False
+        age = time.monotonic() - self._kept
+        spent, old = (SPENT_S, OLD_S) if is_idle else (MOST_SPENT_S, OLDEST_S)
+        return age >= REST * self._writing_s and (self.spent >= spent or age >= old)
 
     def packed(self) -> tuple[int, bytes]:
         """Return all that the engine knows, and up to which record."""
-        content = {"engine": self.engine.pack(), "files": self.files.place()}
-        return self.engine.sequence, pack(content)
+        self._kept, self._kept_sequence = time.monotonic(), self.engine.sequence
+        self.spent = 0.0
+        place = pack(self.files.place())
+        content = b"".join((_LENGTH.pack(len(place)), place, self.engine.pack()))
+        return self._kept_sequence, content
 
     def keep(self, sequence: int, content: bytes) -> None:
         """Write a snapshot, and forget what nobody needs any more; a disk may refuse that."""
-        self._kept, self._kept_sequence = time.monotonic(), sequence
-        retention = self.retention
+        retention, begun = self.retention, time.monotonic()
         try:
             self.snapshots.write(sequence, content)
             if retention.most_bytes is not None or retention.most_seconds is not None:
                 self.journal.forget(self.snapshots.covered, retention, time.time())
         except OutputError as err:
             say(_log, logging.WARNING, "snapshot refused", message=str(err))
+        self._writing_s = time.monotonic() - begun
 
     def _write(self, change: Change) -> None:
         if change.rows and self.engine.spec is not None:
@@ -298,9 +349,8 @@ def restored(
     engine, files = Engine(), TrackFiles(tracks)
     newest = snapshots.newest(journal.first, journal.last)
     if newest is not None:
-        content = unpack(newest.content)
-        engine = Engine.unpack(content["engine"])
-        files.go_on(content["files"])
+        engine, place = unpacked(newest.content)
+        files.go_on(place)
     else:
         files.go_on((0, 0, 0, ()))
     for record in journal.records(after=engine.sequence):
@@ -308,6 +358,13 @@ def restored(
         if change.rows and engine.spec is not None:
             files.add(change.rows, engine.spec)
     return engine, files
+
+
+def unpacked(content: bytes) -> tuple[Engine, Place]:
+    """Return the engine of a snapshot's content, and where the tracks files were."""
+    begin = _LENGTH.size
+    end = begin + _LENGTH.unpack_from(content)[0]
+    return Engine.unpack(content[end:]), unpack(content[begin:end])
 
 
 def _places(scan: Scan, sensor: Any) -> np.ndarray[Any, Any] | None:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trackweave.service.engine import Engine
+from trackweave.service.office import unpacked
 from trackweave.service.recovery import StoredJournal
 from trackweave.service.snapshots import Snapshots
 from trackweave.service.track_files import TrackFiles
-from trackweave.trackers.checkpoint import unpack
 
 __all__ = ["Repeated", "repeated"]
 
@@ -53,9 +53,8 @@ def repeated(folder: Path, out: Path) -> Repeated:
     if journal.first > 1:
         newest = Snapshots(folder / "journal").newest(journal.first, journal.last)
         assert newest is not None
-        content = unpack(newest.content)
-        engine = Engine.unpack(content["engine"])
-        files.begin_after(content["files"])
+        engine, place = unpacked(newest.content)
+        files.begin_after(place)
     begin = engine.sequence + 1
     for record in journal.records(after=engine.sequence):
         change = engine.take(record.sequence, record.kind, record.payload)

@@ -1,6 +1,7 @@
 """The tracks files of a service: rows as they became known, in parts of a bounded size."""
 
 from pathlib import Path
+from typing import TypeAlias
 
 import polars as pl
 
@@ -9,7 +10,10 @@ from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import tracks_frame
 from trackweave.service.spec import Spec
 
-__all__ = ["TrackFiles"]
+__all__ = ["Place", "TrackFiles"]
+
+Place: TypeAlias = tuple[int, int, int, tuple[str, ...]]
+"""Where writing is: part, rows and bytes in it, and its columns."""
 
 MOST_ROWS = 200_000
 """A part that has so many rows is the last no more."""
@@ -35,11 +39,11 @@ class TrackFiles:
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
 
-    def place(self) -> tuple[int, int, int, tuple[str, ...]]:
-        """Return where it is: part, rows and bytes in it, and its columns."""
+    def place(self) -> Place:
+        """Return where it is."""
         return self.part, self.n_rows, self.size, self._columns
 
-    def go_on(self, place: tuple[int, int, int, tuple[str, ...]]) -> None:
+    def go_on(self, place: Place) -> None:
         """Be where it was: what was written since is taken back, to be written anew."""
         part, n_rows, size, columns = place
         self.part, self.n_rows, self.size = int(part), int(n_rows), int(size)
@@ -54,7 +58,7 @@ class TrackFiles:
             with self._path().open("r+b") as file:
                 file.truncate(self.size)
 
-    def begin_after(self, place: tuple[int, int, int, tuple[str, ...]]) -> None:
+    def begin_after(self, place: Place) -> None:
         """Write what follows a place into a part of its own, numbered on."""
         self.part = int(place[0])
 

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.problem import Certificate, Status
@@ -71,6 +69,10 @@ def one_to_one(offers: Offers) -> Pairing:
         least = np.full(n_tracks, np.inf)
         np.minimum.at(least, row, weight)
         shape = (n_tracks, n_reports + n_tracks)
+        # SciPy takes longer to import than many a run takes.
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
         graph = csr_array((weight - least[row] + 1.0, (row, column)), shape=shape)
         matched, given = min_weight_full_bipartite_matching(graph)
         is_report = given < n_reports
