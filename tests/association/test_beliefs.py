@@ -21,7 +21,7 @@ def choices(tree):
                 reports.add(int(tree.nodes.report[climb]))
             climb = tree.nodes.parent[climb]
         living = math.exp(-tree.nodes.tail[node])
-        ending = math.exp(-tree.rule.end_cost)
+        ending = min(math.exp(-tree.rule.end_cost), 1.0 - living)
         weight = math.exp(-tree.nodes.cost[node]) * (living + ending)
         families[tree.nodes.family[node]].append(
             (node, frozenset(reports), living / (living + ending), weight)

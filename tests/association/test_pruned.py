@@ -62,7 +62,9 @@ def shares_by_hand(window, tree, beliefs):
     for (family, own), node in sequences(whole).items():
         prices = [price.get((family, slot), np.log1p(claims[slot])) for slot in own]
         cost = whole.nodes.cost[node] + sum(prices)
-        ended, alive = np.exp(-cost - window.rule.end_cost), np.exp(-cost - whole.nodes.tail[node])
+        living = np.exp(-whole.nodes.tail[node])
+        alive = np.exp(-cost) * living
+        ended = np.exp(-cost) * min(np.exp(-window.rule.end_cost), 1.0 - living)
         twin = mine.get((family, own))
         (gone if twin is None else left)[family] += ended
         is_open = twin is not None and np.isfinite(tree.nodes.tail[twin])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.test_estimate import table
-from trackweave.estimation.directions import bearing_sensor, with_components
+from trackweave.estimation.directions import across_of, bearing_sensor, with_components
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.refine import Followed
 
@@ -71,3 +71,24 @@ def test_bearings_are_told_beside_tracks() -> None:
 def test_bearings_beside_no_track_tell_nothing() -> None:
     time = np.arange(50.0)
     assert bearing_sensor(time, np.ones(50), np.zeros((50, 2)), [], 6.28) is None
+
+
+def azimuth_noise(width, angle, seed=3):
+    """Return distances of tracks and the noise of their azimuths, where objects have a width."""
+    rng = np.random.default_rng(seed)
+    distance = rng.uniform(300.0, 5000.0, 40)
+    scatter = np.hypot(angle, width / distance) * rng.lognormal(0.0, 0.1, distance.size)
+    return distance, scatter, rng.integers(20, 200, distance.size)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.002])
+def test_noise_that_is_there_however_near_objects_are_is_told(angle):
+    assert across_of(*azimuth_noise(10.0, angle)) == pytest.approx(10.0, rel=0.2)
+
+
+def test_noise_that_goes_with_the_distance_has_no_part_that_does_not():
+    assert across_of(*azimuth_noise(0.0, 0.005)) == 0.0
+
+
+def test_few_tracks_do_not_tell_how_noise_goes_with_the_distance():
+    assert across_of(*(column[:5] for column in azimuth_noise(10.0, 0.0))) == 0.0

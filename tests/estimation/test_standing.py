@@ -1,5 +1,7 @@
 """Places of false alarms that come again are told from objects that stand and from traffic."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,36 @@ def test_what_is_seen_seldom_is_false_however_exact():
 
 def test_an_object_that_stands_is_none():
     assert found(spread=1.0, share=0.9) == ()
+
+
+def moored(offsets, scatter, sensor=SENSOR, at=(1000.0, 0.0)):
+    """Return the places found of objects that stand at offsets from a place, east and north."""
+    # How far each report scatters is a function of a generator and a number of reports.
+    rng, moments = np.random.default_rng(7), 4.0 * np.arange(120)
+    where = [np.array(at) + offset + scatter(rng, moments.size) for offset in offsets]
+    seen = rng.random((len(offsets), moments.size)) < 0.9
+    time = np.concatenate([moments[each] for each in seen])
+    place = np.concatenate([every[each] for every, each in zip(where, seen, strict=True)]) + PLACE
+    order = np.argsort(time, kind="stable")
+    guess = replace(GUESS, sensors={"A": sensor})
+    return with_standing(guess, table(time[order], place[order]), {"A": PLACE}).sensors["A"].echoes
+
+
+def as_measured(rng, count):
+    """Return how far reports of a sensor at 20 km scatter, due east of it."""
+    return rng.normal(0.0, SIGMA, (count, 2)) * (1.0, 20e3)
+
+
+def test_objects_that_stand_side_by_side_are_none():
+    assert moored([(0, 0), (0, 90), (0, -110)], as_measured, at=(20e3, 0.0)) == ()
+
+
+def test_an_object_that_is_wider_than_azimuths_are_exact_is_none_near_the_sensor():
+    def as_wide(rng, count):
+        return rng.normal(0.0, 40.0, (count, 2))
+
+    assert moored([(0, 0)], as_wide) != ()
+    assert moored([(0, 0)], as_wide, replace(SENSOR, across=40.0)) == ()
 
 
 @pytest.mark.parametrize("odd", [{"last": 0.6}, {"drift": 8.0}, {"n_scans": 20}, {"share": 0.03}])

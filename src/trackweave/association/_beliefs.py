@@ -62,20 +62,6 @@ def find_edges(
 
 
 @jit
-def log_weights(
-    nodes: Nodes, n_nodes: int, end_cost: float, weight_out: FloatArray, alive_out: FloatArray
-) -> None:
-    """Write each sequence's log weight and the share of it in which the object still lives."""
-    for node in range(n_nodes):
-        tail = nodes.tail[node]
-        least = min(tail, end_cost)
-        living = math.exp(least - tail) if tail < math.inf else 0.0
-        both = living + math.exp(least - end_cost)
-        weight_out[node] = math.log(both) - nodes.cost[node] - least
-        alive_out[node] = living / both
-
-
-@jit
 def propagate(
     nodes: Nodes,
     n_nodes: int,

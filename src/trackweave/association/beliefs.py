@@ -5,13 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._beliefs import (
-    Edges,
-    find_edges,
-    log_weights,
-    propagate,
-    sum_edges,
-)
+from trackweave.association._beliefs import Edges, find_edges, propagate, sum_edges
+from trackweave.association.living import log_weights
 from trackweave.association.tree import AssociationTree
 
 __all__ = ["Beliefs", "believe"]
@@ -44,8 +39,7 @@ def believe(
     slots, place = tree.slots()
     n_reports = slots.shape[0]
     edges: Edges = find_edges(nodes.family, place, n, n_reports, n_families)
-    weight, alive = np.empty(n), np.empty(n)
-    log_weights(nodes, n, tree.rule.end_cost, weight, alive)
+    weight, alive = log_weights(nodes.cost[:n], nodes.tail[:n], tree.rule.end_cost)
     probability, edge_probability = np.empty(n), np.empty(edges.report.shape[0])
     propagate(
         nodes, n, tree.track < 0, edges, n_reports, weight, max_iterations,

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.association._beliefs import find_edges, log_weights
+from trackweave.association._beliefs import find_edges
 from trackweave.association._pruning import Cut, accumulate_prices, add_above
 from trackweave.association.beliefs import Beliefs
 from trackweave.association.certificate import Certificate, Status
+from trackweave.association.living import log_weights
 from trackweave.association.tree import AssociationTree
 
 __all__ = ["PrunedProbability", "forget_negligible", "judged", "pruned_shares"]
@@ -74,8 +75,8 @@ def pruned_shares(tree: AssociationTree, beliefs: Beliefs) -> FloatArray:
     if cut is None or not cut.family.shape[0]:
         return np.zeros(n_families)
     kept_family, is_new = tree.nodes.family[:n], tree.track < 0
-    kept, alive, priced = np.empty(n), np.empty(n), np.empty(n)
-    log_weights(tree.nodes, n, tree.rule.end_cost, kept, alive)
+    kept = log_weights(tree.nodes.cost[:n], tree.nodes.tail[:n], tree.rule.end_cost)[0]
+    priced = np.empty(n)
     accumulate_prices(tree.nodes, n, priced)
     kept -= priced
     along = _own_prices(tree, beliefs, cut)

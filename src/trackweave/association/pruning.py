@@ -9,6 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Candidates, Families, Misses, Nodes
 from trackweave.association._pruning import Cut, rank_bounds, rank_offer
 from trackweave.association.growth_limits import GrowthLimits
+from trackweave.association.living import log_weights
 
 __all__ = ["Fate", "Offer", "bounds_of", "cut_of", "offered", "silence_beside"]
 
@@ -91,7 +92,7 @@ def cut_of(
     # Nodes count from 0, what is left out from ~0.
     number = np.cumsum(kept[:n_nodes]) - 1
     number[gone] = ~np.arange(gone.shape[0])
-    old, begun = -nodes.cost[gone], -candidates.cost[new]
+    old = log_weights(nodes.cost[gone], missed.tail[gone], end_cost)[0]
     return Cut(
         family=nodes.family[np.concatenate([gone, candidates.node[new], stopped])],
         above=number[np.concatenate([nodes.parent[gone], candidates.node[new], stopped])],
@@ -99,8 +100,8 @@ def cut_of(
             [nodes.report[gone], candidates.report[new], np.full(stopped.shape[0], -1)]
         ),
         log_weight=np.concatenate([
-            old + np.logaddexp(-missed.tail[gone], -end_cost),
-            begun + np.logaddexp(0.0, -end_cost),
+            old,
+            -candidates.cost[new],
             -nodes.cost[stopped] - missed.tail[stopped],
         ]),
     )  # fmt: skip

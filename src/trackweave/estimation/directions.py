@@ -12,11 +12,14 @@ from trackweave.estimation.frames import scan_period
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
 
-__all__ = ["bearing_sensor", "components", "with_components"]
+__all__ = ["across_of", "bearing_sensor", "components", "with_components"]
 
 FEWEST_RESIDUALS, HALF = 30, 3
 FEWEST_OF_TRACK = 2 * HALF + 1
 SAME_TIME = 1e-6
+# Of so many tracks it is told whether noise goes with the distance, at so many of these, where so
+# much less is left then.
+FEWEST_TRACKS, N_DISTANCES, LESS_OFF = 8, 30, 0.7
 # Bearings within this of a track may be of its object [rad].
 NEAR = 0.25
 N_ROUNDS = 30
@@ -41,7 +44,10 @@ def with_components(
         if name in sensors:
             noise = _component_noise(reports, tracks, (reports.sensors.index(name), place), beside)
             if noise is not None:
-                sensors[name] = replace(sensors[name], sigma=noise[0], sigma_of_most=noise[1])
+                sigma, of_most, across = noise
+                sensors[name] = replace(
+                    sensors[name], sigma=sigma, sigma_of_most=of_most, across=across
+                )
     return replace(estimates, sensors=sensors)
 
 
@@ -50,9 +56,10 @@ def _component_noise(
     tracks: list[Track],
     sensor: tuple[int, Sequence[float]],
     beside: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, IntArray]],
-) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+) -> tuple[tuple[float, ...], tuple[float, ...], float] | None:
     """Return what is left of each component beside the tracks, over all and in most of them."""
-    (index, place), parts = sensor, []
+    # And what is left across the line of sight however near objects are [m].
+    (index, place), parts, distance = sensor, [], []
     for track in tracks:
         rows = track.rows[reports.sensor[track.rows] == index]
         rows = rows[np.diff(reports.time[rows], prepend=-np.inf) > SAME_TIME]
@@ -62,8 +69,9 @@ def _component_noise(
         used = rows[usable]
         seen_from = platform_of(reports, used, place)
         off = components(reports.measurement[used] - seen_from) - components(expected - seen_from)
-        parts.append(_wrapped(off) / np.sqrt(known)[:, None])
-    parts = [part for part in parts if part.size]
+        if used.size:
+            parts.append(_wrapped(off) / np.sqrt(known)[:, None])
+            distance.append(float(np.median(components(expected - seen_from)[:, 0])))
     count = np.array([part.shape[0] for part in parts])
     if count.sum() < FEWEST_RESIDUALS:
         return None
@@ -76,7 +84,25 @@ def _component_noise(
         for column, order in zip(spread.T, np.argsort(spread, axis=0).T, strict=True)
     ]
     found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
-    return next(found), next(found)
+    return next(found), next(found), across_of(np.array(distance), spread[:, 1], count)
+
+
+def across_of(distance: FloatArray, azimuth: FloatArray, count: IntArray) -> float:
+    """Return the noise across the line of sight that is there however near objects are [m]."""
+    # Each track has a distance [m], a noise of its azimuths [rad] and a number of reports. Noise
+    # goes with a² + (b / distance)², of which the b is told that leaves logarithms the least off,
+    # and 0 where most of what an angle alone leaves is left.
+    if distance.size < FEWEST_TRACKS or azimuth.min() <= 0.0 or distance.min() <= 0.0:
+        return 0.0
+    best = 0.0, np.inf
+    for near in (0.0, *np.geomspace(distance.min(), 4 * distance.max(), N_DISTANCES)):
+        level = np.log(azimuth) - 0.5 * np.log1p((near / distance) ** 2)
+        order = np.argsort(level, kind="stable")
+        middle = level[order][np.searchsorted(np.cumsum(count[order]), count.sum() / 2)]
+        off = float(np.dot(count, np.abs(level - middle)))
+        if off < best[1] * (LESS_OFF if best[0] == 0.0 else 1.0):
+            best = near * float(np.exp(middle)), off
+    return best[0]
 
 
 def _beside_curves(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:

@@ -34,6 +34,8 @@ class SensorEstimate:
     tail_persistence: float = 0.0  # How much wide noise is that of the same objects
     # Each number's noise in the middle of all tracks, where sigma is that over all; None as sigma.
     sigma_of_most: tuple[float, ...] | None = None
+    # Noise across the line of sight however near an object is [m], as an object's width makes it.
+    across: float = 0.0
     # Share of their time for which it alone does not see objects, and for how long [s].
     hidden_share: float = 0.0
     mean_silence: float | None = None

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
@@ -24,9 +25,11 @@ __all__ = ["with_seldom", "with_standing"]
 NEAR = 8.0
 # A place gives reports in so many scans and such a share of all, and in each part of the time.
 FEWEST, LEAST_SHARE, PARTS, FEWEST_SCANS = 7, 0.06, 4, 30
-# An object that stands scatters less than so many times its noise, and is seen in more than this
-# share of the scans in which objects are.
-WIDER, SELDOM = 1.7, 0.5
+# An object that stands is seen this near its place in more than this share of the scans in which
+# objects are; what scatters twice as far as noise does is not.
+OWN, SELDOM = 2.5, 0.5
+# Where its width begins to count it is looked at both ways.
+OVERLAP = 1.5
 # On the plane, so many times as many as there are of false alarms that come everywhere.
 DENSER = 4.0
 MOST_PLACES = 200
@@ -106,16 +109,47 @@ def _of_ranges(
     sensor: SensorEstimate, polar: FloatArray, moments: _Moments, stands: FloatArray
 ) -> _Places:
     """Return the same of ranges and azimuths of a sensor that stands at a place."""
-    sigma, most = np.array(sensor.sigma)[:2], SELDOM * sensor.detection_probability
+    sigma, (scan, time) = np.array(sensor.sigma)[:2], moments
+    scaled, n_scans = polar[:, :2] / sigma, np.unique(scan).size
+    seen = max(FEWEST, SELDOM * sensor.detection_probability * n_scans)
+    # Near a sensor that measures angles an object's own width is what scatters, in metres.
+    metres = max(sensor.across, float(sigma[0]))
+    about, border = _plane(polar) / metres, sensor.across / sigma[1]
+    is_left = np.ones(scan.size, dtype=np.bool_)
+    for where, rows in (
+        (about, np.flatnonzero(polar[:, 0] < OVERLAP * border)),
+        (scaled, np.flatnonzero(polar[:, 0] > border / OVERLAP)),
+    ):
+        is_left[rows[_of_objects(where[rows], scan[rows], seen)]] = False
+    left = np.flatnonzero(is_left)
     places = []
-    for each in _repeated(polar[:, :2] / sigma, moments, np.unique(moments[0]).size):
-        if each.share > most and each.spread.max() < WIDER:
-            continue
-        distance, azimuth = each.middle * sigma
-        wide = np.maximum(each.spread, 1.0) * sigma * (1.0, distance)
-        way = distance * np.array([np.sin(azimuth), np.cos(azimuth)])
-        places.append(_written(stands[:2] + way, float(wide.max()), each.number))
+    for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
+        middle = each.middle * sigma
+        wide = np.maximum(each.spread, 1.0) * sigma * (1.0, middle[0])
+        places.append(
+            _written(stands[:2] + _plane(middle[None])[0], float(wide.max()), each.number)
+        )
     return tuple(places[:MOST_PLACES])
+
+
+def _of_objects(scaled: FloatArray, scan: FloatArray | IntArray, seen: float) -> NDArray[np.bool_]:
+    """Tell which reports lie where objects stand, seen in so many scans each."""
+    # Of what stands more exactly than false alarms do, any number lie side by side.
+    tree, is_object = tree_of(scaled), np.zeros(scan.size, dtype=np.bool_)
+    count = n_within(tree, scaled, OWN)
+    for row in np.argsort(-count, kind="stable"):
+        if count[row] < seen:
+            break
+        near = all_within(tree, scaled[[row]], OWN)[0]
+        if not is_object[row] and np.unique(scan[near]).size >= seen:
+            is_object[all_within(tree, scaled[[row]], NEAR)[0]] = True
+    return is_object
+
+
+def _plane(polar: FloatArray) -> FloatArray:
+    """Return places about a sensor [m] of ranges and azimuths."""
+    east, north = polar[:, 0] * np.sin(polar[:, 1]), polar[:, 0] * np.cos(polar[:, 1])
+    return np.stack([east, north], axis=1)
 
 
 def _written(place: FloatArray, spread: float, count: float) -> tuple[float, ...]:
@@ -134,7 +168,7 @@ class _Repeated(NamedTuple):
 
 def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repeated]:
     """Return the places with reports all the time, those of most reports first."""
-    if n_scans < FEWEST_SCANS:
+    if n_scans < FEWEST_SCANS or not scaled.size:
         return []
     scan, time = moments
     elapsed = (time - time.min()) / max(float(np.ptp(time)), 1e-9)

@@ -62,6 +62,12 @@ class Registration:
             for name, said in words.items()
         ]
 
+    def unregistered(self) -> dict[str, str]:
+        """Return why nobody knows of a sensor's biases, by its name; others are left out."""
+        doubt = self.doubt if self.found is None else self.found.doubt
+        doubtful = dict.fromkeys(self.reports.sensors, doubt) if doubt else {}
+        return {**doubtful, **self.refused}
+
     def as_record(self) -> dict[str, Any] | None:
         """Return what was looked for and found of biases; None where nothing was."""
         if self.found is None and not self.doubt:

@@ -177,7 +177,13 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     # Tracks by a document's letter are no judges of what was told.
     found = doubts.findings()
     if is_judged:
-        found = diagnose(Case(table, settings, assigned.track, history, course.looks()), found)
+        found = diagnose(
+            Case(
+                table, settings, assigned.track, history, course.looks(),
+                registration.unregistered(),
+            ),
+            found,
+        )  # fmt: skip
     contradicted = (each.sentence for each in found)
     settings = replace(settings, notes=(*contradicted, *settings.notes, *seen.notes()))
     merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)

@@ -5,6 +5,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
 from trackweave.association.inactive import InactiveClusters
+from trackweave.association.living import log_weights
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
@@ -114,7 +115,7 @@ def _chances(
     if by_belief:
         lives = families.existence[nodes.family[leaf]]
     else:
-        lives = 1.0 / (1.0 + np.exp(nodes.tail[leaf] - rule.end_cost))
+        lives = log_weights(nodes.cost[leaf], nodes.tail[leaf], rule.end_cost)[1]
     return lives, 1.0 - nodes.hidden[leaf]
 
 

@@ -62,6 +62,8 @@ class Case:
     history: TrackTable | None  # Amended and smoothed, rows by time; None while not known
     # When each sensor scanned [s], ascending, by its name; sectors of turning ones too.
     looks: Mapping[str, FloatArray] = field(default_factory=dict)
+    # Why nobody looked for biases of a sensor, by its name; others are left out.
+    unregistered: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:

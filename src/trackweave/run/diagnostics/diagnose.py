@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
+from trackweave.run.diagnostics.biased import biased_sensors
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.scans import (
     copied_sensors,
@@ -36,6 +37,7 @@ CHECKS: tuple[Check, ...] = (
     azimuths_in_radians,
     other_senses,
     disagreeing_sensors,
+    biased_sensors,
     out_of_view,
     noise,
     motion,
@@ -45,7 +47,7 @@ CHECKS: tuple[Check, ...] = (
 )
 # What weighs so much explains what tracks show beside it.
 A_CAUSE = 85.0
-CONSEQUENCES = {"sigma", "max_speed", "process_noise", "detection_probability", "clutter"}
+CONSEQUENCES = {"bias", "sigma", "max_speed", "process_noise", "detection_probability", "clutter"}
 WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigma"}
 
 

@@ -1,0 +1,175 @@
+"""Whether sensors put objects beside where others see them, where biases were not looked for."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.run.diagnostics.case import Case, Finding
+
+__all__ = ["biased_sensors"]
+
+# Of a sensor so many tracks are looked at, and one tells with so many reports.
+MOST_TRACKS, FEWEST_REPORTS = 80, 4
+# What is farther off than so many standard deviations is another object, and so is what moves
+# about by more than so many.
+FARTHEST, STEADY = 40.0, 3.0
+# So many tracks have to agree, as a share of those that tell; and their median has to be so many
+# times what they scatter by, and as much of the sensor's noise.
+FEWEST_TRACKS, LEAST_SHARE, CLEAR, LEAST = 6, 0.5, 2.0, 0.5
+LEAST_SPREAD = 0.05
+OF_MEDIAN = 1.4826
+# As far apart as so many of their usual pauses nobody knows where an object was between reports.
+LONGEST_PAUSE = 4.0
+# Nothing on the ground is faster [m/s].
+FASTEST_ON_GROUND = 60.0
+WEIGHT, MOST_WEIGHT = 60.0, 20.0
+DEGREES = 180.0 / np.pi
+
+
+class _Way(NamedTuple):
+    """Reports of a track by one sensor, or by all others."""
+
+    time: FloatArray  # [s], ascending
+    place: FloatArray  # On the plane [m]
+    row: IntArray
+
+
+def biased_sensors(case: Case) -> Iterator[Finding]:
+    """Yield the sensor that agrees the clearest with others but for how far they are apart."""
+    # Those that it is compared with seem to be off, too, each its own way and less clearly.
+    found = [finding for index in case.examined if (finding := _finding(case, index)) is not None]
+    yield from sorted(found, key=lambda finding: -finding.weight)[:1]
+
+
+def _finding(case: Case, index: int) -> Finding | None:
+    """Return what is said of a sensor, the heavier the less what is off scatters over tracks."""
+    name = case.reports.sensors[index]
+    why = case.unregistered.get(name)
+    if why is None or not case.tells_place(index):
+        return None
+    off = _beside_others(case, index)
+    if off.shape[0] < FEWEST_TRACKS:
+        return None
+    # In standard deviations of what this sensor measures: along and across, or east and north.
+    middle = np.median(off, axis=0)
+    spread = OF_MEDIAN * np.median(np.abs(off - middle), axis=0)
+    ratio = np.abs(middle) / np.maximum(spread, LEAST_SPREAD)
+    ratio[np.abs(middle) < LEAST] = 0.0
+    if _may_be_high(case, index):
+        ratio[0] = 0.0
+    part = int(np.argmax(ratio))
+    if ratio[part] < CLEAR:
+        return None
+    sigma = _sigma(case, index)[part]
+    seen, error = float(middle[part] * sigma), float(spread[part] * sigma)
+    error *= 1.25 / math.sqrt(off.shape[0])
+    return Finding(
+        "bias",
+        name,
+        f"sensor {name}: {_words(case, index, part, (seen, error))} than where other sensors see "
+        f"the same objects, by {off.shape[0]} tracks; biases were not looked for ({why}): mend "
+        f"the sensor, or give what is wrong in [sensors.{name}]",
+        weight=WEIGHT + min(float(ratio[part]), MOST_WEIGHT),
+        told=0.0,
+        seen=seen,
+    )
+
+
+def _words(case: Case, index: int, part: int, off: tuple[float, float]) -> str:
+    """Return what is off by how much [m, rad], and how sure that is."""
+    value, error = off
+    if not case.reports.kind_of(index).has_range:
+        way = (("farther west", "farther east"), ("farther south", "farther north"))
+        return f"its positions are {abs(value):.3g} ± {error:.1g} m {way[part][int(value > 0)]}"
+    if part == 0:
+        way_of_range = "greater" if value > 0 else "smaller"
+        return f"its ranges are {abs(value):.3g} ± {error:.1g} m {way_of_range}"
+    way_of_azimuth = "greater" if value > 0 else "smaller"
+    turned, unsure = abs(value) * DEGREES, error * DEGREES
+    return f"its azimuths are {turned:.3g} ± {unsure:.1g}° {way_of_azimuth}"
+
+
+def _may_be_high(case: Case, index: int) -> bool:
+    """Tell whether ranges end above the ground, nobody knows where."""
+    kind, rows = case.reports.kind_of(index), case.rows[index]
+    if not kind.has_range or kind.has_elevation:
+        return False
+    if case.reports.height is not None and np.isfinite(case.reports.height[rows]).mean() > 0.5:
+        return False
+    return bool(np.median([np.median(path.speed) for path in case.paths]) > FASTEST_ON_GROUND)
+
+
+def _sigma(case: Case, index: int) -> FloatArray:
+    """Return the noise of a sensor: of range and azimuth [m, rad], or of a position [m]."""
+    return np.array(case.sensors[index].sigmas(case.reports.dim)[:2], dtype=np.float64)
+
+
+def _beside_others(case: Case, index: int) -> FloatArray:
+    """Return how far a sensor's tracks lie beside others', in its noise, shape (tracks, 2)."""
+    own, others = _ways(case, index, is_own=True), _ways(case, index, is_own=False)
+    if not own or not others:
+        return np.empty((0, 2))
+    own = own[:: -(-len(own) // MOST_TRACKS)]
+    middle = np.array([way.time[way.time.size // 2] for way in own])
+    there = np.array([way.place[way.time.size // 2] for way in own])
+    gate = FARTHEST * case.plane_sigma(index)
+    near: list[list[_Way]] = [[] for _ in own]
+    for other in others:
+        for number in np.flatnonzero(np.linalg.norm(_at(other, middle) - there, axis=1) < gate):
+            near[number].append(other)
+    told, found = 0, []
+    for way, beside in zip(own, near, strict=True):
+        steady = [off for other in beside if (off := _apart(case, index, way, other)) is not None]
+        told += bool(beside)
+        if steady:
+            # Whoever flies the same way at the same time is rarer than the object itself.
+            found.append(min(steady, key=lambda off: float(np.linalg.norm(off))))
+    return np.array(found) if len(found) > LEAST_SHARE * told else np.empty((0, 2))
+
+
+def _ways(case: Case, index: int, *, is_own: bool) -> list[_Way]:
+    """Return the reports of each track that are a sensor's own, or those of all others."""
+    telling = np.array([case.tells_place(each) for each in range(len(case.reports.sensors))])
+    of = case.reports.sensor
+    ways = []
+    for group in case.groups:
+        rows = group[(of[group] == index) == is_own]
+        rows = rows[telling[of[rows]]]
+        rows = rows[np.isfinite(case.position[rows, 0])]
+        if rows.size >= FEWEST_REPORTS:
+            ways.append(_Way(case.reports.time[rows], case.position[rows], rows))
+    return ways
+
+
+def _at(way: _Way, time: FloatArray) -> FloatArray:
+    """Return where the reports of a way lead at some times [m], NaN where they do not tell."""
+    place = np.stack([np.interp(time, way.time, axis, np.nan, np.nan) for axis in way.place.T], 1)
+    pauses = np.diff(way.time)
+    after = np.clip(np.searchsorted(way.time, time), 1, pauses.size) - 1
+    place[pauses[after] > LONGEST_PAUSE * np.median(pauses)] = np.nan
+    return place
+
+
+def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
+    """Return how far a way lies beside another, in noise; None where that is not steady."""
+    expected = _at(other, own.time)
+    known = np.isfinite(expected[:, 0])
+    if np.count_nonzero(known) < FEWEST_REPORTS:
+        return None
+    seen_from, sigma = case.platform[own.row[known]], _sigma(case, index)
+    off = own.place[known] - expected[known]
+    if case.reports.kind_of(index).has_range:
+        # Along the line of sight and across it, clockwise.
+        line = expected[known] - seen_from
+        distance = np.maximum(np.linalg.norm(line, axis=1), 1e-9)
+        east, north = (line / distance[:, None]).T
+        along = off[:, 0] * east + off[:, 1] * north
+        across = (off[:, 0] * north - off[:, 1] * east) / distance
+        off = np.stack([along, across], axis=1)
+    scaled = off / sigma
+    middle: FloatArray = np.median(scaled, axis=0)
+    scatter = OF_MEDIAN * np.median(np.abs(scaled - middle), axis=0)
+    return middle if scatter.max() <= STEADY else None
