@@ -17,7 +17,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import IntArray
-from trackweave.domain.facts import Facts, Skips
+from trackweave.domain.facts import Facts, Place, Skips
 from trackweave.domain.frames import Projection
 from trackweave.domain.reports import BadRow, ReportTable
 from trackweave.errors import DataFormatError, InvalidInputError
@@ -90,6 +90,7 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
+    places: Mapping[str, Place] | None = None,
 ) -> ReportTable:
     """Read reports and check every value.
 
@@ -131,6 +132,9 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     kinds
         Kinds of measurement from outside the package by the names of their sensors, "default" for
         all others, None for one of ours; their rows are read by the columns that the kinds name.
+    places
+        Where sensors stand on the Earth, by their names; before what the recording tells. The
+        plane of ranges is laid there where no origin is given.
 
     Returns
     -------
@@ -159,6 +163,7 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
             frame_projection=frame_projection,
             on_bad_row=on_bad_row,
             kinds=kinds,
+            places=places,
         )
     )
 
