@@ -83,7 +83,9 @@ ORIGIN = Key(
     holds=lambda place: -90 <= place[0] <= 90 and -180 <= place[1] <= 360,
 )
 PLACE = replace(
-    ORIGIN.said(f"[latitude, longitude] or [latitude, longitude, altitude] {_DEGREES}, and metres"),
+    ORIGIN.said(
+        f"[latitude, longitude] or [latitude, longitude, altitude] {_DEGREES}, and metres"
+    ),
     size=(2, 3),
 )
 SECONDS = Key("a number > 0 in seconds", 1e-6, 1e9)

@@ -1,6 +1,7 @@
 """The commands convert and formats, and what track takes and writes besides tables."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +94,21 @@ def test_a_run_and_a_truth_become_any_format_of_tracks(
     ours, true = (json.loads((tmp_path / f"{n}.geojson").read_text())["features"] for n in "ab")
     assert len(ours) == len(true) == 2
     assert {feature["properties"]["name"] for feature in true} == {"4ca2d6", "4ca2d7"}
+
+
+def test_a_runs_table_of_tracks_knows_what_its_reports_told(
+    run: Run, flight: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert run("track", flight, "--out", out, "--quiet").exit_code == 0
+    kinds = {}
+    for name in ("tracks.csv", "history.csv", ""):
+        assert run("convert", out / name, "-o", tmp_path / "a.cot").exit_code == 0
+        kinds[name] = set(re.findall(r' type="(\S+)"', (tmp_path / "a.cot").read_text()))
+    assert set(map(tuple, kinds.values())) == {("a-u-A",)}
+    (tmp_path / "tracks.csv").write_bytes((out / "tracks.csv").read_bytes())
+    assert run("convert", tmp_path / "tracks.csv", "-o", tmp_path / "a.cot").exit_code == 0
+    assert ' type="a-u-G"' in (tmp_path / "a.cot").read_text()
 
 
 def test_reports_are_no_tracks(run: Run, tmp_path: Path) -> None:

@@ -262,3 +262,20 @@ def test_cot_tells_ships_from_what_is_on_the_ground(identity, kind):
     assert {ET.fromstring(line).get("type") for line in text_of("cot", ships).splitlines()} == {
         kind
     }
+
+
+def test_cot_takes_for_aircraft_what_mostly_tells_a_height():
+    output = states()
+    count = len(output.tracks)
+    for heights, kind in (([300.0, *[None] * (count - 1)], "a-u-G"), ([300.0] * count, "a-u-A")):
+        told = {"track": output.tracks["track"], "height_m": heights}
+        reports = pl.DataFrame(told, schema_overrides={"height_m": pl.Float64})
+        text = text_of("cot", replace(output, assignments=reports))
+        assert {ET.fromstring(line).get("type") for line in text.splitlines()} == {kind}
+
+
+def test_cot_of_states_that_tell_it_themselves_needs_no_reports():
+    output = states()
+    ships = replace(output, tracks=output.tracks.with_columns(identity=pl.lit("211000001")))
+    text = text_of("cot", replace(ships, history=None, assignments=None))
+    assert {ET.fromstring(line).get("type") for line in text.splitlines()} == {"a-u-S"}

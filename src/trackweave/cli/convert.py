@@ -53,7 +53,7 @@ def run_convert(
             table = _hidden(table)
         if target.name == "geojson" and set(table.columns) >= _ASSIGNED:
             table = _with_places(table, source)
-        output = Output(table)
+        output = _beside_run(table, source)
     if target.is_table:
         ending = next(
             e for e in target.endings[::-1] if out.name.endswith(e) or e == target.endings[0]
@@ -136,6 +136,15 @@ def _of_run(folder: Path) -> Output:
         _typed(load_table(folder / name, may_be_empty=True)) for name in TABLES
     )
     return Output(tracks, history, assignments, frame)
+
+
+def _beside_run(table: pl.DataFrame, source: Path) -> Output:
+    """Return a table with what else its run has, where it is a run's own table of tracks."""
+    folder = source.parent
+    if source.name not in {"tracks.csv", "history.csv"} or not (folder / RECORD).is_file():
+        return Output(table)
+    run = _of_run(folder)
+    return Output(table, assignments=run.assignments, frame=run.frame)
 
 
 def _with_places(table: pl.DataFrame, source: Path) -> pl.DataFrame:

@@ -18,8 +18,8 @@ from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
-from trackweave.run.told_places import with_facts
 from trackweave.run.registering import registration_of
+from trackweave.run.told_places import with_facts
 
 __all__ = ["run_init"]
 

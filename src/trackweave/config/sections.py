@@ -12,7 +12,15 @@ from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.keys import (
-    ANGLE_NOISE, COORDINATE, NOISE, ORIGIN, PLACE, POSITIVE, SECONDS, Key, Pair,
+    ANGLE_NOISE,
+    COORDINATE,
+    NOISE,
+    ORIGIN,
+    PLACE,
+    POSITIVE,
+    SECONDS,
+    Key,
+    Pair,
 )  # fmt: skip
 from trackweave.models.biases import Biases
 from trackweave.models.motion import MODELS, PROCESS_NOISE

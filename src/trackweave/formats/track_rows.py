@@ -16,6 +16,7 @@ from trackweave.io.columns import datetime_column
 __all__ = [
     "EarthTrack", "boxed_rows", "branches", "chosen_rows", "earth_tracks", "family_of",
     "framed_rows", "joined", "moments", "most_said", "parents",
+    "tracks_that_say",
 ]  # fmt: skip
 
 
@@ -56,8 +57,8 @@ def chosen_rows(output: Output) -> pl.DataFrame:
 
 def most_said(output: Output, name: str) -> dict[str, str]:
     """Return what most of each track's reports say in a column, by the track as text."""
-    reports = output.assignments
-    if reports is None or name not in reports.columns:
+    reports = _told(output)
+    if name not in reports.columns:
         return {}
     said = reports.select(pl.col("track", name).cast(pl.String)).drop_nulls()
     most = (
@@ -67,6 +68,20 @@ def most_said(output: Output, name: str) -> dict[str, str]:
         .unique("track", keep="first")
     )
     return dict(zip(most["track"].to_list(), most[name].to_list(), strict=True))
+
+
+def tracks_that_say(output: Output, name: str) -> set[str]:
+    """Return the tracks, as text, of which at least half of the reports tell a column."""
+    reports = _told(output)
+    if name not in reports.columns:
+        return set()
+    share = reports.group_by("track").agg(pl.col(name).is_not_null().mean() >= 0.5)
+    return set(share.filter(pl.col(name))["track"].drop_nulls().cast(pl.String).to_list())
+
+
+def _told(output: Output) -> pl.DataFrame:
+    """Return what was reported of tracks: their rows, where these are reports themselves."""
+    return output.tracks if output.assignments is None else output.assignments
 
 
 def moments(time: pl.Series) -> tuple[list[str], FloatArray]:

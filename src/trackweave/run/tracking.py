@@ -30,11 +30,11 @@ from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
-from trackweave.run.told_places import with_facts
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.registering import registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
+from trackweave.run.told_places import with_facts
 
 __all__ = ["report_table", "settings_for", "track"]
 

@@ -21,8 +21,8 @@ from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
-from trackweave.run.told_places import on_plane, with_facts
 from trackweave.run.registering import registration_of
+from trackweave.run.told_places import on_plane, with_facts
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
 
