@@ -14,11 +14,9 @@ __all__ = ["on_plane", "with_facts"]
 
 
 def with_facts(configuration: Configuration, reports: ReportTable) -> Configuration:
-    """Return a configuration with what the recording tells of places and turns of its sensors.
-
-    Places on the Earth become positions on the reports' plane, those of the file too, which come
-    before the recording's.
-    """
+    """Return a configuration with what the recording tells of places and turns of its sensors."""
+    # Places on the Earth become positions on the reports' plane, those of the file too, which come
+    # before the recording's.
     sensors: dict[str, dict[str, Any]] = {}
     for name in reports.sensors:
         told, own = configuration.sensor(name), dict[str, Any]()
