@@ -1,5 +1,6 @@
 """What users read each format with today, as a function of a file's bytes or path."""
 
+import contextlib
 import io
 import json
 from collections.abc import Callable, Iterator
@@ -26,10 +27,8 @@ def _pyais(data: bytes, path: Path) -> int:
 
     count = 0
     for message in FileReaderStream(str(path)):
-        try:
+        with contextlib.suppress(Exception):  # what it cannot decode counts as read, as ours does
             message.decode()
-        except Exception:  # noqa: S110 what it cannot decode counts as read, as ours does
-            pass
         count += 1
     return count
 
@@ -60,6 +59,12 @@ def _values(data: bytes) -> Iterator[Any]:
             place += 1
 
 
+def _parquet(data: bytes, path: Path) -> int:
+    import pandas
+
+    return len(pandas.read_parquet(path))
+
+
 def _json_lines(data: bytes, path: Path) -> int:
     import pandas
 
@@ -67,8 +72,6 @@ def _json_lines(data: bytes, path: Path) -> int:
 
 
 def _coco(data: bytes, path: Path) -> int:
-    import contextlib
-
     from pycocotools.coco import COCO
 
     with contextlib.redirect_stdout(None):
@@ -104,6 +107,7 @@ PEERS: dict[str, Peer] = {
     "kitti labels": ("pandas.read_csv", _pandas(header=None, sep=" ")),
     "json lines": ("pandas.read_json", _json_lines),
     "csv": ("pandas.read_csv", _pandas()),
+    "parquet": ("pandas and pyarrow", _parquet),
     "coco": ("pycocotools", _coco),
     "ctc": ("tifffile and scikit-image", _ctc),
     "geff": ("geff", _geff),

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from cli.conftest import Run
-from formats.samples import NMEA, SBS
+from formats.samples import BLOCKS, NMEA, SBS
 
 
 @pytest.fixture
@@ -134,6 +134,16 @@ def test_the_longest_ending_tells_what_to_write_and_what_fits_two_is_asked_back(
     assert "or --to" in done.stderr
     done = run("convert", path, "-o", tmp_path / "again.txt", "--to", "mot")
     assert done.exit_code == 0, done.stderr
+
+
+def test_ranges_become_a_table_that_tells_where_their_radar_stands(
+    run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "radar.ast").write_bytes(BLOCKS)
+    assert run("convert", tmp_path / "radar.ast", "-o", tmp_path / "a.csv").exit_code == 0
+    table = pl.read_csv(tmp_path / "a.csv")
+    assert table["sensor_lat"].to_list() == [45.0] * 3
+    assert set(table.columns) >= {"sensor_lon", "sensor_alt_m"}
 
 
 def test_records_that_are_skipped_are_counted(run: Run, tmp_path: Path) -> None:

@@ -304,12 +304,23 @@ def _format_of(head: bytes, name: str, told: str | None) -> tuple[Format, dict[s
         return chosen(told)
     found = recognised(head, name)
     if found is None or not found.can_read:
+        if (written := _written_only(name)) is not None:
+            raise DataFormatError(
+                f"{name}: {written.title}, which is written and not read; expected reports, or of "
+                "a run its directory or its tracks.csv, which become any other format"
+            )
         known = ", ".join(each.name for each in formats().values() if each.can_read)
         raise DataFormatError(
             f"{name}: of no format that is known by its content or ending; expected one of "
             f"{known}; --from says which"
         )
     return found, found.settings()
+
+
+def _written_only(name: str) -> Format | None:
+    """Return the format that a name's ending tells where it is one that is not read."""
+    fits = [each for each in formats().values() if name.lower().endswith(each.endings)]
+    return fits[0] if fits and not any(each.can_read for each in fits) else None
 
 
 def _table_of(frames: list[pl.DataFrame], name: str, told: tuple[Facts, Skips]) -> RawTable:

@@ -189,7 +189,7 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
     InvalidInputError
         If reports came without boxes.
     """
-    rows = output.tracks if output.assignments is None else output.assignments
+    rows = _with_sides(output.tracks if output.assignments is None else output.assignments)
     missing = [column for column in needed if column not in rows.columns]
     if missing:
         raise InvalidInputError(
@@ -200,6 +200,17 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
     if "frame" not in rows.columns:
         rows = rows.with_columns(frame=pl.col("time").rank("dense").cast(pl.Int64) - 1)
     return rows.sort("frame", "track", maintain_order=True)
+
+
+def _with_sides(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return boxes with both their size and their far sides where either is there."""
+    for near, size, far in (("left", "width", "right"), ("top", "height", "bottom")):
+        there = set(rows.columns)
+        if {near, far} <= there and size not in there:
+            rows = rows.with_columns((pl.col(far) - pl.col(near)).alias(size))
+        elif {near, size} <= there and far not in there:
+            rows = rows.with_columns((pl.col(near) + pl.col(size)).alias(far))
+    return rows
 
 
 def framed_rows(output: Output, name: str) -> pl.DataFrame:
