@@ -71,7 +71,7 @@ def _frame(configuration: Configuration) -> LocalFrame | None:
     origin = configuration.said("frame", "origin")
     if origin is None:
         return None
-    return LocalFrame(*origin, configuration.said("frame", "projection") or "tangent")
+    return LocalFrame(origin[0], origin[1], configuration.said("frame", "projection") or "tangent")
 
 
 def settings_alone(configuration: Configuration) -> Settings:
