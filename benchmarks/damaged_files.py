@@ -4,11 +4,11 @@
 
 Samples are changed by octets and by what texts are made of, put in, taken out, replaced, repeated
 and moved, by numbers that none expects, and by other encodings. Each goes through its decoder, or
-its folder's or table's reader. Where records are lines, a hundred damaged samples are a stream, which
-is decoded whole and in pieces split anywhere; the counts of what is read, skipped and left out are
-those of the lines. Of some, three more things are asked of the one sample: that pieces give what
-the whole gives; that the file, read as ``track`` reads it, becomes reports or one message; and
-that what follows the damage is either read or counted as skipped.
+its folder's or table's reader. Where records are lines, a hundred damaged samples are a stream,
+which is decoded whole and in pieces split anywhere; the counts of what is read, skipped and left
+out are those of the lines. Every eighth trial is of one sample, of which more is asked: that
+pieces give what the whole gives; that the file, read as ``track`` reads it, becomes reports or one
+message; and that what follows the damage is either read or counted as skipped.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from damaged_kinds import damaged, odd_table
-from damaged_streams import LINES, ask_more, decoded, joined, untold
+from damaged_streams import LINES, Sample, ask_more, decoded, joined, untold
 from text_tables import command, heading, table
 
 from trackweave.errors import InvalidInputError
@@ -105,9 +105,7 @@ def main() -> None:
     names = [name for name, (known, *_) in SAMPLES.items() if known != "asterix"]
     names = [name for name in (*names, "csv", "csv.gz", "parquet", *FOLDERS)
              if name in (arguments.only or name)]  # fmt: skip
-    jobs = [
-        (name, round(arguments.each * SHARE.get(name, 1.0)), arguments.seed) for name in names
-    ]
+    jobs = [(name, round(arguments.each * SHARE.get(name, 1.0)), arguments.seed) for name in names]
     with ThreadPoolExecutor(arguments.processes) as pool:
         found = []
         for name, one in zip(names, pool.map(_alone, jobs), strict=True):
@@ -115,8 +113,12 @@ def main() -> None:
             found.append(one)
     print(heading(command("damaged_files.py")), end="\n\n")
     rows = [
-        [SAMPLES.get(name, (name,))[0].partition(".")[0], name, *(f"{number:,}" for number in (one.files, one.refused, one.reports, one.skipped,
-         one.left_out)), f"{one.slowest:.2f}", f"{one.seconds:.0f}", f"{most:.0f}"]
+        [
+            SAMPLES.get(name, (name,))[0].partition(".")[0],
+            name,
+            *map(_thousands, (one.files, one.refused, one.reports, one.skipped, one.left_out)),
+            f"{one.slowest:.2f}", f"{one.seconds:.0f}", f"{most:.0f}",
+        ]
         for name, (one, most) in zip(names, found, strict=True)
     ]  # fmt: skip
     rows.append(["**all**", "", f"{sum(one.files for one, _ in found):,}", *[""] * 7])
@@ -125,6 +127,10 @@ def main() -> None:
     wrong = [line for one, _ in found for line in one.wrong]
     if wrong:
         raise SystemExit("\n".join(wrong[:40]))
+
+
+def _thousands(number: int) -> str:
+    return f"{number:,}"
 
 
 def _alone(job: tuple[str, int, int]) -> tuple[Found, float]:
@@ -147,6 +153,9 @@ def _alone(job: tuple[str, int, int]) -> tuple[Found, float]:
 
 
 def _fuzzed(job: tuple[str, int, int]) -> tuple[Found, float]:
+    for each in (signal.SIGALRM, signal.SIGPROF):
+        signal.signal(each, _hangs)
+    logging.disable(logging.CRITICAL)  # libraries complain of what they raise
     return fuzzed(*job)
 
 
@@ -154,9 +163,6 @@ def fuzzed(name: str, count: int, seed: int) -> tuple[Found, float]:
     """Damage a sample many times; return what came of it, and the process's peak memory [MB]."""
     rng, found = np.random.default_rng([seed, *name.encode()]), Found()
     begun = time.process_time()
-    for each in (signal.SIGALRM, signal.SIGPROF):
-        signal.signal(each, _hangs)
-    logging.disable(logging.CRITICAL)  # libraries complain of what they raise
     with tempfile.TemporaryDirectory() as place:
         try_one, number = _trial(name, Path(place)), 0
         while found.files < count:
@@ -211,7 +217,7 @@ def _try_stream(
         if wrong := untold(name, data, whole):
             raise AssertionError(f"{wrong}: {data!r:.90}")
     if is_thorough:
-        ask_more(name, known, sample, data, whole, rng)
+        ask_more(Sample(name, known, sample), data, whole, rng)
         _read(_written(place / "stream", data), known)
     elif count > 1:
         ends = np.sort(rng.integers(0, len(data) + 1, SPLITS)).tolist()

@@ -3,7 +3,7 @@
 import json
 import xml.etree.ElementTree as ET
 from collections import Counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -12,7 +12,7 @@ from damaged_kinds import damaged
 from trackweave.errors import InvalidInputError
 from trackweave.formats.registry import format_named
 
-__all__ = ["LINES", "Decoded", "ask_more", "decoded", "joined", "untold"]
+__all__ = ["LINES", "Decoded", "Sample", "ask_more", "decoded", "joined", "untold"]
 
 LINES = {
     "sbs", "nmea", "nmea parts", "state table", "mot", "kitti detections", "kitti labels",
@@ -25,6 +25,14 @@ _NOT_APPENDED = {"trackmate", "coco"}
 _COUNTS_ONCE = {"aircraft", "aircraft lines"}
 # Of a message several lines tell; lines say again what columns are called.
 _NOT_COUNTED = {"nmea parts", "csv lines", "json lines", "aircraft lines"}
+
+
+class Sample(NamedTuple):
+    """What is damaged: its name, its format, its bytes."""
+
+    name: str
+    known: str
+    data: bytes
 
 
 class Decoded:
@@ -66,9 +74,9 @@ def joined(sample: bytes, count: int, rng: np.random.Generator) -> bytes:
     return b"\n".join(damaged(sample, rng) for _ in range(count))
 
 
-def ask_more(name: str, known: str, sample: bytes, data: bytes, whole: Decoded | None,
-             rng: np.random.Generator) -> None:  # fmt: skip
+def ask_more(of: Sample, data: bytes, whole: Decoded | None, rng: np.random.Generator) -> None:
     """Ask whether pieces give the same, and whether what follows the damage is read or told."""
+    name, known, sample = of
     ends = np.sort(rng.integers(0, len(data) + 1, 5)).tolist()
     pieces = [data[a:b] for a, b in zip([0, *ends], [*ends, len(data)], strict=True)]
     parts = decoded(known, pieces)

@@ -68,6 +68,14 @@ def test_a_run_lays_its_tracks_on_the_earth_where_places_are_told() -> None:
     assert set(result.run["configuration"]["sensors"]["A"]) & {"place", "position"} == {"position"}
 
 
+def test_the_place_of_an_only_radar_may_be_told_for_all() -> None:
+    one = RANGES.with_columns(sensor=pl.lit("025/011"))
+    result = tw.track(one, config={"sensors": {"default": {"place": [54.0, 13.0]}}})
+    assert result.run["input"]["frame_origin"] == [54.0, 13.0]
+    position = result.run["configuration"]["sensors"]["025/011"]["position"]
+    assert position == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
 def test_a_place_on_a_plane_of_its_own_is_refused_with_what_would_help() -> None:
     told = load_configuration({"sensors": {"A": {"place": [54.0, 13.0]}}})
     with pytest.raises(InvalidInputError, match=r"sensors.A.place: told in degrees, while x, y"):

@@ -292,7 +292,7 @@ def _load_folder(path: Path, told: str | None) -> RawTable:
     if found is None or found.folder is None:
         known = [each.title for each in formats().values() if each.folder is not None]
         raise DataFormatError(
-            f"{path}: a directory; expected a file, or a directory of {', '.join(known)}"
+            f"{path}: a directory; expected a file, or one of these: {'; '.join(known)}"
         )
     with told_as_theirs(found.folder, "readers", "folder", found.name):
         frame, facts = found.folder(path)
