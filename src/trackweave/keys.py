@@ -20,8 +20,6 @@ __all__ = [
     "COUNT",
     "DENSITY",
     "NOISE",
-    "ORIGIN",
-    "PLACE",
     "POSITIVE",
     "PROBABILITY",
     "SECONDS",
@@ -76,18 +74,6 @@ NOISE = Key("a number > 0 in metres", 1e-9, 1e9)
 ANGLE_NOISE = Key("a number > 0 of degrees, at most 180", 1e-9, 180.0)
 DENSITY = Key("a number > 0", 1e-30, 1e30)
 """From one in a cube of ten million kilometres to one in that of an atom."""
-_DEGREES = "in degrees, from -90 to 90 and -180 to 360"
-ORIGIN = Key(
-    f"[latitude, longitude] {_DEGREES}",
-    size=(2, 2),
-    holds=lambda place: -90 <= place[0] <= 90 and -180 <= place[1] <= 360,
-)
-PLACE = replace(
-    ORIGIN.said(
-        f"[latitude, longitude] or [latitude, longitude, altitude] {_DEGREES}, and metres"
-    ),
-    size=(2, 3),
-)
 SECONDS = Key("a number > 0 in seconds", 1e-6, 1e9)
 """From the last digit of times since 1970, a microsecond, to three decades."""
 SPEED = Key("a number > 0 in m/s", 1e-12, 3e8)

@@ -32,7 +32,9 @@ def test_a_decoder_that_forgets_to_count_is_found_out(
     damaging: Any, monkeypatch: pytest.MonkeyPatch, kind: type, method: str
 ) -> None:
     monkeypatch.setattr(kind, method, lambda *_: None)
-    assert any("records" in line and "told" in line for line in damaging.fuzzed("sbs", 30, 5)[0].wrong)
+    assert any(
+        "records" in line and "told" in line for line in damaging.fuzzed("sbs", 30, 5)[0].wrong
+    )
 
 
 def test_what_is_raised_and_what_depends_on_pieces_is_found_out(

@@ -10,18 +10,9 @@ from typing import Annotated, Any, Literal
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
+from trackweave.domain.frames import ORIGIN, PLACE
 from trackweave.domain.measurements import MeasurementKind
-from trackweave.keys import (
-    ANGLE_NOISE,
-    COORDINATE,
-    NOISE,
-    ORIGIN,
-    PLACE,
-    POSITIVE,
-    SECONDS,
-    Key,
-    Pair,
-)  # fmt: skip
+from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
 from trackweave.models.biases import Biases
 from trackweave.models.motion import MODELS, PROCESS_NOISE
 from trackweave.models.sensors import Sensor
