@@ -1,6 +1,7 @@
 """The commands convert and formats, and what track takes and writes besides tables."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import polars as pl
 import pytest
 
 from cli.conftest import Run
-from formats.samples import NMEA, SBS
+from formats.samples import BLOCKS, NMEA, SBS
 
 
 @pytest.fixture
@@ -95,6 +96,21 @@ def test_a_run_and_a_truth_become_any_format_of_tracks(
     assert {feature["properties"]["name"] for feature in true} == {"4ca2d6", "4ca2d7"}
 
 
+def test_a_runs_table_of_tracks_knows_what_its_reports_told(
+    run: Run, flight: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert run("track", flight, "--out", out, "--quiet").exit_code == 0
+    kinds = {}
+    for name in ("tracks.csv", "history.csv", ""):
+        assert run("convert", out / name, "-o", tmp_path / "a.cot").exit_code == 0
+        kinds[name] = set(re.findall(r' type="(\S+)"', (tmp_path / "a.cot").read_text()))
+    assert set(map(tuple, kinds.values())) == {("a-u-A",)}
+    (tmp_path / "tracks.csv").write_bytes((out / "tracks.csv").read_bytes())
+    assert run("convert", tmp_path / "tracks.csv", "-o", tmp_path / "a.cot").exit_code == 0
+    assert ' type="a-u-G"' in (tmp_path / "a.cot").read_text()
+
+
 def test_reports_are_no_tracks(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "x.nmea"
     path.write_bytes(NMEA)
@@ -118,6 +134,16 @@ def test_the_longest_ending_tells_what_to_write_and_what_fits_two_is_asked_back(
     assert "or --to" in done.stderr
     done = run("convert", path, "-o", tmp_path / "again.txt", "--to", "mot")
     assert done.exit_code == 0, done.stderr
+
+
+def test_ranges_become_a_table_that_tells_where_their_radar_stands(
+    run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "radar.ast").write_bytes(BLOCKS)
+    assert run("convert", tmp_path / "radar.ast", "-o", tmp_path / "a.csv").exit_code == 0
+    table = pl.read_csv(tmp_path / "a.csv")
+    assert table["sensor_lat"].to_list() == [45.0] * 3
+    assert set(table.columns) >= {"sensor_lon", "sensor_alt_m"}
 
 
 def test_records_that_are_skipped_are_counted(run: Run, tmp_path: Path) -> None:

@@ -10,6 +10,14 @@ $PGHP,1,2009,5,9,0,0,0,10,338,2,,1,09*17
 !AIVDM,1,1,,A,169a:nP01g`hm4pB7:E0;@0L088i,0*5F,1609841516
 !AIVDM,1,1,,A,16`l:v8P0W8Vw>fDVB0t8OvJ0H;9,0*0A,r003669945,1609841517
 """
+# A position of two sentences, one of whose second part comes first and is lost, a voyage.
+NMEA_PARTS = rb"""\s:a,c:1609841515*5F\!AIVDM,2,1,7,A,C5N3SRgPEnJGEBT>NhWA,0*54
+!AIVDM,2,2,7,A,wwo862PaLELTBJ:V00000000S0D:R220,0*79
+!AIVDM,2,2,8,A,wwo862PaLELTBJ:V00000000S0D:R220,0*76
+!AIVDM,2,1,1,A,55?MbV02;H;s<HtKR20EHE:0@T4@Dn2222222216L961O5Gf0NSQEp6ClRp8,0*1C
+!AIVDM,2,2,1,A,88888888880,2*25
+!AIVDM,1,1,,A,16:=?;0P00`SstvFnFbeGH6L088h,0*44
+"""
 SBS = (
     b"MSG,3,1,1,4CA2D6,1,2008/11/28,14:53:50.594,2008/11/28,14:58:51.153,,37000,,,51.45735,"
     b"-1.02826,,,0,0,0,0\r\n"
@@ -30,6 +38,24 @@ AIRCRAFT = json.dumps(
         ],
     },
     indent=1,
+).encode()  # fmt: skip
+ONE_A_LINE = b"""\
+{"now":1600000000.5,"hex":"3c4591","alt_baro":35000,"gs":495.0,"track":99.6,"lat":51.4,"lon":-0.4}
+{"now":1600000001.5,"hex":"407a19","flight":"GMDSI   ","lat":53.457,"lon":-4.053,"seen_pos":0.5}
+{"now":1600000001.5,"hex":"407a20","flight":"BAW12"}
+{"now":1600000001.5,"lat":53.457,"lon":-4.053}
+{"now":1600000002.5,"hex":"3c4591","alt_baro":"ground","lat":51.41,"lon":-0.4,"type":"mlat"}
+"""
+TRACE = json.dumps(
+    {
+        "icao": "3c4591",
+        "timestamp": 1600000000.0,
+        "trace": [
+            [0.0, 51.468, -0.44, 35000, 495.0, 99.6],
+            [4.5, 51.468, -0.42, "ground", None, None],
+            [9.0, None, -0.40, 35000, 495.0, 99.6],
+        ],
+    }
 ).encode()  # fmt: skip
 STATES = json.dumps(
     {
@@ -127,8 +153,11 @@ SAMPLES: dict[str, tuple[str, bytes, int, int]] = {
     "blocks": ("asterix", BLOCKS, 3, 1),
     "capture": ("asterix", CAPTURE, 1, 1),
     "nmea": ("ais", NMEA, 4, 1),
+    "nmea parts": ("ais", NMEA_PARTS, 2, 1),
     "sbs": ("sbs", SBS, 2, 1),
     "aircraft": ("readsb", AIRCRAFT, 2, 1),
+    "aircraft lines": ("readsb", ONE_A_LINE, 3, 1),
+    "trace": ("readsb", TRACE, 2, 1),
     "states": ("opensky", STATES, 1, 1),
     "bare states": ("opensky", BARE_STATES, 1, 1),
     "state table": ("opensky", STATE_TABLE, 2, 1),

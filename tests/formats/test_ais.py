@@ -48,6 +48,12 @@ def test_a_time_that_no_calendar_has_is_none():
     assert found["time"].is_null().to_list() == [True, False]
 
 
+def test_a_time_in_digits_of_another_script_is_none():
+    text = f"\\c:７٣*46\\{with_sum(SHIP)}１600000000 {with_sum(SHIP)}1609841518 {with_sum(SHIP)}"
+    found, _ = decoded(text.encode())
+    assert found["time"].is_null().to_list() == [True, True, False]
+
+
 def test_a_message_of_two_sentences_has_the_time_of_its_first():
     # Message 19 (class B, extended): its payload, cut in two.
     whole = "C5N3SRgPEnJGEBT>NhWAwwo862PaLELTBJ:V00000000S0D:R220"

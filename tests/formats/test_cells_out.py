@@ -171,7 +171,7 @@ def test_what_is_no_pixel_cannot_be_painted():
 
 
 def test_a_folder_that_is_none_is_refused(tmp_path):
-    with pytest.raises(InvalidInputError, match="a directory; expected a file, or a directory of"):
+    with pytest.raises(InvalidInputError, match="a directory; expected a file, or one of these: "):
         load(tmp_path)
 
 

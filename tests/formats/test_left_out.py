@@ -118,3 +118,12 @@ def test_a_note_says_what_was_left_out(tmp_path):
     path.write_bytes(b"1,2,5,2,3,4,0,8,1\n" * 3)
     with pytest.raises(DataFormatError, match=r"not to be judged: 3\)"):
         load(path)
+
+
+def test_a_table_of_opensky_may_have_every_cell_quoted():
+    lines = STATE_TABLE.decode().splitlines()
+    quoted = "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in lines)
+    decoder, found = decoded("opensky", quoted.encode())
+    other, plain = decoded("opensky", STATE_TABLE)
+    assert found.equals(plain)
+    assert decoder.skips.count == other.skips.count

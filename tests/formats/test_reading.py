@@ -263,3 +263,9 @@ def test_a_carriage_return_amid_quoted_csv_is_skipped_and_what_follows_is_read()
     assert [(each.offset, each.what) for each in decoder.skips.listed] == [
         (14, "no line of comma-separated values")
     ]
+
+
+def test_a_file_of_what_is_only_written_is_called_so(tmp_path):
+    (tmp_path / "tracks.kml").write_text("<kml/>")
+    with pytest.raises(DataFormatError, match=r"KML .*, which is written and not read; expected"):
+        load(tmp_path / "tracks.kml")

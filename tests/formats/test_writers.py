@@ -262,3 +262,38 @@ def test_cot_tells_ships_from_what_is_on_the_ground(identity, kind):
     assert {ET.fromstring(line).get("type") for line in text_of("cot", ships).splitlines()} == {
         kind
     }
+
+
+def test_cot_takes_for_aircraft_what_mostly_tells_a_height():
+    output = states()
+    count = len(output.tracks)
+    for heights, kind in (([300.0, *[None] * (count - 1)], "a-u-G"), ([300.0] * count, "a-u-A")):
+        told = {"track": output.tracks["track"], "height_m": heights}
+        reports = pl.DataFrame(told, schema_overrides={"height_m": pl.Float64})
+        text = text_of("cot", replace(output, assignments=reports))
+        assert {ET.fromstring(line).get("type") for line in text.splitlines()} == {kind}
+
+
+def test_cot_of_states_that_tell_it_themselves_needs_no_reports():
+    output = states()
+    ships = replace(output, tracks=output.tracks.with_columns(identity=pl.lit("211000001")))
+    text = text_of("cot", replace(ships, history=None, assignments=None))
+    assert {ET.fromstring(line).get("type") for line in text.splitlines()} == {"a-u-S"}
+
+
+def test_boxes_by_their_corners_or_their_size_are_the_same_boxes():
+    sized = boxes().drop("right", "bottom").with_columns(track=pl.lit(1))
+    kitti = format_named("kitti", writes=True).writer(Output(sized))["tracks.kitti.txt"]
+    corners = sized.with_columns(right=pl.col("left") + pl.col("width"))
+    corners = corners.with_columns(bottom=pl.col("top") + pl.col("height"))
+    mot = format_named("mot", writes=True).writer
+    assert mot(Output(corners.drop("width", "height"))) == mot(Output(sized))
+    cells = kitti.decode().splitlines()[0].split()
+    left, top, right, bottom = map(float, cells[6:10])
+    first = corners.sort("time", "track").row(0, named=True)
+    assert (left, top) == (first["left"], first["top"])
+    assert (right, bottom) == (first["right"], first["bottom"])
+    assert cells[13:16] == ["-1000.0"] * 3  # where on the ground an image does not tell
+    decoder = format_named("kitti").decoder()
+    assert decoder.feed(kitti) is None
+    assert decoder.facts.left_out == {"boxes without a place on the ground": 10}

@@ -94,3 +94,14 @@ def test_says_what_is_wrong_with_positions(columns, message):
 def test_refuses_an_origin_that_is_no_position(origin):
     with pytest.raises(InvalidInputError, match="frame_origin"):
         require_origin(origin)
+
+
+def test_a_world_wide_recording_is_told_how_to_be_tracked():
+    rng = np.random.default_rng(2)
+    around = {"lat": rng.uniform(-60, 60, 90), "lon": rng.uniform(-180, 180, 90)}
+    here = {"lat": np.full(20, 54.31), "lon": np.full(20, 12.11)}
+    with pytest.raises(DataFormatError) as caught:
+        positions(**{name: [*around[name], *here[name]] for name in around})
+    told = str(caught.value)
+    assert "of 110 rows lie farther off: a world-wide recording is tracked part by part" in told
+    assert "[frame] origin = [latitude, longitude], such as [54.3, 12.1] where most" in told

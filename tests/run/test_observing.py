@@ -13,7 +13,8 @@ from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
-from trackweave.run.observing import observe, settle, with_facts
+from trackweave.run.observing import observe, settle
+from trackweave.run.told_places import with_facts
 
 SENSOR = {"detection_probability": 0.9, "clutter_density": 1e-6, "scan_period": 4.0}
 GIVEN = {

@@ -125,3 +125,11 @@ def test_a_stream_of_geojson_is_a_document_a_line(monkeypatch: pytest.MonkeyPatc
     (stream,) = sent("tcp", "geojson", 400, monkeypatch)
     assert stream.endswith(b"\n")
     assert [len(json.loads(line)["features"]) for line in stream.splitlines()] == [400]
+
+
+def test_whom_reports_told_of_says_what_a_thing_is() -> None:
+    publisher = Publisher(target_of("udp://127.0.0.1:9?format=cot"))
+    rows = drawn(2).changed.with_columns(identity=pl.Series(["211000001", None]))
+    (text, *more) = publisher._written(rows, FRAME)
+    kinds = [ET.fromstring(line).get("type") for line in b"".join([text, *more]).splitlines()]
+    assert kinds == ["a-u-S", "a-u-G"]

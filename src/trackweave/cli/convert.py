@@ -1,5 +1,6 @@
 """The commands ``convert`` and ``formats``."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import polars as pl
 import typer
 
 from trackweave.cli.edge import Voice
+from trackweave.domain.facts import Place
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats.format import Format, Output
@@ -48,12 +50,13 @@ def run_convert(
     else:
         raw = _checked(with_our_names(load(source, told)), on_bad_row)
         skipped = raw.skipped
-        table, notes, undecoded = _typed(raw), raw.notes, raw.undecoded.count
+        table = _with_sensors_places(_typed(raw), raw.facts.places)
+        notes, undecoded = raw.notes, raw.undecoded.count
         if hide_identities:
             table = _hidden(table)
         if target.name == "geojson" and set(table.columns) >= _ASSIGNED:
             table = _with_places(table, source)
-        output = Output(table)
+        output = _beside_run(table, source)
     if target.is_table:
         ending = next(
             e for e in target.endings[::-1] if out.name.endswith(e) or e == target.endings[0]
@@ -136,6 +139,33 @@ def _of_run(folder: Path) -> Output:
         _typed(load_table(folder / name, may_be_empty=True)) for name in TABLES
     )
     return Output(tracks, history, assignments, frame)
+
+
+def _with_sensors_places(table: pl.DataFrame, places: Mapping[str, Place]) -> pl.DataFrame:
+    """Return ranges with where the recording tells that their sensors stand."""
+    ours = {"sensor_lat", "sensor_lon", "sensor_x", "sensor_y"}
+    is_relative = {"sensor", "range_m"} <= set(table.columns) or "bearing_deg" in table.columns
+    if not places or not is_relative or ours & set(table.columns):
+        return table
+    sensor = pl.col("sensor").cast(pl.String)
+    told = {
+        "sensor_lat": {name: place.latitude_deg for name, place in places.items()},
+        "sensor_lon": {name: place.longitude_deg for name, place in places.items()},
+        "sensor_alt_m": {name: place.altitude_m for name, place in places.items()},
+    }
+    return table.with_columns(
+        sensor.replace_strict(values, default=None, return_dtype=pl.Float64).alias(name)
+        for name, values in told.items()
+    )
+
+
+def _beside_run(table: pl.DataFrame, source: Path) -> Output:
+    """Return a table with what else its run has, where it is a run's own table of tracks."""
+    folder = source.parent
+    if source.name not in {"tracks.csv", "history.csv"} or not (folder / RECORD).is_file():
+        return Output(table)
+    run = _of_run(folder)
+    return Output(table, assignments=run.assignments, frame=run.frame)
 
 
 def _with_places(table: pl.DataFrame, source: Path) -> pl.DataFrame:

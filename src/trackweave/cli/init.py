@@ -17,8 +17,9 @@ from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
-from trackweave.run.observing import settle, with_facts
+from trackweave.run.observing import settle
 from trackweave.run.registering import registration_of
+from trackweave.run.told_places import with_facts
 
 __all__ = ["run_init"]
 

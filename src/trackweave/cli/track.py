@@ -58,6 +58,7 @@ def run_track(
         frame_projection=configuration.said("frame", "projection") or "tangent",
         on_bad_row=on_bad_row,
         kinds=configuration.plugins.kinds(),
+        places=configuration.places(),
     )
     try_on(further, table)
     # Before a search to the letter of a document takes minutes, not after.

@@ -11,6 +11,7 @@ from trackweave.config.search import check_search
 from trackweave.config.sections import KINDS, ConfigurationSection
 from trackweave.config.sources import ANY_SENSOR, value_at
 from trackweave.config.tables import checked
+from trackweave.domain.facts import Place
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key
 from trackweave.models.motion import MODELS
@@ -40,6 +41,11 @@ class Configuration:
         """Return the same with other tables, which are not checked again."""
         return replace(self, values={**self.values, **tables})
 
+    def places(self) -> dict[str, Place]:
+        """Return where sensors are told to stand on the Earth, by the names of their tables."""
+        told = {name: own.get("place") for name, own in self.table("sensors").items()}
+        return {name: Place(*place) for name, place in told.items() if place is not None}
+
     def sensor(self, name: str) -> dict[str, Any]:
         """Return a sensor's own keys over those for every sensor."""
         own = self.table("sensors", name)
@@ -50,6 +56,8 @@ class Configuration:
             less = {"clutter_density", "clutter_per_scan"}
         else:
             less = set()
+        if "position" in own or "place" in own:
+            less |= {"position", "place"}
         if own.get("scans") is False:
             less |= {"scan_period", "rotation"}
         elif "scan_period" in own or "rotation" in own:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config.tables import Section
+from trackweave.domain.frames import ORIGIN, PLACE
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.keys import ANGLE_NOISE, COORDINATE, NOISE, POSITIVE, SECONDS, Key, Pair
 from trackweave.models.biases import Biases
@@ -197,6 +198,11 @@ class SensorSection(Section, of=(Sensor, Biases)):
         Key("two or three numbers in metres, such as [0.0, 0.0]", size=(2, 3)),
         "Where the sensor stands, x, y[, z] [m].",
     ]
+    place: Annotated[
+        tuple[float, ...],
+        PLACE,
+        "The same as latitude, longitude [degrees][, altitude over the ellipsoid [m]].",
+    ]
     field_of_view: Annotated[
         FieldOfViewSection,
         "Where it sees; left out = as its silence tells beside other sensors, else everywhere.",
@@ -208,6 +214,8 @@ class SensorSection(Section, of=(Sensor, Biases)):
         """Return what was expected of keys that say two things of one."""
         if "clutter_density" in values and "clutter_per_scan" in values:
             return "clutter_density or clutter_per_scan, not both"
+        if "position" in values and "place" in values:
+            return "position or place, not both"
         turns = values.get("rotation", "none") != "none"
         if "phase_deg" in values and not (turns and "scan_period" in values):
             return "a rotation and a scan_period beside phase_deg"
@@ -320,11 +328,7 @@ class FrameSection(Section):
 
     origin: Annotated[
         tuple[float, ...],
-        Key(
-            "[latitude, longitude] in degrees, from -90 to 90 and -180 to 360",
-            size=(2, 2),
-            holds=lambda place: -90 <= place[0] <= 90 and -180 <= place[1] <= 360,
-        ),
+        ORIGIN,
         "Latitude and longitude of the origin [degrees]; left out = the middle of the reports.",
     ]
     projection: Annotated[

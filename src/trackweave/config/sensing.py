@@ -103,10 +103,10 @@ def require_places(sources: Sources, observed: Mapping[str, ObservedSensor]) -> 
     columns = " or ".join(dict.fromkeys(missing.values()))
     raise InvalidInputError(
         f"{keys}{more}: left out; expected where {where}, [x, y] in metres, because {whose} "
-        f"{columns} count from there: under {tables} a line such as position = [0.0, 0.0] (or "
-        "columns sensor_x,sensor_y, or sensor_lat,sensor_lon in degrees, of a table, which "
-        "`trackweave convert` makes of any format)"
-        + next((f". {seen.plane}" for seen in observed.values() if seen.plane), "")
+        f"{columns} count from there: under {tables} a line such as position = [0.0, 0.0], or "
+        "place = [latitude, longitude] in degrees (or columns sensor_x,sensor_y, or "
+        "sensor_lat,sensor_lon in degrees, of a table, which `trackweave convert` makes of any "
+        "format)" + next((f". {seen.plane}" for seen in observed.values() if seen.plane), "")
     )
 
 

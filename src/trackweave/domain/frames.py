@@ -4,14 +4,28 @@ The oblique stereographic projection of the ellipsoid is after J. P. Snyder, *Ma
 working manual*, USGS professional paper 1395, 1987, pages 160-163.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.keys import Key
 
-__all__ = ["LocalFrame", "Projection", "from_stereographic", "to_stereographic"]
+__all__ = ["ORIGIN", "PLACE", "LocalFrame", "Projection", "from_stereographic", "to_stereographic"]
+
+_DEGREES = "in degrees, from -90 to 90 and -180 to 360"
+ORIGIN = Key(
+    f"[latitude, longitude] {_DEGREES}",
+    size=(2, 2),
+    holds=lambda place: -90 <= place[0] <= 90 and -180 <= place[1] <= 360,
+)
+PLACE = replace(
+    ORIGIN.said(
+        f"[latitude, longitude] or [latitude, longitude, altitude] {_DEGREES}, and metres"
+    ),
+    size=(2, 3),
+)
 
 Projection: TypeAlias = Literal["tangent", "stereographic"]
 

@@ -27,11 +27,12 @@ _SENTENCE = (
 )
 _LOOKS = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,")
 _PGHP = re.compile(r"^\$PGHP,\d*,(\d+),(\d+),(\d+),(\d+),(\d+),(\d+),(\d+)")
-_TAG_TIME = r"\\(?:[^\\]*,)?c:(\d{1,16})"
+# Digits of other scripts are digits to a pattern, and no numbers.
+_TAG_TIME = r"\\(?:[^\\]*,)?c:([0-9]{1,16})"
 _STATION = r"\\(?:[^\\]*,)?s:([^,*\\]{1,64})"
-_LEADING = r"^\s*\[?\(?(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)"
-_LEADING_S = r"^\s*(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*[:;, ]"
-_TRAILING_S = r",(\d{9,10}(?:\.\d{1,6})?|\d{12,13})\s*$"
+_LEADING = r"^\s*\[?\(?([0-9]{4}-[0-9]{2}-[0-9]{2}[T ][0-9]{2}:[0-9]{2}:[0-9]{2}(?:\.[0-9]{1,6})?)"
+_LEADING_S = r"^\s*([0-9]{9,10}(?:\.[0-9]{1,6})?|[0-9]{12,13})\s*[:;, ]"
+_TRAILING_S = r",([0-9]{9,10}(?:\.[0-9]{1,6})?|[0-9]{12,13})\s*$"
 
 _LATEST = 1e11
 """Times beyond are no seconds."""

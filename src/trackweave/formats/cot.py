@@ -5,37 +5,53 @@ stands for what is not known, as the standard says.
 """
 
 import re
+from collections.abc import Mapping, Set
 
 import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray
 from trackweave.formats.format import Format, Output
-from trackweave.formats.track_rows import EarthTrack, earth_tracks, moments, most_said
+from trackweave.formats.track_rows import (
+    EarthTrack,
+    earth_tracks,
+    moments,
+    most_said,
+    tracks_that_say,
+)  # fmt: skip
 
 __all__ = ["FORMAT"]
 
 _UNKNOWN = 9_999_999.0
 _STALE_S = 60.0
-# Whose they are is unknown; with a height they are in the air.
+# Whose they are is unknown; with a height, their own or most of their reports', they are in the
+# air: on the ground aircraft tell none.
 _GROUND, _AIR, _SEA = "a-u-G", "a-u-A", "a-u-S"
 # Maritime identities (ITU-R M.585): of ships, and of aircraft in search and rescue.
 _SHIP, _RESCUE = re.compile("[2-7][0-9]{8}"), re.compile("111[2-7][0-9]{5}")
 
 
 def _write(output: Output) -> dict[str, bytes]:
-    identity = most_said(output, "identity")
+    identity, aloft = most_said(output, "identity"), tracks_that_say(output, "height_m")
     events = [
         event
         for each in earth_tracks(output, "cot")
-        for event in _events(each, identity.get(str(each.track)) or each.name)
+        for event in _events(each, _kind(identity, aloft, each))
     ]
     # In the order in which they would have been sent.
     lines = [line for _, _, line in sorted(events)]
     return {"tracks.cot": "".join(f"{line}\n" for line in lines).encode("utf-8")}
 
 
-def _events(track: EarthTrack, identity: str) -> list[tuple[float, int, str]]:
+def _kind(identity: Mapping[str, str], aloft: Set[str], track: EarthTrack) -> str:
+    """Return what an object is where its states tell no height."""
+    name = identity.get(str(track.track)) or track.name
+    if str(track.track) in aloft or _RESCUE.fullmatch(name):
+        return _AIR
+    return _SEA if _SHIP.fullmatch(name) else _GROUND
+
+
+def _events(track: EarthTrack, otherwise: str) -> list[tuple[float, int, str]]:
     stale, _ = moments(pl.Series(track.seconds + _STALE_S))
     height, sigma, up = (
         _known(values, len(stale)) for values in (track.altitude, track.sigma, track.sigma_up)
@@ -44,8 +60,6 @@ def _events(track: EarthTrack, identity: str) -> list[tuple[float, int, str]]:
     from xml.sax.saxutils import quoteattr
 
     uid, callsign = quoteattr(f"trackweave-{track.track}"), quoteattr(track.name)
-    otherwise = _SEA if _SHIP.fullmatch(identity) else _GROUND
-    otherwise = _AIR if _RESCUE.fullmatch(identity) else otherwise
     found = []
     for k, time in enumerate(track.time):
         kind = otherwise if height[k] == _UNKNOWN else _AIR

@@ -38,6 +38,8 @@ class CsvDecoder(Lines):
             if not cells:
                 continue
             names = _names_in(cells)
+            if names and names == self._names:
+                continue  # said again, as in each datagram
             if names:
                 found += self._table(rows, begins)
                 rows, begins = [], []

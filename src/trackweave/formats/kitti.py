@@ -23,6 +23,7 @@ _SOLID = ("size_h", "size_w", "size_l")
 # Where each thing stands in labels, and in detections.
 _LABEL = {"frame": 0, "track": 1, "kind": 2, "box": 6, "solid": 10, "place": 13, "score": 17}
 _FOUND = {"frame": 0, "track": None, "kind": 1, "box": 2, "score": 6, "solid": 7, "place": 10}
+_NOWHERE = -1000.0
 _FARTHEST = 1e5  # metres; what KITTI does not know is -1000
 
 
@@ -91,6 +92,10 @@ class KittiDecoder(Lines):
         table = table_of(columns).filter(pl.Series(good))
         is_region, count = table["class"] == "DontCare", len(table)
         self.facts.leave_out("regions DontCare, which are no objects", int(is_region.sum()))
+        # What a detector of images alone says of places.
+        unplaced = ~is_region & (table["x"] == _NOWHERE) & (table["y"] == _NOWHERE)
+        self.facts.leave_out("boxes without a place on the ground", int(unplaced.sum()))
+        table, count = table.filter(~unplaced), count - int(unplaced.sum())
         if self._kind != "all":
             table = table.filter(pl.col("class") == self._kind)
             others = count - int(is_region.sum()) - len(table)
@@ -133,6 +138,8 @@ def _write(output: Output) -> dict[str, bytes]:
         known = pl.col(name) if name in rows.columns else pl.lit(None)
         return known.cast(pl.Float64).fill_null(otherwise).round(6).alias(name)
 
+    if "down_m" not in rows.columns:
+        rows = rows.drop("x", "y", strict=False)  # a place in the image, none on the ground
     kind = pl.col("class") if "class" in rows.columns else pl.lit("Car")
     table = rows.select(
         pl.col("frame").cast(pl.Int64),

@@ -135,9 +135,12 @@ class Cells:
         """Return the cells of a column as text, empty where a line is too short."""
         return self._cells.list.get(place, null_on_oob=True).str.strip_chars().fill_null("")
 
-    def number(self, place: int) -> pl.Series:
+    def number(self, place: int, within: str = "") -> pl.Series:
         """Return the cells of a column as numbers, null where there is no finite one."""
-        numbers = self.text(place).cast(pl.Float64, strict=False)
+        # ``within`` are marks that may stand about them.
+        text = self.text(place)
+        text = text.str.strip_chars(within) if within else text
+        numbers = text.cast(pl.Float64, strict=False)
         return numbers.set(~numbers.is_finite(), None)
 
 

@@ -126,7 +126,7 @@ class _Csv(Lines):
         return self._names.index(name) if name in self._names else len(self._names) + 1
 
     def _numbers(self, cells: Cells, name: str) -> pl.Series:
-        return cells.number(self._place(name))
+        return cells.number(self._place(name), within='"')
 
     def _texts(self, cells: Cells, name: str) -> pl.Series:
         text = cells.text(self._place(name)).str.strip_chars('" ').str.slice(0, 64)

@@ -17,7 +17,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import IntArray
-from trackweave.domain.facts import Facts, Skips
+from trackweave.domain.facts import Facts, Place, Skips
 from trackweave.domain.frames import Projection
 from trackweave.domain.reports import BadRow, ReportTable
 from trackweave.errors import DataFormatError, InvalidInputError
@@ -90,6 +90,7 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
+    places: Mapping[str, Place] | None = None,
 ) -> ReportTable:
     """Read reports and check every value.
 
@@ -131,6 +132,9 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     kinds
         Kinds of measurement from outside the package by the names of their sensors, "default" for
         all others, None for one of ours; their rows are read by the columns that the kinds name.
+    places
+        Where sensors stand on the Earth, by their names; before what the recording tells. The
+        plane of ranges is laid there where no origin is given.
 
     Returns
     -------
@@ -159,6 +163,7 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
             frame_projection=frame_projection,
             on_bad_row=on_bad_row,
             kinds=kinds,
+            places=places,
         )
     )
 
@@ -287,7 +292,7 @@ def _load_folder(path: Path, told: str | None) -> RawTable:
     if found is None or found.folder is None:
         known = [each.title for each in formats().values() if each.folder is not None]
         raise DataFormatError(
-            f"{path}: a directory; expected a file, or a directory of {', '.join(known)}"
+            f"{path}: a directory; expected a file, or one of these: {'; '.join(known)}"
         )
     with told_as_theirs(found.folder, "readers", "folder", found.name):
         frame, facts = found.folder(path)
@@ -299,12 +304,23 @@ def _format_of(head: bytes, name: str, told: str | None) -> tuple[Format, dict[s
         return chosen(told)
     found = recognised(head, name)
     if found is None or not found.can_read:
+        if (written := _written_only(name)) is not None:
+            raise DataFormatError(
+                f"{name}: {written.title}, which is written and not read; expected reports, or of "
+                "a run its directory or its tracks.csv, which become any other format"
+            )
         known = ", ".join(each.name for each in formats().values() if each.can_read)
         raise DataFormatError(
             f"{name}: of no format that is known by its content or ending; expected one of "
             f"{known}; --from says which"
         )
     return found, found.settings()
+
+
+def _written_only(name: str) -> Format | None:
+    """Return the format that a name's ending tells where it is one that is not read."""
+    fits = [each for each in formats().values() if name.lower().endswith(each.endings)]
+    return fits[0] if fits and not any(each.can_read for each in fits) else None
 
 
 def _table_of(frames: list[pl.DataFrame], name: str, told: tuple[Facts, Skips]) -> RawTable:

@@ -16,6 +16,7 @@ from trackweave.io.columns import datetime_column
 __all__ = [
     "EarthTrack", "boxed_rows", "branches", "chosen_rows", "earth_tracks", "family_of",
     "framed_rows", "joined", "moments", "most_said", "parents",
+    "tracks_that_say",
 ]  # fmt: skip
 
 
@@ -56,8 +57,8 @@ def chosen_rows(output: Output) -> pl.DataFrame:
 
 def most_said(output: Output, name: str) -> dict[str, str]:
     """Return what most of each track's reports say in a column, by the track as text."""
-    reports = output.assignments
-    if reports is None or name not in reports.columns:
+    reports = _told(output)
+    if name not in reports.columns:
         return {}
     said = reports.select(pl.col("track", name).cast(pl.String)).drop_nulls()
     most = (
@@ -67,6 +68,20 @@ def most_said(output: Output, name: str) -> dict[str, str]:
         .unique("track", keep="first")
     )
     return dict(zip(most["track"].to_list(), most[name].to_list(), strict=True))
+
+
+def tracks_that_say(output: Output, name: str) -> set[str]:
+    """Return the tracks, as text, of which at least half of the reports tell a column."""
+    reports = _told(output)
+    if name not in reports.columns:
+        return set()
+    share = reports.group_by("track").agg(pl.col(name).is_not_null().mean() >= 0.5)
+    return set(share.filter(pl.col(name))["track"].drop_nulls().cast(pl.String).to_list())
+
+
+def _told(output: Output) -> pl.DataFrame:
+    """Return what was reported of tracks: their rows, where these are reports themselves."""
+    return output.tracks if output.assignments is None else output.assignments
 
 
 def moments(time: pl.Series) -> tuple[list[str], FloatArray]:
@@ -174,7 +189,7 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
     InvalidInputError
         If reports came without boxes.
     """
-    rows = output.tracks if output.assignments is None else output.assignments
+    rows = _with_sides(output.tracks if output.assignments is None else output.assignments)
     missing = [column for column in needed if column not in rows.columns]
     if missing:
         raise InvalidInputError(
@@ -185,6 +200,17 @@ def boxed_rows(output: Output, needed: Collection[str], name: str) -> pl.DataFra
     if "frame" not in rows.columns:
         rows = rows.with_columns(frame=pl.col("time").rank("dense").cast(pl.Int64) - 1)
     return rows.sort("frame", "track", maintain_order=True)
+
+
+def _with_sides(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return boxes with both their size and their far sides where either is there."""
+    for near, size, far in (("left", "width", "right"), ("top", "height", "bottom")):
+        there = set(rows.columns)
+        if {near, far} <= there and size not in there:
+            rows = rows.with_columns((pl.col(far) - pl.col(near)).alias(size))
+        elif {near, size} <= there and far not in there:
+            rows = rows.with_columns((pl.col(near) + pl.col(size)).alias(far))
+    return rows
 
 
 def framed_rows(output: Output, name: str) -> pl.DataFrame:

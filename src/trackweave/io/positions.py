@@ -42,6 +42,8 @@ LONGITUDE = Range(-180.0, 360.0)
 NO_LATITUDE, NO_LONGITUDE = 91.0, 181.0
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
 _FARTHEST_DEG = 30.0
+_WORLD_WIDE = 0.2
+"""A recording of which a greater share lies farther off is none of one region."""
 _EXPECTED = "x,y[,z] or lat,lon[,alt_m]"
 
 
@@ -170,6 +172,14 @@ def choose_frame(latitude: FloatArray, longitude: FloatArray) -> LocalFrame:
     return LocalFrame(round(float(np.median(latitude)), 4), round(float(east), 4))
 
 
+def _densest(latitude: FloatArray, longitude: FloatArray) -> list[float]:
+    """Return the middle of the reports in the fullest square of 10 degrees [degrees]."""
+    squares = np.stack([latitude // 10.0, longitude // 10.0], axis=-1)
+    _, which, count = np.unique(squares, axis=0, return_inverse=True, return_counts=True)
+    mine = which.ravel() == np.argmax(count)
+    return [round(float(np.median(angle[mine])), 1) for angle in (latitude, longitude)]
+
+
 def _refuse_far(
     checks: RowChecks, frame: LocalFrame, latitude: FloatArray, longitude: FloatArray
 ) -> None:
@@ -183,7 +193,15 @@ def _refuse_far(
     where = (
         f"a position within {_FARTHEST_DEG:g} degrees (3,300 km) of the plane's origin "
         f"({frame.latitude_deg:g}, {frame.longitude_deg:g}), for a plane holds no more of the "
-        "Earth (of a world-wide recording [frame] origin chooses the part that is tracked)"
+        "Earth"
     )
+    if far.mean() > _WORLD_WIDE:
+        dense = _densest(latitude, longitude)
+        where += (
+            f". {int(far.sum()):,} of {far.size:,} rows lie farther off: a world-wide recording "
+            "is tracked part by part, each with its own configuration of [frame] origin = "
+            f"[latitude, longitude], such as {dense} where most reports of any such part are, and "
+            "with bad rows skipped, which are those elsewhere"
+        )
     checks.refuse("lon", far & by_longitude, where)
     checks.refuse("lat", far, where)

@@ -1,6 +1,6 @@
 """Tables of reports, from files and from other libraries."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, get_args
 
@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.facts import Place
 from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.domain.measurements import MeasurementKind
@@ -47,6 +48,7 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
     frame_projection: Projection = "tangent",
     on_bad_row: OnBadRow = "fail",
     kinds: Mapping[str, Any] | None = None,
+    places: Mapping[str, Place] | None = None,
     anywhere: bool = False,  # Not only about one plane: for whoever only passes rows on
 ) -> ReportTable:
     """Return the reports that raw columns hold; the rest as ``trackweave.read_reports``."""
@@ -58,7 +60,8 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
     checks = RowChecks(table, anywhere=anywhere)
     has_plane = {"x", "y"} <= set(checks.names)
     if frame is None and not has_plane and "lat" not in checks.names:
-        frame = _frame_of_places(table, frame_projection)
+        known = {**table.facts.places, **(places or {})}
+        frame = _frame_of_places([*known.values()], frame_projection)
     if frame is None and frame_projection != "tangent" and not has_plane:
         frame = frame_about(checks, frame_projection)
     checks.require("time", "seconds or ISO 8601 times")
@@ -120,9 +123,8 @@ def with_heeded_scans(reports: ReportTable) -> ReportTable:
     return reports
 
 
-def _frame_of_places(table: RawTable, projection: Projection) -> LocalFrame | None:
+def _frame_of_places(places: Sequence[Place], projection: Projection) -> LocalFrame | None:
     """Return a plane about where sensors are known to stand, None where that is not known."""
-    places = list(table.facts.places.values())
     if not places:
         return None
     latitude, longitude = (

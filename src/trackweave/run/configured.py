@@ -8,13 +8,15 @@ from trackweave.config import Configuration, load_configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill
 from trackweave.config.sensing import ObservedSensor, told_rotation
 from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.frames import LocalFrame
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
-from trackweave.run.observing import settle, with_facts
+from trackweave.run.observing import settle
+from trackweave.run.told_places import on_plane, with_facts
 from trackweave.run.tracking import report_table
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ def configured(
     """
     configuration = load_configuration(config)
     if reports is None:
+        configuration = on_plane(configuration, _frame(configuration), 2)
         settings, dim = settings_alone(configuration), None
     else:
         table, _ = report_table(reports, configuration)
@@ -61,6 +64,14 @@ def configured(
             "FusedPlotsTracker, which takes instants)"
         )
     return tracker_of(settings, settings.sensors, dim, max_ahead=settings.max_ahead)
+
+
+def _frame(configuration: Configuration) -> LocalFrame | None:
+    """Return the plane that a configuration tells, None for none."""
+    origin = configuration.said("frame", "origin")
+    if origin is None:
+        return None
+    return LocalFrame(origin[0], origin[1], configuration.said("frame", "projection") or "tangent")
 
 
 def settings_alone(configuration: Configuration) -> Settings:

@@ -29,11 +29,12 @@ from trackweave.run.doubles import with_doubles
 from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
 from trackweave.run.merging import merged_reports
-from trackweave.run.observing import settle, with_facts
+from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.registering import registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
+from trackweave.run.told_places import with_facts
 
 __all__ = ["report_table", "settings_for", "track"]
 
@@ -288,6 +289,7 @@ def report_table(
             frame_projection=configuration.said("frame", "projection") or "tangent",
             on_bad_row=on_bad_row,
             kinds=configuration.plugins.kinds(),
+            places=configuration.places(),
         )
         table = with_heeded_scans(table)
     if len(table) == 0:

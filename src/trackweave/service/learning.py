@@ -20,8 +20,9 @@ from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.run.doubles import doubles_of
-from trackweave.run.observing import settle, with_facts
+from trackweave.run.observing import settle
 from trackweave.run.registering import registration_of
+from trackweave.run.told_places import on_plane, with_facts
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
 
@@ -125,7 +126,8 @@ def _with_told(spec: Spec, configuration: Configuration) -> Spec:
     for name in configuration.table("sensors"):
         if name == ANY_SENSOR or name in spec.configuration["sensors"]:
             continue
-        sensors = {**spec.configuration["sensors"], name: configuration.sensor(name)}
+        own = on_plane(configuration, spec.frame, spec.dim).sensor(name)
+        sensors = {**spec.configuration["sensors"], name: own}
         more = replace(spec, configuration={**spec.configuration, "sensors": sensors})
         if not needs_estimates(configuration, [name]):
             with suppress(InvalidInputError):
@@ -150,6 +152,7 @@ def _table(
         frame_projection=projection,
         on_bad_row="skip",
         kinds=configuration.plugins.kinds(),
+        places=configuration.places(),
     )
 
 

@@ -106,7 +106,7 @@ class Publisher:
         if rows.is_empty():
             return
         try:
-            yield from self._written(rows.drop("identity", strict=False), drawn.picture.frame)
+            yield from self._written(rows, drawn.picture.frame)
         except InvalidInputError as err:
             self.message = str(err)
 
@@ -114,7 +114,10 @@ class Publisher:
         """Yield tracks in pieces that can be sent."""
         writer = self.target.format.writer
         assert writer is not None
-        files = writer(Output(rows, frame=frame)).values()
+        # Whom reports tell of is no column of a track, but says what kind of thing it is.
+        named = rows.select("track", "identity") if "identity" in rows.columns else None
+        states = rows.drop("identity", strict=False)
+        files = writer(Output(states, assignments=named, frame=frame)).values()
         pieces = [piece for data in files for piece in _cut(data, self.target.format)]
         if self.target.scheme == "tcp":
             # One document after another: each ends its line.

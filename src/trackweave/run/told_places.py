@@ -1,0 +1,78 @@
+"""Where sensors stand and how they turn, as a recording or a file of keys tells it."""
+
+from typing import Any
+
+import numpy as np
+
+from trackweave.config import Configuration
+from trackweave.domain.facts import Place
+from trackweave.domain.frames import LocalFrame
+from trackweave.domain.reports import ReportTable
+from trackweave.errors import InvalidInputError
+
+__all__ = ["on_plane", "with_facts"]
+
+
+def with_facts(configuration: Configuration, reports: ReportTable) -> Configuration:
+    """Return a configuration with what the recording tells of places and turns of its sensors."""
+    # Places on the Earth become positions on the reports' plane, those of the file too, which come
+    # before the recording's.
+    sensors: dict[str, dict[str, Any]] = {}
+    for name in reports.sensors:
+        told, own = configuration.sensor(name), dict[str, Any]()
+        place = reports.facts.places.get(name)
+        if place is not None and not {"position", "place"} & set(told) and reports.frame:
+            own["position"] = _position(place, reports.frame, reports.dim)
+        period = reports.facts.scan_periods.get(name)
+        if period is not None and "scan_period" not in told:
+            own["scan_period"] = period
+        if own:
+            sensors[name] = own
+    if sensors:
+        given = configuration.table("sensors")
+        merged = {name: {**given.get(name, {}), **own} for name, own in sensors.items()}
+        configuration = configuration.changed(sensors={**given, **merged})
+    return on_plane(configuration, reports.frame, reports.dim)
+
+
+def on_plane(configuration: Configuration, frame: LocalFrame | None, dim: int) -> Configuration:
+    """Return a configuration whose places on the Earth are positions.
+
+    Parameters
+    ----------
+    configuration
+        As read.
+    frame
+        The plane; None where positions are not on the Earth.
+    dim
+        Number of spatial dimensions.
+
+    Returns
+    -------
+    The same, with ``position`` for each ``place``.
+
+    Raises
+    ------
+    InvalidInputError
+        If a place is told and there is no plane.
+    """
+    places = configuration.places()
+    if not places:
+        return configuration
+    if frame is None:
+        raise InvalidInputError(
+            f"{configuration.name}: sensors.{next(iter(places))}.place: told in degrees, while "
+            "x, y of the reports are on a plane of their own; expected position = [x, y] in "
+            "metres there, or [frame] origin = [latitude, longitude], which lays it on the Earth"
+        )
+    sensors = {name: dict(own) for name, own in configuration.table("sensors").items()}
+    for name, place in places.items():
+        del sensors[name]["place"]
+        sensors[name]["position"] = _position(place, frame, dim)
+    return configuration.changed(sensors=sensors)
+
+
+def _position(place: Place, frame: LocalFrame, dim: int) -> list[float]:
+    angles = np.array([[place.latitude_deg], [place.longitude_deg], [place.altitude_m]])
+    there = frame.to_plane(*angles)[0, : 2 if dim == 2 else 3]
+    return [round(float(number), 3) for number in there]
