@@ -1,10 +1,12 @@
 """The assignment problem: what it refuses, and what tuples become."""
 
 from dataclasses import replace
+from math import fsum
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import linear_sum_assignment
 
 from oracles.assignment import (
     least_cost,
@@ -15,6 +17,7 @@ from oracles.assignment import (
 )
 from trackweave.association.problem import AssignmentProblem, Certificate, Status
 from trackweave.errors import InvalidInputError
+from trackweave.solvers import solve
 
 
 @pytest.fixture
@@ -195,3 +198,29 @@ def test_random_windows_have_tracks_and_sequences_that_may_not_end() -> None:
     problems = [random_window(np.random.default_rng(seed)) for seed in range(20)]
     assert {int(problem.must_cover.sum()) for problem in problems} == {2}
     assert any(np.isinf(problem.total).any() for problem in problems)
+
+
+@pytest.mark.parametrize("dear", [0.0, 1e4, 1e6])
+def test_a_cost_is_the_sum_of_what_its_tuples_cost_beside_far_larger_ones(dear):
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        costs = rng.random((12, 12)) + dear * np.eye(12)
+        answer = solve(AssignmentProblem.from_array(costs), rng=rng)
+        assert answer.cost == fsum(costs[tuple(answer.tuples.T)])
+        assert answer.lower_bound <= fsum(costs[linear_sum_assignment(costs)])
+
+
+def test_what_is_left_counts_with_its_price():
+    tuples, costs = [[1, 1], [2, 1]], [0.1, 0.2]
+    problem = AssignmentProblem.from_tuples(tuples, costs, alone=[0.7, 0.3, 5.0])
+    answer = solve(problem, rng=0)
+    assert answer.cost == fsum([0.1, 0.3])
+    assert problem.cost_of(answer.nodes) == answer.cost
+    assert problem.cost_of(answer.nodes[:0]) == fsum([0.7, 0.3, 5.0])
+
+
+def test_with_other_totals_costs_are_by_these():
+    problem = AssignmentProblem.from_tuples([[1, 1], [2, 1]], [0.1, 0.2], alone=1.0)
+    dearer = replace(problem, total=2.0 * problem.total)
+    nodes = solve(dearer, rng=0).nodes
+    assert dearer.cost_of(nodes) == dearer.base_cost + dearer.total[nodes].sum()

@@ -11,6 +11,7 @@ from trackweave.association._clusters import has_repeats
 from trackweave.association.certificate import Certificate, Status
 from trackweave.association.tuples import (
     LARGEST_SUM,
+    GivenCosts,
     Requirement,
     numbered,
     parts_of_array,
@@ -150,6 +151,9 @@ class AssignmentProblem:
         cheapest sequence costs, at the median.
     table
         What each ``row`` was made of: a row for each candidate, a column for each list.
+    given
+        What rows and items cost as they were given, from which costs of answers are added up;
+        None for by ``total`` and ``base_cost``, and dropped where these are others.
 
     Raises
     ------
@@ -184,6 +188,7 @@ class AssignmentProblem:
     requirement: Requirement | None = None
     unit: float | None = None
     table: NDArray[Any] | None = None
+    given: GivenCosts | None = None
 
     __repr__ = summary
 
@@ -207,6 +212,10 @@ class AssignmentProblem:
         object.__setattr__(self, "base_cost", checked_number(self.base_cost, "base_cost"))
         if self.unit is not None:
             object.__setattr__(self, "unit", checked_number(self.unit, "unit"))
+        if self.given is not None and not (
+            self.row is not None and self.given.are_of(self.row, self.total, self.base_cost)
+        ):
+            object.__setattr__(self, "given", None)
         self._check_costs()
         self._check_forest()
         self._check_must_cover()
@@ -254,6 +263,24 @@ class AssignmentProblem:
     def n_items(self) -> int:
         """Number of items."""
         return int(self.must_cover.shape[0])
+
+    def cost_of(self, nodes: IntArray) -> float:
+        """Return what an answer costs; an item that has to be covered and is not, its penalty.
+
+        Parameters
+        ----------
+        nodes
+            The last node of each sequence, none of which share an item.
+
+        Returns
+        -------
+        The cost [nats].
+        """
+        if self.given is not None and self.row is not None:
+            cost = self.given.total(self.row[nodes])
+            if np.isfinite(cost):
+                return cost
+        return self.base_cost + float(self.total[nodes].sum())
 
     def tuples_of(self, nodes: IntArray) -> NDArray[Any]:
         """Return what nodes stand for, in the problem's own numbers or names.

@@ -1,5 +1,6 @@
 """From tables of tuples and dense arrays of costs to the parts of an assignment problem."""
 
+from math import fsum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from trackweave.errors import InvalidInputError
 __all__ = [
     "LARGEST_SUM",
     "MAX_ITEMS",
+    "GivenCosts",
     "Requirement",
     "numbered",
     "parts_of_array",
@@ -47,6 +49,34 @@ class Requirement(NamedTuple):
     item: IntArray
     penalty: float
     ceiling: float
+
+
+class GivenCosts(NamedTuple):
+    """What tuples cost before the prices of their items were taken off them [nats].
+
+    Far larger prices take digits with them: an answer's cost is added up from what was given.
+    ``row`` holds what each row costs, ``item`` the items of each, shape (rows, lists), -1 for
+    none; ``alone`` what it costs to leave an item, infinite where it has to be covered; ``extra``
+    and ``base`` what was made of them, the totals of rows and the base cost.
+    """
+
+    row: FloatArray
+    item: IntArray
+    alone: FloatArray
+    extra: FloatArray
+    base: float
+
+    def are_of(self, row: IntArray, total: FloatArray, base: float) -> bool:
+        """Tell whether nodes of these rows still have the totals that were made of them."""
+        ends = row >= 0
+        return base == self.base and np.array_equal(total[ends], self.extra[row[ends]])
+
+    def total(self, rows: IntArray) -> float:
+        """Return what an answer of these rows costs, the nearest number to the true sum."""
+        # One more entry takes what -1 for none writes.
+        is_left = np.ones(self.alone.shape[0] + 1, dtype=np.bool_)
+        is_left[self.item[rows]] = False
+        return fsum([*self.row[rows].tolist(), *self.alone[is_left[:-1]].tolist()])
 
 
 def numbered(tuples: ArrayLike) -> tuple[NDArray[Any], ArrayLike]:
@@ -126,6 +156,7 @@ def parts_of_tuples(
         "base_cost": base,
         "requirement": requirement,
         "unit": unit,
+        "given": GivenCosts(cost, items, price, extra, base),
     }
 
 

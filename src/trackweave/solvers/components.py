@@ -155,7 +155,7 @@ class Components:
     def answer(self, evaluations: int, stop_reason: str) -> Answer:
         """Return the answer of the whole problem."""
         nodes = self.nodes()
-        cost = self.problem.base_cost + float(self.problem.total[nodes].sum())
+        cost = self.problem.cost_of(nodes)
         slack = float(np.maximum(self.cost - self.sure(), 0.0).sum()) / self.scale
         proven = self.open().shape[0] == 0
         # Where far larger costs cancel, rounding may hide a better answer.

@@ -193,7 +193,7 @@ class MBest:
         nodes = np.concatenate([np.empty((rows.shape[0], 0), dtype=np.int64), *columns], axis=1)
         nodes.sort(axis=1)
         hypotheses = [row[row >= 0] for row in nodes]
-        cost = np.array([problem.base_cost + problem.total[row].sum() for row in hypotheses])
+        cost = np.array([problem.cost_of(row) for row in hypotheses])
         ranks = np.argsort(cost, kind="stable")
         sure = problem.base_cost + _sure_to(found) / components.scale
         rounding = 1e-9 * max(1.0 / components.scale, abs(float(cost.min())))

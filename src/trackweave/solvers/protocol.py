@@ -94,7 +94,8 @@ class Solver(Protocol):
 def require_solver(value: object, name: str) -> None:
     """Refuse what cannot be called as a solver, and a class: its call would make a solver."""
     if isinstance(value, type) or not callable(value):
-        raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto()")
+        its = "; its name is for tracker.toml and the command line" if type(value) is str else ""
+        raise InvalidInputError(f"{name}: {value!r:.80}; expected a solver, such as Auto(){its}")
 
 
 def answered(solver: Solver, problem: AssignmentProblem, **given: Any) -> Answer:
