@@ -62,3 +62,20 @@ def test_an_area_of_reports_on_a_line_is_said_to_stand_in() -> None:
     assert covered_by(line, 0.1) > 0
     (note,) = estimate(table(np.arange(30.0), line)).notes
     assert note.startswith("sensor A: its reports lie on a line or at one place")
+
+
+def test_a_speed_that_is_told_is_not_held_against_the_estimate() -> None:
+    found = replace(estimate(scene()), max_speed=3.4e6)
+    assert not believable(found, scene(), in_metres=True, is_speed_told=True).notes
+
+
+def test_above_the_air_objects_move_as_in_orbit() -> None:
+    flat = scene()
+    high = replace(
+        flat,
+        measurement=np.pad(flat.measurement, ((0, 0), (0, 1)), "constant", constant_values=6e5),
+    )
+    orbiting = replace(estimate(flat), max_speed=7_600.0)
+    assert believable(orbiting, high, in_metres=True).max_speed == 7_600.0
+    assert believable(replace(orbiting, max_speed=2e4), high, in_metres=True).max_speed == 8_000.0
+    assert believable(orbiting, flat, in_metres=True).max_speed <= 50.0

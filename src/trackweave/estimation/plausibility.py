@@ -17,6 +17,8 @@ __all__ = ["believable"]
 # they may be anything, nothing that stays near the Earth moves faster.
 FASTEST_ON_EARTH, FASTEST = 1_500.0, 12_000.0
 USUAL_SPEED = 50.0
+# Above the air objects are in orbit, or fall as fast.
+ABOVE_AIR_M, ORBITAL_SPEED = 90_000.0, 8_000.0
 # An object that crosses all that is covered between two scans is none that can be followed.
 CROSSED = 1.0
 # Of so many reports the nearest neighbours are looked at; those of one object lie within this
@@ -25,9 +27,12 @@ SAMPLED, FEWEST = 300, 30
 WITHIN, USUAL_NOISE = 30.0, 10.0
 
 
-def believable(estimates: Estimates, reports: ReportTable, *, in_metres: bool) -> Estimates:
+def believable(
+    estimates: Estimates, reports: ReportTable, *, in_metres: bool, is_speed_told: bool = False
+) -> Estimates:
     """Return estimates in which what cannot be is replaced, and a sentence says so."""
-    # Positions are in metres for sure if they are of latitudes or ranges.
+    # Positions are in metres for sure if they are of latitudes or ranges. Of a speed that is told
+    # no estimate is used.
     notes = list(estimates.notes)
     sensors = dict(estimates.sensors)
     for index, name in enumerate(reports.sensors):
@@ -36,7 +41,7 @@ def believable(estimates: Estimates, reports: ReportTable, *, in_metres: bool) -
             sensors[name], said = _sensor(sensors[name], reports, rows)
             notes += [f"sensor {name}: {sentence}" for sentence in said]
     speed = _speed(estimates.max_speed, sensors, reports.measurement, in_metres=in_metres)
-    if speed != estimates.max_speed:
+    if speed != estimates.max_speed and not is_speed_told:
         notes.append(
             f"motion.max_speed: {estimates.max_speed:.4g} m/s is what reports seem to tell, which "
             f"no object can be followed at; {speed:.4g} m/s stands in: better give it, and look "
@@ -90,10 +95,15 @@ def _speed(
     """Return a greatest speed that can be [m/s]."""
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     periods = [s.scan_period for s in sensors.values() if s.scan_period is not None]
-    most = FASTEST_ON_EARTH if in_metres else FASTEST
+    is_in_orbit = (
+        in_metres and position.shape[1] > 2 and np.nanmedian(position[:, 2]) > ABOVE_AIR_M
+    )
+    most = FASTEST_ON_EARTH if in_metres and not is_in_orbit else FASTEST
     if periods and extent > 0:
         most = min(most, CROSSED * extent / min(periods))
     if speed <= most:
         return speed
+    if is_in_orbit:
+        return min(most, ORBITAL_SPEED)
     usual = [10 * s.plane_sigma / s.scan_period for s in sensors.values() if s.scan_period]
     return digits(min([most, USUAL_SPEED, *usual]))

@@ -95,10 +95,11 @@ def estimates_for(
     reports = replace(reports, scan=with_turns(reports, turning))
     reports, notes = without_echoes(reports)
     estimates = estimate(reports, known_sigma(configuration, names), scanning)
-    in_metres = reports.frame is not None or directions is not None
-    estimates = believable(
-        replace(estimates, notes=(*notes, *estimates.notes)), reports, in_metres=in_metres
-    )
+    sure = {
+        "in_metres": reports.frame is not None or directions is not None,
+        "is_speed_told": configuration.said("motion", "max_speed") is not None,
+    }
+    estimates = believable(replace(estimates, notes=(*notes, *estimates.notes)), reports, **sure)
     if directions is None and all(each.scans is False for each in estimates.sensors.values()):
         # Threads have told it all; tracks would tell it no better.
         return estimates
@@ -114,7 +115,7 @@ def estimates_for(
         followed = _follow(stretch, settings, turning)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = with_clutter_places(estimates, stretch, followed)
-        estimates = believable(estimates, reports, in_metres=in_metres)
+        estimates = believable(estimates, reports, **sure)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
     if directions is None:
