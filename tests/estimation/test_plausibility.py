@@ -71,11 +71,10 @@ def test_a_speed_that_is_told_is_not_held_against_the_estimate() -> None:
 
 def test_above_the_air_objects_move_as_in_orbit() -> None:
     flat = scene()
-    high = replace(
-        flat,
-        measurement=np.pad(flat.measurement, ((0, 0), (0, 1)), "constant", constant_values=6e5),
-    )
+    flat = replace(flat, measurement=100.0 * flat.measurement)
+    place = np.column_stack([flat.measurement, np.full(len(flat), 6e5)])
     orbiting = replace(estimate(flat), max_speed=7_600.0)
+    high = replace(flat, measurement=place)
     assert believable(orbiting, high, in_metres=True).max_speed == 7_600.0
     assert believable(replace(orbiting, max_speed=2e4), high, in_metres=True).max_speed == 8_000.0
     assert believable(orbiting, flat, in_metres=True).max_speed <= 50.0
