@@ -260,7 +260,7 @@ class Table:
 
     def _hint(self, name: str) -> str:
         """Return what to write for an unknown key: where a table below has it, or a word."""
-        below = [(key, entry.kind) for key, entry in self.entries.items()]
+        below: list[tuple[str, Kind | None]] = [(k, e.kind) for k, e in self.entries.items()]
         below += [(f"{key}.NAME", kind.others) for key, kind in below if isinstance(kind, Table)]
         found = [f"{k}.{name}" for k, t in below if isinstance(t, Table) and name in t.entries]
         if found:
