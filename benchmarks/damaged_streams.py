@@ -41,7 +41,7 @@ class Decoded:
     def __init__(self, known: str, pieces: list[bytes]) -> None:
         form = format_named(known)
         assert form.decoder is not None
-        decoder = form.decoder(**form.settings())
+        decoder = form.decoder()
         frames = [decoder.feed(piece) for piece in pieces]
         before = decoder.skips.count
         frames.append(decoder.finish())

@@ -151,7 +151,7 @@ def _theirs(read: Callable[[], int]) -> str:
 
 def _decoder(known: Format) -> Decoder:
     assert known.decoder is not None
-    return known.decoder(**known.settings())
+    return known.decoder()
 
 
 if __name__ == "__main__":

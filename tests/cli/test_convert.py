@@ -223,4 +223,10 @@ def test_assignments_become_points_where_reports_were(run: Run, tmp_path: Path) 
     (tmp_path / "reports.csv").unlink()
     done = run("convert", tmp_path / "out" / "assignments.csv", "-o", out)
     assert done.exit_code == 2
-    assert "assignments have no latitudes and longitudes; expected them in the" in done.stderr
+    assert "no columns lat and lon, and the reports of a run are not where they w" in done.stderr
+    reports.drop("lat", "lon").with_columns(x=pl.lit(0.0), y=pl.lit(0.0)).write_csv(
+        tmp_path / "reports.csv"
+    )
+    done = run("convert", tmp_path / "out" / "assignments.csv", "-o", out)
+    assert done.exit_code == 2
+    assert "and the reports of its run have none either; expected assignments of" in done.stderr

@@ -112,3 +112,35 @@ def test_says_nothing_of_targets_that_come_and_go(run: Run, tmp_path: Path) -> N
     truth, tracks = write_scene(tmp_path, 4)
     found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)
     assert found["notes"] == []
+
+
+def test_judges_reports_alone_where_they_tell_their_targets(run: Run, tmp_path: Path) -> None:
+    assignments = tmp_path / "assignments.csv"
+    assignments.write_text("report,track,target\n1,7,a\n2,7,a\n3,8,b\n4,7,b\n5,,\n")
+    found = json.loads(run("evaluate", "--assignments", assignments, "--json").stdout)
+    assert (found["report_switches"], found["report_purity"]) == (1, 0.75)
+    assert (found["right_share"], found["report_idf1"]) == (0.8, 0.75)
+    assert found["gospa"] is None
+    voice = Heard()
+    run_evaluate(voice, None, None, assignments)
+    assert list(voice.rows) == [name for name in found if name.startswith(("right", "report_"))]
+
+
+def test_says_how_reports_without_positions_are_judged(run: Run, tmp_path: Path) -> None:
+    truth, tracks = tmp_path / "reports.csv", tmp_path / "tracks.csv"
+    truth.write_text("time,range_m,azimuth_deg,target\n0,1000,3,a\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    done = run("evaluate", "--truth", truth, "--tracks", tracks)
+    assert done.exit_code == 2
+    assert "reports.csv, columns x and y: missing" in done.stderr
+    assert "judges assignments alone: leave out truth and tracks" in done.stderr
+
+
+@pytest.mark.parametrize(("given", "missing"), [("truth", "--tracks"), ("tracks", "--truth")])
+def test_a_truth_or_tracks_by_itself_is_bad_usage(
+    run: Run, tmp_path: Path, given: str, missing: str
+) -> None:
+    truth, tracks = write_scene(tmp_path, 2)
+    done = run("evaluate", f"--{given}", truth if given == "truth" else tracks)
+    assert done.exit_code == 2
+    assert f"{missing}: missing; expected --truth and --tracks, or --assignments" in done.stderr

@@ -99,6 +99,20 @@ def test_half_a_sigma_table_is_an_error_of_its_key(sigma: str, said: str, tmp_pa
 
 
 @pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("divide", "lifecycle.divide"),
+        ("sigma", "sensors.NAME.sigma"),
+        ("process_noise", "motion.process_noise or fusion.process_noise"),
+        ("seeed", "seed"),
+    ],
+)
+def test_a_key_that_stands_in_a_table_is_told_where(key: str, meant: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"{key}: unknown key; did you mean {meant}\\?$"):
+        load_configuration({key: 1})
+
+
+@pytest.mark.parametrize(
     ("text", "said"),
     [
         ("[motion]\nprocess_noise = 1e300", "expected a number ≥ 0 in m²/s³, at most 1e+12"),

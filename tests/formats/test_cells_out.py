@@ -171,7 +171,9 @@ def test_what_is_no_pixel_cannot_be_painted():
 
 
 def test_a_folder_that_is_none_is_refused(tmp_path):
-    with pytest.raises(InvalidInputError, match="a directory; expected a file, or one of these: "):
+    with pytest.raises(
+        InvalidInputError, match=r"that is no recording; .* the format ctc or geff "
+    ):
         load(tmp_path)
 
 

@@ -19,7 +19,7 @@ cases = pytest.mark.parametrize("case", SAMPLES)
 
 def decoded(name: str, pieces: list[bytes]) -> tuple[pl.DataFrame, Skips]:
     """Return what a format's decoder makes of bytes in pieces."""
-    decoder = format_named(name).decoder(**format_named(name).settings())
+    decoder = format_named(name).decoder()
     frames = [*(decoder.feed(piece) for piece in pieces), decoder.finish()]
     found = [frame for frame in frames if frame is not None]
     return pl.concat(found, how="diagonal_relaxed") if found else pl.DataFrame(), decoder.skips

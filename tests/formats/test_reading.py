@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from formats.samples import AIRCRAFT, KITTI_FOUND, MOT, NMEA, SBS, SPOTS, STATES
+from formats.samples import AIRCRAFT, COCO, KITTI_FOUND, MOT, NMEA, SBS, SPOTS, STATES
 from trackweave.domain.facts import Place
 from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.formats import registry
@@ -55,6 +55,19 @@ def test_a_reader_is_told_what_the_file_does_not_say(tmp_path):
     told = load(path, "mot?frame_rate=10&point=foot").columns
     assert told["time"].to_list() == [0.0, 0.0, 0.1]
     assert told["y"][0] == 240.0
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "rate"), [("mot", MOT, 25), ("kitti", KITTI_FOUND, 10), ("coco", COCO, 25)]
+)
+def test_a_rate_is_noted_where_it_is_assumed_and_not_where_it_is_told(tmp_path, name, data, rate):
+    path = written(tmp_path / "boxes.txt", data)
+    assumed, told = load(path, name), load(path, f"{name}?frame_rate={rate}")
+    assert assumed.columns.equals(told.columns)
+    notes = [" ".join(each.facts.notes) for each in (assumed, told)]
+    assert f"{rate} " in notes[0]
+    assert f"(--from {name}?frame_rate=… tells otherwise)" in notes[0]
+    assert " a second" not in notes[1]
 
 
 @pytest.mark.parametrize(

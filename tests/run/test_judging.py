@@ -52,6 +52,27 @@ def test_a_result_brings_its_own_reports(result: Any, tmp_path: Path) -> None:
     assert tw.evaluate(truth, result.tracks).report_idf1 is None
 
 
+def test_reports_alone_are_judged_where_nobody_knows_where_targets_were(result: Any) -> None:
+    assignments = result.assignments
+    found = tw.evaluate(assignments=assignments)
+    assert found == result.evaluate()
+    whole = tw.evaluate(pl.DataFrame(TRUTH), result.tracks, assignments)
+    names = ("right_share", "report_idf1", "report_purity", "report_mota", "report_switches")
+    told = found.as_dict()
+    assert {name: told.pop(name) for name in names} == {n: getattr(whole, n) for n in names}
+    assert told.pop("targets") == []
+    assert set(told.values()) == {None}
+
+
+def test_reports_that_tell_no_targets_are_not_judged_alone(result: Any) -> None:
+    with pytest.raises(InvalidInputError, match="no column target"):
+        tw.evaluate(assignments=result.assignments.drop("target"))
+    with pytest.raises(InvalidInputError, match="truth: None; expected where targets were, or as"):
+        tw.evaluate(tracks=result.tracks, assignments=result.assignments)
+    with pytest.raises(InvalidInputError, match="truth: None"):
+        tw.track(pl.DataFrame(TRUTH).drop("target")).evaluate()
+
+
 def test_switches_of_reports_do_not_depend_on_the_order_of_rows(result: Any) -> None:
     time = np.arange(6.0)
     table = pl.DataFrame(
@@ -76,7 +97,7 @@ def test_fused_tracks_are_tracks(result: Any) -> None:
 def test_refuses_what_holds_no_tracks(wrong: Any) -> None:
     with pytest.raises(InvalidInputError, match="not a table"):
         tw.evaluate(pl.DataFrame(TRUTH), wrong)
-    with pytest.raises(InvalidInputError, match="not a table"):
+    with pytest.raises(InvalidInputError, match="truth: None" if wrong is None else "not a table"):
         tw.evaluate(wrong, pl.DataFrame(TRUTH))
 
 

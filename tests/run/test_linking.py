@@ -62,12 +62,23 @@ def test_what_stands_alone_is_a_particle():
         ({"search_range": 5.0, "memory": -1}, "memory"),
         ({"search_range": 5.0, "t_column": "time"}, "column time: missing"),
         ({"search_range": 5.0, "pos_columns": ["x"]}, "two or three"),
+        ({"search_range": 5.0, "pos_columns": ["x", "up"]}, "column up: missing"),
     ],
 )
 def test_what_cannot_be_used_is_refused(given, expected):
     table, _ = wandering(3)
     with pytest.raises(InvalidInputError, match=expected):
         tw.link(table, **given)
+
+
+@pytest.mark.parametrize("misnamed", ["x", "y"])
+def test_nothing_is_linked_by_a_height_in_the_place_of_a_misnamed_column(misnamed):
+    table = wandering(3)[0].with_columns(z=0.0).rename({misnamed: f"pos_{misnamed}"})
+    expected = rf"column {misnamed}: missing; expected frame and x, y\[, z\], .* pos_columns="
+    with pytest.raises(InvalidInputError, match=expected):
+        tw.link(table, search_range=8.0)
+    places = ["pos_x", "y"] if misnamed == "x" else ["x", "pos_y"]
+    assert len(tw.link(table, search_range=8.0, pos_columns=places)) == len(table)
 
 
 @pytest.mark.parametrize("name", ["t", "Frame", "time", "timestamp"])

@@ -192,10 +192,14 @@ def simulate(
 @app.command()
 @done_by("evaluate.run_evaluate")
 def evaluate(
-    truth: Annotated[Path, typer.Option(help="Truth: time, target, x, y[, z].")],
-    tracks: Annotated[Path, typer.Option(help="Tracks, as `track` writes them.")],
+    truth: Annotated[Path | None, typer.Option(help="Truth: time, target, x, y[, z].")] = None,
+    tracks: Annotated[Path | None, typer.Option(help="Tracks, as `track` writes them.")] = None,
     assignments: Annotated[
-        Path | None, typer.Option(help="Assignments with the column target, for report measures.")
+        Path | None,
+        typer.Option(
+            help="Assignments with the column target, for report measures; these alone "
+            "without --truth and --tracks."
+        ),
     ] = None,
     cutoff: Annotated[
         float, typer.Option(help="Distance from which a track is not a target's, in metres.")

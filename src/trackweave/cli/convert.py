@@ -178,9 +178,11 @@ def _with_places(table: pl.DataFrame, source: Path) -> pl.DataFrame:
     if run is not None and path is not None:
         raw = with_our_names(load(path, run.record["input"].get("format")))
     if raw is None or not {"lat", "lon"} <= set(raw.columns.columns):
+        gone = "the reports of a run are not where they were"
+        have = gone if raw is None else "the reports of its run have none either"
         raise InvalidInputError(
-            f"{source}: assignments have no latitudes and longitudes; expected them in the "
-            "directory of a run whose reports, in lat,lon, are where they were"
+            f"{source}: no columns lat and lon, and {have}; expected assignments of reports in "
+            "lat,lon, or a run's tracks.csv, which has them where reports or [frame] origin do"
         )
     own = raw.columns["report"] if "report" in raw.columns.columns else pl.Series(raw.row)
     places = raw.columns.select(

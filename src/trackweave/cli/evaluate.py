@@ -7,8 +7,10 @@ import numpy as np
 
 from trackweave.cli.edge import Voice, shown
 from trackweave.domain.truth import TruthTable
+from trackweave.errors import InvalidInputError
 from trackweave.metrics import evaluate
 from trackweave.run.judging import compared, quality_in
+from trackweave.run.judging import evaluate as evaluate_reports
 
 __all__ = ["run_evaluate", "show_evaluation"]
 
@@ -19,12 +21,22 @@ LEAST_PRESENCE = 0.6
 
 # Measures that are distances.
 LENGTHS = ("gospa", "ospa", "motp", "rmse", "cutoff")
+OF_REPORTS = ("right_share", "report_idf1", "report_purity", "report_mota", "report_switches")
 
 
 def run_evaluate(
-    voice: Voice, truth: Path, tracks: Path, assignments: Path | None, **how: Any
+    voice: Voice, truth: Path | None, tracks: Path | None, assignments: Path | None, **how: Any
 ) -> dict[str, Any]:
     """Return every measure of tracks against the truth by its name, and show them."""
+    if truth is None and tracks is None and assignments is not None:
+        found = {**evaluate_reports(assignments=assignments).as_dict(), "notes": []}
+        show_evaluation(found, voice)
+        return found
+    if truth is None or tracks is None:
+        raise InvalidInputError(
+            f"{'--truth' if truth is None else '--tracks'}: missing; expected --truth and "
+            "--tracks, or --assignments alone, with a column target, for the measures of reports"
+        )
     true, claimed = compared(truth, tracks)
     measures = evaluate(true, claimed, **how)
     if assignments is not None:
@@ -54,11 +66,15 @@ def _notes(truth: TruthTable) -> list[str]:
 
 def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     """Show every measure, then the targets that were followed worst."""
+    is_of_reports = found["n_times"] is None
     measures = [
         (name, shown(value, "m" if name.startswith(LENGTHS) else ""))
         for name, value in found.items()
-        if not isinstance(value, list)
+        if not isinstance(value, list) and (name in OF_REPORTS or not is_of_reports)
     ]
+    if is_of_reports:
+        voice.table("Reports against targets", measures)
+        return
     voice.table("Tracks against truth", measures)
     worst = sorted(found["targets"], key=lambda record: record["covered"])[:MOST_TARGETS]
     rows = [(f"target {record['target']}", _told(record)) for record in worst]

@@ -250,14 +250,22 @@ class Table:
             kind = self.entries[name].kind if name in known else self.others
             taken[name] = item if kind is None else self._taken(kind, item, _at(path, name), found)
             if kind is None and not self.is_open:
-                hint = suggest(name, sorted(self.entries))
-                found[_at(path, name)] = f"unknown key; {hint}"
+                found[_at(path, name)] = f"unknown key; {self._hint(name)}"
         if len(found) > before:
             return taken
         if self.is_whole and len(known) < len(self.entries):
             return Misfit()
         reason = self.rule(taken)
         return Misfit(reason=reason) if reason else taken
+
+    def _hint(self, name: str) -> str:
+        """Return what to write for an unknown key: where a table below has it, or a word."""
+        below: list[tuple[str, Kind | None]] = [(k, e.kind) for k, e in self.entries.items()]
+        below += [(f"{key}.NAME", kind.others) for key, kind in below if isinstance(kind, Table)]
+        found = [f"{k}.{name}" for k, t in below if isinstance(t, Table) and name in t.entries]
+        if found:
+            return f"did you mean {' or '.join(found)}?"
+        return suggest(name, sorted(self.entries))
 
     @staticmethod
     def _taken(kind: Kind, value: Any, path: str, found: Found) -> Any:

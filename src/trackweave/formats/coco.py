@@ -12,10 +12,11 @@ import polars as pl
 from trackweave.errors import DataFormatError
 from trackweave.formats.format import Format, Option
 from trackweave.formats.json_stream import finite, text_of
-from trackweave.formats.lines import Document
+from trackweave.formats.lines import Document, rate_of
 
 __all__ = ["FORMAT", "CocoDecoder"]
 
+_USUAL_RATE = 25.0
 _LARGEST = 1e7
 _SCHEMA = {
     "time": pl.Float64, "x": pl.Float64, "y": pl.Float64, "strength": pl.Float64,
@@ -30,16 +31,13 @@ class CocoDecoder(Document):
     Parameters
     ----------
     frame_rate
-        Images a second.
+        Images a second; None for 25, with a note.
     """
 
-    def __init__(self, frame_rate: float = 25.0) -> None:
+    def __init__(self, frame_rate: float | None = None) -> None:
         super().__init__()
-        self._rate = frame_rate
-        self.facts.notes.append(
-            f"coco: {frame_rate:g} images a second (--from coco?frame_rate=… tells otherwise); "
-            "pixels are taken for metres, x to the right and y down"
-        )
+        self._rate, about = rate_of("coco", frame_rate, _USUAL_RATE, "images")
+        self.facts.notes.append(f"{about} pixels are taken for metres, x to the right and y down")
 
     def _decoded(self, document: bytes) -> pl.DataFrame | None:
         try:
@@ -120,5 +118,5 @@ FORMAT = Format(
     loses="masks, keypoints, licences",
     recognise=_recognise,
     decoder=CocoDecoder,
-    options=(Option("frame_rate", 25.0, "images a second"),),
+    options=(Option("frame_rate", _USUAL_RATE, "images a second"),),
 )

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import polars as pl
 
@@ -71,9 +71,9 @@ class Option:
     Parameters
     ----------
     name
-        A keyword argument of the decoder.
+        A keyword argument of the decoder, which has a default of its own.
     default
-        Its value where nothing is told; its type is that of what can be told.
+        What the decoder does where nothing is told; its type is that of what can be told.
     meaning
         In a few words, with the unit.
     choices
@@ -167,7 +167,3 @@ class Format:
     def can_read(self) -> bool:
         """Whether files of it can be read."""
         return self.is_table or self.decoder is not None or self.folder is not None
-
-    def settings(self) -> dict[str, Any]:
-        """Return what a decoder is told where a user tells nothing."""
-        return {option.name: option.default for option in self.options}

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.formats.format import Format, Option, Output
-from trackweave.formats.lines import Cells, Lines, most_lines, table_of
+from trackweave.formats.lines import Cells, Lines, most_lines, rate_of, table_of
 from trackweave.formats.track_rows import boxed_rows, chosen_rows
 
 __all__ = ["FORMAT", "KittiDecoder"]
@@ -24,6 +24,7 @@ _SOLID = ("size_h", "size_w", "size_l")
 _LABEL = {"frame": 0, "track": 1, "kind": 2, "box": 6, "solid": 10, "place": 13, "score": 17}
 _FOUND = {"frame": 0, "track": None, "kind": 1, "box": 2, "score": 6, "solid": 7, "place": 10}
 _NOWHERE = -1000.0
+_USUAL_RATE = 10.0
 _FARTHEST = 1e5  # metres; what KITTI does not know is -1000
 
 
@@ -33,17 +34,17 @@ class KittiDecoder(Lines):
     Parameters
     ----------
     frame_rate
-        Frames a second.
+        Frames a second; None for 10, with a note.
     kind
         Which objects count, such as "Car"; "all" for all.
     """
 
-    def __init__(self, frame_rate: float = 10.0, kind: str = "all") -> None:
+    def __init__(self, frame_rate: float | None = None, kind: str = "all") -> None:
         super().__init__()
-        self._rate, self._kind = frame_rate, kind
+        self._rate, about = rate_of("kitti", frame_rate, _USUAL_RATE, "frames")
+        self._kind = kind
         self.facts.notes.append(
-            f"kitti: {frame_rate:g} frames a second; positions are relative to the moving car, x "
-            "to its right and y ahead"
+            f"{about} positions are relative to the moving car, x to its right and y ahead"
         )
 
     def _decoded(self, block: bytes, offset: int) -> pl.DataFrame | None:
@@ -166,7 +167,7 @@ FORMAT = Format(
     recognise=_recognise,
     decoder=KittiDecoder,
     options=(
-        Option("frame_rate", 10.0, "frames a second"),
+        Option("frame_rate", _USUAL_RATE, "frames a second"),
         Option("kind", "all", "which objects count, such as Car"),
     ),
     writer=_write,

@@ -11,7 +11,7 @@ from trackweave.domain.facts import Facts, Skips
 from trackweave.errors import DataFormatError
 from trackweave.formats.format import HEAD_BYTES
 
-__all__ = ["LONGEST_LINE", "Cells", "Document", "Lines", "most_lines", "table_of"]
+__all__ = ["LONGEST_LINE", "Cells", "Document", "Lines", "most_lines", "rate_of", "table_of"]
 
 LONGEST_LINE = 65_536
 """What is longer is no record [bytes]."""
@@ -155,3 +155,11 @@ def most_lines(head: bytes, is_ours: Callable[[bytes], bool]) -> bool:
     whole = pieces[:-1] if len(head) >= HEAD_BYTES else pieces
     lines = [line.strip() for line in whole[:40] if line.strip()][:20]
     return 2 * sum(map(is_ours, lines)) > len(lines)
+
+
+def rate_of(name: str, told: float | None, usual: float, things: str) -> tuple[float, str]:
+    """Return how many frames a second there are, and the beginning of a note on the format."""
+    if told is not None:
+        return told, f"{name}:"
+    otherwise = f"(--from {name}?frame_rate=… tells otherwise)"
+    return usual, f"{name}: {usual:g} {things} a second {otherwise};"

@@ -9,13 +9,14 @@ import numpy as np
 import polars as pl
 
 from trackweave.formats.format import Format, Option, Output
-from trackweave.formats.lines import Cells, Lines, most_lines, table_of
+from trackweave.formats.lines import Cells, Lines, most_lines, rate_of, table_of
 from trackweave.formats.track_rows import boxed_rows
 
 __all__ = ["FORMAT", "MotDecoder"]
 
 _FEWEST, _MOST = 6, 10
 _NAMES = ("left", "top", "width", "height")
+_USUAL_RATE = 25.0
 _LARGEST = 1e7  # pixels, or frames
 _UNJUDGED = "boxes with an identity and a confidence of 0, which are not to be judged"
 
@@ -26,20 +27,17 @@ class MotDecoder(Lines):
     Parameters
     ----------
     frame_rate
-        Frames a second.
+        Frames a second; None for 25, with a note.
     point
         Which point of a box is its object's place: "centre", or "foot" for its lower edge.
     """
 
-    def __init__(self, frame_rate: float = 25.0, point: str = "centre") -> None:
+    def __init__(self, frame_rate: float | None = None, point: str = "centre") -> None:
         super().__init__()
-        self._rate = frame_rate
+        self._rate, about = rate_of("mot", frame_rate, _USUAL_RATE, "frames")
         # People stand on their feet, but a box's centre jumps less than its lower edge.
         self._down = 1.0 if point == "foot" else 0.5
-        self.facts.notes.append(
-            f"mot: {frame_rate:g} frames a second (--from mot?frame_rate=… tells otherwise); "
-            "pixels are taken for metres, x to the right and y down"
-        )
+        self.facts.notes.append(f"{about} pixels are taken for metres, x to the right and y down")
 
     def _decoded(self, block: bytes, offset: int) -> pl.DataFrame | None:
         cells = Cells(block, offset, ",")
@@ -115,7 +113,7 @@ FORMAT = Format(
     recognise=_recognise,
     decoder=MotDecoder,
     options=(
-        Option("frame_rate", 25.0, "frames a second"),
+        Option("frame_rate", _USUAL_RATE, "frames a second"),
         Option("point", "centre", "which point of a box is the place", ("centre", "foot")),
     ),
     writer=_write,

@@ -169,10 +169,10 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
 
 
 def chosen(told: str) -> tuple[Format, dict[str, Any]]:
-    """Return the format that a user names, and what its reader is told, every value checked."""
+    """Return the format that a user names, and what its reader is told by that, checked."""
     name, _, query = told.partition("?")
     found = format_named(name)
-    settings = found.settings()
+    settings: dict[str, Any] = {}
     options = {option.name: option for option in found.options}
     for key, value in parse_qsl(query, keep_blank_values=True):
         if key not in options:
@@ -268,7 +268,9 @@ def _load_one(path: Path, told: str | None) -> RawTable:
         if found.is_table:
             return table_in(head + file.read(), name, found.endings[0])
         if found.decoder is None:
-            raise DataFormatError(f"{name}: a file; expected a directory of {found.title}")
+            raise DataFormatError(
+                f"{name}: a file; expected a directory of the format {found.name}"
+            )
         with told_as_theirs(found.decoder, "readers", "decoder", found.name):
             decoder = found.decoder(**settings)
         pieces = chain([head], iter(lambda: file.read(_CHUNK), b""))
@@ -290,9 +292,10 @@ def _load_one(path: Path, told: str | None) -> RawTable:
 def _load_folder(path: Path, told: str | None) -> RawTable:
     found = chosen(told)[0] if told else recognised(b"", str(path))
     if found is None or found.folder is None:
-        known = [each.title for each in formats().values() if each.folder is not None]
+        known = [each.name for each in formats().values() if each.folder is not None]
         raise DataFormatError(
-            f"{path}: a directory; expected a file, or one of these: {'; '.join(known)}"
+            f"{path}: a directory that is no recording; expected a file, several files, or a "
+            f"directory of the format {' or '.join(known)} (`trackweave formats`)"
         )
     with told_as_theirs(found.folder, "readers", "folder", found.name):
         frame, facts = found.folder(path)
@@ -314,7 +317,7 @@ def _format_of(head: bytes, name: str, told: str | None) -> tuple[Format, dict[s
             f"{name}: of no format that is known by its content or ending; expected one of "
             f"{known}; --from says which"
         )
-    return found, found.settings()
+    return found, {}
 
 
 def _written_only(name: str) -> Format | None:

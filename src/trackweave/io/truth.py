@@ -9,6 +9,7 @@ import polars as pl
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import CONFIRMED
 from trackweave.domain.truth import TruthTable
+from trackweave.errors import DataFormatError
 from trackweave.io.checks import Range, RowChecks, checks_of
 from trackweave.io.columns import BoolArray, numbered, read_numbers, read_times, text_array
 from trackweave.io.positions import DISTANCE, TRACK_PLACE, TRACK_SPEED, read_positions
@@ -79,6 +80,11 @@ def read_truth_on_plane(
 ) -> tuple[TruthTable, LocalFrame | None]:
     """Read true positions, and the plane on which they were laid, None where they are ``x,y``."""
     checks = checks_of(source)
+    if "target" in checks.names and not {"x", "y", "lat", "lon", "left"} & set(checks.names):
+        raise DataFormatError(
+            f"{checks.name}, columns x and y: missing; expected the positions of targets. What "
+            "tells the target of each report judges assignments alone: leave out truth and tracks"
+        )
     return _paths(checks, "target", frame, _there(checks))
 
 

@@ -37,6 +37,8 @@ PAIRING = ("mota", "motp", "switches", "fragmentations", "rmse", "covered", "n_f
 class Evaluation:
     """How far tracks are from the truth. Where a measure has no meaning it is None.
 
+    Of reports alone, all but their own measures are None.
+
     Parameters
     ----------
     gospa, gospa_localisation, gospa_missed, gospa_false
@@ -89,44 +91,44 @@ class Evaluation:
     (0.0, 1.0, 0)
     """
 
-    gospa: float | None
-    gospa_localisation: float | None
-    gospa_missed: float | None
-    gospa_false: float | None
-    missed_per_time: float | None
-    false_per_time: float | None
-    ospa: float | None
-    ospa2: float | None
-    ospa2_localisation: float | None
-    ospa2_cardinality: float | None
-    mota: float | None
-    motp: float | None
-    idf1: float | None
-    idp: float | None
-    idr: float | None
-    hota: float | None
-    deta: float | None
-    assa: float | None
-    loca: float | None
-    switches: int
-    fragmentations: int
-    rmse: float | None
-    covered: float | None
-    n_truth: int
-    n_found: int
-    mostly_tracked: int
-    partly_tracked: int
-    mostly_lost: int
-    n_tracks: int
-    n_times: int
+    gospa: float | None = None
+    gospa_localisation: float | None = None
+    gospa_missed: float | None = None
+    gospa_false: float | None = None
+    missed_per_time: float | None = None
+    false_per_time: float | None = None
+    ospa: float | None = None
+    ospa2: float | None = None
+    ospa2_localisation: float | None = None
+    ospa2_cardinality: float | None = None
+    mota: float | None = None
+    motp: float | None = None
+    idf1: float | None = None
+    idp: float | None = None
+    idr: float | None = None
+    hota: float | None = None
+    deta: float | None = None
+    assa: float | None = None
+    loca: float | None = None
+    switches: int | None = None
+    fragmentations: int | None = None
+    rmse: float | None = None
+    covered: float | None = None
+    n_truth: int | None = None
+    n_found: int | None = None
+    mostly_tracked: int | None = None
+    partly_tracked: int | None = None
+    mostly_lost: int | None = None
+    n_tracks: int | None = None
+    n_times: int | None = None
     right_share: float | None = None
     report_idf1: float | None = None
     report_purity: float | None = None
     report_mota: float | None = None
     report_switches: int | None = None
-    cutoff: float = 50.0
-    order: float = 2.0
-    window: int = 10
+    cutoff: float | None = None
+    order: float | None = None
+    window: int | None = None
     targets: tuple[TargetRecord, ...] = ()
 
     __repr__ = summary

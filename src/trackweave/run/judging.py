@@ -23,8 +23,8 @@ Claimed: TypeAlias = TableSource | TrackTable | TruthTable | Result
 
 
 def evaluate(  # noqa: PLR0913 the one function that users call with everything
-    truth: Truth,
-    tracks: Claimed,
+    truth: Truth | None = None,
+    tracks: Claimed | None = None,
     assignments: TableSource | None = None,
     *,
     cutoff: float = 50.0,
@@ -35,16 +35,19 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     """Return how far tracks are from the truth.
 
     Confirmed and coasting rows are interpolated linearly to the truth's times; nothing is
-    extrapolated. Every measure is taken over these times.
+    extrapolated. Every measure is taken over these times. Where nobody knows where targets were,
+    but of which target each report is, ``evaluate(assignments=...)`` has the measures of reports.
 
     Parameters
     ----------
     truth
         Where targets really were: a path of a CSV or Parquet file, a pandas, polars or Arrow
-        table with ``time,target,x,y`` or ``time,target,lat,lon``, or a ``TruthTable``.
+        table with ``time,target,x,y`` or ``time,target,lat,lon``, or a ``TruthTable``. None for
+        the measures of reports alone.
     tracks
         What ``track`` or ``fuse`` returned, its ``tracks`` or ``history``, a path or table of
-        tracks, a ``TrackTable``, or a ``TruthTable`` whose targets are the tracks' names.
+        tracks, a ``TrackTable``, or a ``TruthTable`` whose targets are the tracks' names. Without
+        a truth a result of ``track`` whose reports tell their targets, or None.
     assignments
         A path or table of assignments with a column ``target``, for the measures of reports. A
         result of ``track`` has its own where its reports tell their targets.
@@ -81,13 +84,25 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     cutoff, order = checked_number(cutoff, "cutoff"), checked_number(order, "order")
     max_gap = None if max_gap is None else checked_number(max_gap, "max_gap")
     window = checked_count(window, "window", 1)
+    quality = quality_in(assignments) if assignments is not None else _own_quality(tracks)
+    if truth is None:
+        return _of_reports(quality if tracks is None or isinstance(tracks, Result) else None)
     true, claimed = compared(truth, tracks)
     found = measure(true, claimed, cutoff=cutoff, order=order, max_gap=max_gap, window=window)
-    quality = quality_in(assignments) if assignments is not None else _own_quality(tracks)
     return found if quality is None else found.with_assignments(quality)
 
 
-def compared(truth: Truth, tracks: Claimed) -> tuple[TruthTable, TrackTable | TruthTable]:
+def _of_reports(quality: AssignmentQuality | None) -> Evaluation:
+    """Return the measures of reports alone; refuse what tells none."""
+    if quality is None:
+        raise InvalidInputError(
+            "truth: None; expected where targets were, or assignments (or a result of track) with "
+            "a column target and no other tracks, for the measures of reports alone"
+        )
+    return Evaluation().with_assignments(quality)
+
+
+def compared(truth: Truth, tracks: Claimed | None) -> tuple[TruthTable, TrackTable | TruthTable]:
     """Return truth and tracks as values, on one plane; refuse them where their times differ."""
     if isinstance(truth, TruthTable):
         true, frame = truth, None
@@ -140,7 +155,7 @@ def quality_in(assignments: TableSource) -> AssignmentQuality:
     return assignment_quality(table.target, table.track)
 
 
-def _own_quality(tracks: Claimed) -> AssignmentQuality | None:
+def _own_quality(tracks: Claimed | None) -> AssignmentQuality | None:
     """Return the measures of the reports of a result that knows their targets."""
     if not isinstance(tracks, TrackingResult) or "target" not in tracks.values.reports.carried:
         return None

@@ -103,13 +103,17 @@ def _columns(
     require_instance(t_column, str, "t_column")
     names = [] if pos_columns is None else checked_members(pos_columns, str, "pos_columns")
     usual = [called.get(name, name) for name in _NAMES]
-    names = names or [name for name in usual if name in there]
+    # Without a name told, x and y have to be there: y and z alone are a plane that nobody means.
+    names = names or usual[:2] + [name for name in usual[2:] if name in there]
     missing = [name for name in (*names, t_column) if name not in there]
-    if missing or len(names) not in (2, 3):
+    if missing:
         raise InvalidInputError(
-            f"table, column {', '.join(missing) or 'x'}: missing; expected {t_column} and two or "
-            f"three columns of positions (the columns are {', '.join(there)[:200]})"
+            f"table, column {', '.join(missing)}: missing; expected {t_column} and "
+            f"{'x, y[, z]' if pos_columns is None else 'the columns of pos_columns'}, or others "
+            f"by pos_columns= and t_column= (the columns are {', '.join(there)[:200]})"
         )
+    if len(names) not in (2, 3):
+        raise InvalidInputError(f"pos_columns: {', '.join(names)}; expected two or three columns")
     return RowChecks(table), t_column, names
 
 

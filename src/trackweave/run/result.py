@@ -187,7 +187,7 @@ class TrackingResult(Result, Generic[Table]):
 
     def evaluate(
         self,
-        truth: "Truth",
+        truth: "Truth | None" = None,
         *,
         cutoff: float = 50.0,
         order: float = 2.0,
@@ -199,7 +199,8 @@ class TrackingResult(Result, Generic[Table]):
         Parameters
         ----------
         truth
-            Where targets really were: a path or a table with ``time,target,x,y``.
+            Where targets really were: a path or a table with ``time,target,x,y``. Left out, the
+            measures of reports alone, which have to tell their targets.
         cutoff, order, max_gap, window
             As ``trackweave.evaluate`` takes them.
 

@@ -111,7 +111,7 @@ def run_tracker(
     return Tracked(values.tracks, values.history, {
         "GOSPA [m]": float(figures.gospa or 0.0),
         "RMSE [m]": float(figures.rmse or np.nan),
-        "switches": float(figures.switches),
+        "switches": float(figures.switches or 0),
         "false tracks per scan": float(figures.false_per_time or 0.0),
         "missed per scan": float(figures.missed_per_time or 0.0),
         "classified rightly [%]": 100.0 * float(np.mean((assigned >= 0) == (sky.target >= 0))),

@@ -281,6 +281,15 @@ def test_frames_without_boxes_are_fine_from_the_first_on() -> None:
         assert frame.identifiers.tolist() == [1]
 
 
+@pytest.mark.parametrize("n_columns", [0, 5, 6])
+def test_a_frame_without_boxes_may_have_a_detectors_columns(n_columns: int) -> None:
+    tracker, other = followed(), followed()
+    frame = tracker.update(np.empty((0, n_columns)))
+    assert frame.identifiers.size == 0
+    assert np.array_equal(frame.tracks[0].box, other.update([]).tracks[0].box)
+    assert tw.BoxTracker().update(np.empty((0, n_columns))).tracks == ()
+
+
 def test_boxes_cut_to_nothing_are_taken() -> None:
     tracker = tw.BoxTracker()
     for _ in range(4):
@@ -328,6 +337,9 @@ def test_times_in_milliseconds_are_asked_about_once() -> None:
     ("given", "message"),
     [
         ({"boxes": [[0.0, 0.0, 1.0]]}, "boxes: 3 columns; expected 4 as in earlier frames"),
+        ({"boxes": [[*box(0.0), 0.9]]},
+         r"boxes: 5 columns; .*\. Scores are the second .*: update\(a\[:, :4\], a\[:, 4\]\)"),
+        ({"boxes": [[*box(0.0), 0.9, 2.0]]}, r"boxes: 6 columns; .* update\(.*, a\[:, 5\]\)"),
         ({"boxes": [[0.0] * 7]}, "boxes: 7 columns; expected 4 as in earlier frames"),
         ({"boxes": [0.0, 0.0, 1.0, 1.0]}, r"boxes: an array of shape \(4,\); expected shape"),
         ({"boxes": [[0.0, 0.0, np.nan, 1.0]]}, r"boxes\[0, 2\]: nan; expected a finite number"),
@@ -344,6 +356,7 @@ def test_times_in_milliseconds_are_asked_about_once() -> None:
         ({"time": 0.0}, "time: 0.0; expected after 0.36.*, the last frame's"),
         ({"time": np.inf}, "time: inf; expected a finite number"),
         ({"camera": np.eye(4)}, r"camera: an array of shape \(4, 4\); expected shape \(2, 3\)"),
+        ({"camera": np.eye(3)}, r"shape \(3, 3\); expected shape \(2, 3\): camera\[:2\], without"),
         ({"camera": [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]}, "camera: a determinant of -1; expected"),
     ],
 )  # fmt: skip
@@ -373,6 +386,11 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing(
 def test_options_out_of_range_are_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         tw.BoxTracker(**options)
+
+
+def test_a_pose_without_its_last_row_is_refused_by_name() -> None:
+    with pytest.raises(InvalidInputError, match=r"shape \(3, 4\); .* last row 0, 0, 0, 1"):
+        tw.BoxTracker().update([solid(0.0, 0.0)], camera=np.eye(4)[:3])
 
 
 def test_extents_below_zero_are_refused_in_3_d() -> None:

@@ -140,7 +140,7 @@ def _format_of(data: bytes, told: str | None) -> tuple[Format, dict[str, Any]]:
             f"body: of no format that is known by its content; expected one of {known}; ?format= "
             "says which"
         )
-    return found, found.settings()
+    return found, {}
 
 
 def _streamed(found: Format, settings: dict[str, Any], data: bytes) -> RawTable:

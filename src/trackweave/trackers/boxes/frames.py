@@ -24,6 +24,12 @@ __all__ = [
 ]
 
 FARTHEST = 1e100  # so that squares and their products are finite
+# What arrays of more columns hold, as detectors and other trackers have them.
+_HINTS = {
+    5: ". Scores are the second argument: update(a[:, :4], a[:, 4])",
+    6: ". Scores and classes are arguments of their own: update(a[:, :4], a[:, 4], a[:, 5])",
+    8: ". Scores are the second argument: update(a[:, :7], a[:, 7])",
+}
 SUREST = 1e-4  # probabilities nearer to 0 or 1 count as this near
 
 
@@ -120,12 +126,16 @@ def checked_boxes(boxes: ArrayLike, n_columns: int | None) -> FloatArray:
     if n_axes(boxes, "boxes") == 1 and np.size(boxes) == 0:
         boxes = np.empty((0, n_columns or IMAGE))
     array = float_array(boxes, "boxes", (None, None))
+    if len(array) == 0 and array.shape[1] not in (IMAGE, SOLID):
+        # A detector's empty array has its columns of scores and classes still.
+        array = np.empty((0, n_columns or IMAGE))
     wanted = (n_columns,) if n_columns else (IMAGE, SOLID)
     if array.shape[1] not in wanted:
         raise InvalidInputError(
             f"boxes: {array.shape[1]} columns; expected " + " or ".join(map(str, wanted))
             + (" as in earlier frames" if n_columns else
                ": x1, y1, x2, y2, or x, y, z, length, width, height, yaw")
+            + _HINTS.get(array.shape[1], "")
         )  # fmt: skip
     require_finite(array, "boxes")
     is_flat = array.shape[1] == IMAGE
@@ -175,6 +185,15 @@ def checked_camera(camera: ArrayLike | None, n_columns: int) -> Camera | None:
     if camera is None:
         return None
     shape = (2, 3) if n_columns == IMAGE else (4, 4)
+    if np.shape(camera) == (3, 3) and n_columns == IMAGE:
+        raise InvalidInputError(
+            "camera: an array of shape (3, 3); expected shape (2, 3): camera[:2], without the "
+            "last row, where that is 0, 0, 1; what bends parallels (a homography) is not taken"
+        )
+    if np.shape(camera) == (3, 4) and n_columns == SOLID:
+        raise InvalidInputError(
+            "camera: an array of shape (3, 4); expected shape (4, 4), with a last row 0, 0, 0, 1"
+        )
     matrix = float_array(camera, "camera", shape)
     require_finite(matrix, "camera")
     dim = shape[0] if n_columns == IMAGE else 3
