@@ -99,18 +99,17 @@ class Saying:
         names = [*known, *(name for name in self._sensors if name not in known)]
         return [self._sensor(name, known.get(name)) for name in names]
 
-    def health(self, refused: str, lag: float, inputs: Sequence[Input]) -> Json:
+    def health(
+        self, refused: str, lag: float, inputs: Sequence[Input], *, is_warm: bool
+    ) -> Json:
         """Return how the service is."""
         engine = self._office.engine
-        status = "failing" if refused else "ok" if engine.is_configured else "waiting"
-        told = refused or self._office.missing
-        if not told and not engine.is_configured:
-            count = sum(each.table.height for each in engine.heard)
-            told = f"{count:,} reports heard; more are needed to estimate a configuration"
+        status, message = self._state(refused, inputs, is_warm=is_warm)
         counts = engine.counts
         return {
             "status": status,
-            "message": told or None,
+            "message": message or None,
+            "listening": all(each.is_ready for each in inputs),
             "sequence": self._office.journal.synced,
             "lag_s": round(lag, 3),
             "configured": engine.is_configured,
@@ -127,11 +126,31 @@ class Saying:
                     "reports": each.reports,
                     "ended": each.has_ended,
                     **{key: each.state[key] for key in ("clients", "skipped", "dropped")},
+                    "listening": each.is_ready,
                     "message": each.state["message"] or None,
                 }
                 for each in inputs
             ],
         }
+
+    def _state(
+        self, refused: str, inputs: Sequence[Input], *, is_warm: bool
+    ) -> tuple[str, str]:
+        """Return the status, and a sentence on it."""
+        engine, missing = self._office.engine, self._office.missing
+        if refused:
+            return "failing", refused
+        for each in inputs:
+            if not each.is_ready:
+                why = each.state["message"] or "what is sent there is lost"
+                return "starting", f"{each.source.url}: does not listen yet ({why})"
+        if not is_warm:
+            return "starting", "kernels are loaded, or compiled once"
+        if engine.is_configured:
+            return "ok", missing
+        count = sum(each.table.height for each in engine.heard)
+        more = f"{count:,} reports heard; more are needed to estimate a configuration"
+        return "waiting", missing or more
 
     def counters(self, inputs: Sequence[Input]) -> dict[str, float]:
         """Return numbers for ``/metrics``."""

@@ -172,6 +172,15 @@ def test_health_fails_where_nothing_can_be_taken(serving: Serving, client: httpx
     assert client.get("/healthz").status_code == 503
 
 
+def test_health_fails_while_what_is_sent_would_be_lost() -> None:
+    desk = RememberingDesk()
+    desk.status = "starting"
+    with Serving(desk) as running:
+        assert get(f"{running.url}/healthz").status_code == 200
+        desk.is_listening = False
+        assert get(f"{running.url}/healthz").status_code == 503
+
+
 def test_sensors_are_a_list(client: httpx.Client) -> None:
     assert client.get("/sensors").json()[0]["name"] == "radar"
 

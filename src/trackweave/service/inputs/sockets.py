@@ -87,6 +87,7 @@ def listen_udp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> N
     with suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
     sock.settimeout(SOON)
+    outbox.listens()
     feeds: dict[object, Feed] = {}
     while True:
         try:
@@ -109,6 +110,7 @@ def listen_tcp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> N
     server = _bound(source, socket.SOCK_STREAM)
     server.listen(MOST_SENDERS)
     server.setblocking(False)
+    outbox.listens()
     with selectors.DefaultSelector() as ready:
         ready.register(server, selectors.EVENT_READ, None)
         while True:
