@@ -9,6 +9,7 @@ import pytest
 from oracles.serving import RememberingDesk, Serving, get
 from trackweave.errors import OutputError
 from trackweave.formats.registry import formats
+from trackweave.service.board import Board
 from trackweave.service.desk import OverloadedError
 
 
@@ -151,6 +152,16 @@ def test_tracks_of_a_plane_say_that_they_are_on_none_of_the_earths_places() -> N
 
 def test_no_tracks_are_an_empty_picture_in_every_format() -> None:
     desk = RememberingDesk(0)
+    with Serving(desk) as running:
+        assert get(f"{running.url}/tracks").json()["features"] == []
+        for name in ("kml", "czml", "cot", "csv", "jsonl", "asterix-062"):
+            done = get(f"{running.url}/tracks", params={"format": name})
+            assert done.status_code == 200, (name, done.text)
+
+
+def test_before_anything_is_tracked_the_picture_is_empty_in_every_format() -> None:
+    desk = RememberingDesk(0)
+    desk.shown = Board().picture
     with Serving(desk) as running:
         assert get(f"{running.url}/tracks").json()["features"] == []
         for name in ("kml", "czml", "cot", "csv", "jsonl", "asterix-062"):
