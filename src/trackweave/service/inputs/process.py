@@ -75,11 +75,11 @@ class Input:
                 await self._read(self._process)
             await self._process.wait()
             self.state["listening"] = False
+            self._note_end(self._process.returncode)
             if self.source.scheme in ("stdin", "replay"):
                 # What was read of it cannot be read again.
                 self.has_ended = True
             elif not self.has_ended:
-                self.state["message"] = self.state["message"] or "its process ended; begun anew"
                 await asyncio.sleep(1.0)
                 self.has_ended = False
 
@@ -104,6 +104,13 @@ class Input:
                 self._marked(words["marks"])
             else:
                 self._note(words)
+
+    def _note_end(self, status: int | None) -> None:
+        """Log that the process ended without a word, as one that was killed."""
+        if not self.state.pop("ended", False) and not self.has_ended:
+            is_over = self.source.scheme in ("stdin", "replay")
+            self.state["message"] = "its process ended" + ("" if is_over else "; begun anew")
+            say(_log, logging.WARNING, "input ended", url=self.source.url, status=status)
 
     def _note(self, words: dict[str, Any]) -> None:
         """Take in how it is; a message is logged once, when it is new."""
