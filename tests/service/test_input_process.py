@@ -89,6 +89,47 @@ def test_an_address_that_is_taken_is_said_once_and_does_not_count_as_listening(
     assert logged(caplog, "input") == 1
 
 
+def test_csv_without_its_header_is_said_once_until_the_header_comes(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    port = free_port()
+
+    async def look(found: Input, heard: Heard) -> None:
+        await until(lambda: found.is_ready)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.connect(("127.0.0.1", port))
+            for time in range(3):
+                sender.send(b"%d,2,3\n" % time)
+            await until(lambda: found.state["skipped"] == 3)
+            assert "before any header" in found.state["message"]
+            sender.send(b"time,x,y\n4,2,3\n")
+            await until(lambda: heard.reports == 1)
+            await until(lambda: not found.state["message"])
+
+    with caplog.at_level(logging.WARNING, "trackweave.service"):
+        asyncio.run(run(f"udp://127.0.0.1:{port}?format=csv", look))
+    assert logged(caplog, "input") == 1
+
+
+def test_a_process_that_is_killed_is_one_line_of_the_log_and_begun_anew(
+    caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    port = free_port()
+
+    async def look(found: Input, heard: Heard) -> None:
+        await until(lambda: found.is_ready)
+        assert found._process is not None
+        found._process.kill()
+        await until(lambda: not found.is_ready)
+        assert "begun anew" in found.state["message"]
+        await until(lambda: found.is_ready and not found.state["message"])
+
+    with caplog.at_level(logging.WARNING, "trackweave.service"):
+        asyncio.run(run(f"udp://127.0.0.1:{port}?format=csv", look))
+    assert logged(caplog, "input ended") == 1
+    assert "Traceback" not in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("url", ["stdin:?format=csv", "tcp://127.0.0.1:9?format=csv&connect=1"])
 def test_what_waits_for_its_reader_is_never_waited_for(url: str) -> None:
     async def made() -> bool:
