@@ -140,8 +140,8 @@ class Clerk:
 
     def health(self) -> Json:
         """Return how the service is."""
-        warm = self._is_ready.is_set()
-        return self.saying.health(self._refused, self._lag(), self._inputs, is_warm=warm)
+        told = self._configuration if self._is_ready.is_set() else None
+        return self.saying.health(self._refused, self._lag(), self._inputs, told)
 
     def counters(self) -> Mapping[str, float]:
         """Return numbers for ``/metrics``."""

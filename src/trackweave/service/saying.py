@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.config import Configuration
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.sensors import Sensor
 from trackweave.service.desk import Json
 from trackweave.service.inputs.process import Input
+from trackweave.service.learning import waiting_for
 from trackweave.service.office import Office, Outcome
 
 __all__ = ["Saying"]
@@ -100,11 +102,15 @@ class Saying:
         return [self._sensor(name, known.get(name)) for name in names]
 
     def health(
-        self, refused: str, lag: float, inputs: Sequence[Input], *, is_warm: bool
+        self,
+        refused: str,
+        lag: float,
+        inputs: Sequence[Input],
+        configuration: Configuration | None = None,
     ) -> Json:
-        """Return how the service is."""
+        """Return how the service is; without a configuration, that is not ready yet."""
         engine = self._office.engine
-        status, message = self._state(refused, inputs, is_warm=is_warm)
+        status, message = self._state(refused, inputs, configuration)
         counts = engine.counts
         return {
             "status": status,
@@ -134,7 +140,7 @@ class Saying:
         }
 
     def _state(
-        self, refused: str, inputs: Sequence[Input], *, is_warm: bool
+        self, refused: str, inputs: Sequence[Input], configuration: Configuration | None
     ) -> tuple[str, str]:
         """Return the status, and a sentence on it."""
         engine, missing = self._office.engine, self._office.missing
@@ -144,13 +150,11 @@ class Saying:
             if not each.is_ready:
                 why = each.state["message"] or "what is sent there is lost"
                 return "starting", f"{each.source.url}: does not listen yet ({why})"
-        if not is_warm:
+        if configuration is None:
             return "starting", "kernels are loaded, or compiled once"
         if engine.is_configured:
             return "ok", missing
-        count = sum(each.table.height for each in engine.heard)
-        more = f"{count:,} reports heard; more are needed to estimate a configuration"
-        return "waiting", missing or more
+        return "waiting", missing or waiting_for(configuration, engine.heard)
 
     def counters(self, inputs: Sequence[Input]) -> dict[str, float]:
         """Return numbers for ``/metrics``."""
