@@ -68,7 +68,8 @@ def test_a_server_says_that_it_listens_once_senders_can_connect(scheme: str) -> 
 
     async def look(found: Input, heard: Heard) -> None:
         await until(lambda: found.is_ready)
-        socket.create_connection(("127.0.0.1", port)).close()
+        with socket.create_connection(("127.0.0.1", port)) as sock:
+            assert sock.getpeername() == ("127.0.0.1", port)
 
     asyncio.run(run(f"{scheme}://127.0.0.1:{port}?format=jsonl", look))
 

@@ -105,6 +105,12 @@ def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
     named = ", ".join(keys[:MOST_NAMED])
     if len(keys) > MOST_NAMED:
         named += f" and {len(keys) - MOST_NAMED} more keys"
+    if any(
+        key.endswith(".clutter_density")
+        and "clutter_per_scan" in configuration.sensor(key.split(".", 1)[1].rpartition(".")[0])
+        for key in keys
+    ):
+        named += " (clutter_per_scan says it only with a field_of_view)"
     return (
         f"{heard_so_far}; {FEWEST} over {LONG_ENOUGH:g} s (or {TURNS:g} turns of a radar) are "
         f"needed to estimate what the configuration leaves out: {named}"
