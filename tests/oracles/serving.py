@@ -65,6 +65,7 @@ class RememberingDesk:
         self.sequence = 0
         self.fault: Exception | None = None
         self.status = "ok"
+        self.is_listening = True
         self.names = ["radar"]
         frame = FRAME if is_on_earth else None
         table = tracks_table(count, is_on_earth=is_on_earth)
@@ -95,7 +96,9 @@ class RememberingDesk:
         ]
 
     def health(self) -> dict[str, Any]:
-        return {"status": self.status, "sequence": self.sequence}
+        return {
+            "status": self.status, "sequence": self.sequence, "listening": self.is_listening,
+        }  # fmt: skip
 
     def counters(self) -> dict[str, float]:
         return {"reports_total": 3.0, "lag_seconds": 0.25, "bad name": 1.0}

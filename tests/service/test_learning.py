@@ -12,7 +12,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.asterix.decoding import AsterixDecoder
 from trackweave.service.engine import Engine
 from trackweave.service.inputs.outbox import completed
-from trackweave.service.learning import learned
+from trackweave.service.learning import learned, waiting_for
 from trackweave.service.records import Kind, packed_reports
 
 Payloads = list[bytes]
@@ -55,6 +55,38 @@ def test_a_radars_place_and_turn_come_from_its_own_feed() -> None:
 def test_too_little_is_waited_on() -> None:
     engine = engine_of(payloads_of(traffic())[:60])
     assert learned(load_configuration(None), engine.heard, engine.facts) is None
+
+
+def test_keys_that_are_left_out_are_named_while_reports_are_waited_for() -> None:
+    _, told = positions()
+    engine = engine_of(payloads_of(traffic())[:60])
+    (name,) = engine.heard[0].table["sensor"].unique().to_list()
+    own = {"sigma": {"range_m": 60.0, "azimuth_deg": 0.08}, "scan_period": 5.0}
+    own |= {"detection_probability": 0.9, "clutter_per_scan": 1.0}
+    configuration = load_configuration(
+        {"motion": told["motion"], "lifecycle": told["lifecycle"], "sensors": {name: own}}
+    )
+    said = waiting_for(configuration, engine.heard)
+    assert said.endswith(
+        f": sensors.{name}.clutter_density (clutter_per_scan says it only with a field_of_view)"
+    )
+    assert said.startswith(f"{sum(each.table.height for each in engine.heard)} reports of ")
+    own["field_of_view"] = {"max_range_m": 100_000.0}
+    configuration = load_configuration({**configuration.values, "sensors": {name: own}})
+    assert "complete" in waiting_for(configuration, engine.heard)
+
+
+def test_nothing_told_is_all_named_in_one_sentence() -> None:
+    said = waiting_for(load_configuration(None), ())
+    assert said.startswith("no report yet; 200 over 30 s")
+    assert "motion.process_noise" in said
+    assert said.endswith("more keys")
+
+
+def test_a_complete_configuration_waits_for_the_first_report_alone() -> None:
+    _, configuration = positions()
+    said = waiting_for(load_configuration(configuration), ())
+    assert said.startswith("no report yet; the configuration is complete")
 
 
 def test_a_complete_configuration_needs_one_report() -> None:

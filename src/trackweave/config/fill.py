@@ -30,7 +30,7 @@ from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
-__all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "needs_estimates"]
+__all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "left_out", "needs_estimates"]
 
 ESTIMATED = (
     ("motion", "process_noise"), ("motion", "max_speed"), ("lifecycle", "new_target_density"),
@@ -75,19 +75,37 @@ class Settings:
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     """Tell whether a configuration leaves out, for any sensor, what can be estimated."""
+    return next(_left_out(configuration, names), None) is not None
+
+
+def left_out(configuration: Configuration, names: Sequence[str]) -> list[str]:
+    """Return the keys that a configuration leaves out and that can be estimated.
+
+    Parameters
+    ----------
+    configuration
+        What was told.
+    names
+        Its sensors.
+
+    Returns
+    -------
+    Dotted keys.
+    """
+    return list(_left_out(configuration, names))
+
+
+def _left_out(configuration: Configuration, names: Sequence[str]) -> Iterator[str]:
     given = configuration.plugins.put_back(configuration.values)
-    if any(value_at(given, path) is None for path in ESTIMATED):
-        return True
+    yield from (".".join(path) for path in ESTIMATED if value_at(given, path) is None)
     for name in names:
         own = configuration.sensor(name)
-        needed = {key for key in ESTIMATED_OF_SENSOR if key not in own}
-        if own.get("scans") is False:
-            needed.discard("scan_period")
-        if "clutter_per_scan" in own and "field_of_view" in own:
-            needed.discard("clutter_density")
-        if needed:
-            return True
-    return False
+        for key in ESTIMATED_OF_SENSOR:
+            is_told = key in own or (key == "scan_period" and own.get("scans") is False)
+            if key == "clutter_density":
+                is_told = is_told or ("clutter_per_scan" in own and "field_of_view" in own)
+            if not is_told:
+                yield f"sensors.{name}.{key}"
 
 
 def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str, float]:

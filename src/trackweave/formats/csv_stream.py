@@ -17,6 +17,10 @@ _PLACES = ("x", "lat", "range_m", "bearing_deg")
 # Columns of ours that are no numbers.
 _TEXTS = {"sensor", "identity", "report", "target", "track", "status"}
 _MOST_COLUMNS = 200
+NO_HEADER = (
+    "rows came before any header; expected the line of columns' names first (among them x, lat, "
+    "range_m or bearing_deg), on each connection and from each sender, or in each datagram"
+)
 
 
 class CsvDecoder(Lines):
@@ -27,6 +31,8 @@ class CsvDecoder(Lines):
         self._names: list[str] = []
         # It decides between seconds and dates for the whole stream, whatever headers follow.
         self._first_time = ""
+        self.complaint = ""
+        """Why nothing at all can be read at present; empty where something can."""
 
     def _decoded(self, block: bytes, offset: int) -> pl.DataFrame | None:
         found: list[pl.DataFrame] = []
@@ -43,9 +49,10 @@ class CsvDecoder(Lines):
             if names:
                 found += self._table(rows, begins)
                 rows, begins = [], []
-                self._names = names
+                self._names, self.complaint = names, ""
             elif not self._names:
                 self.skips.add(begin, "no header yet; expected columns' names")
+                self.complaint = NO_HEADER
             elif len(cells) != len(self._names):
                 self.skips.add(begin, f"{len(cells)} cells; expected {len(self._names)}")
             else:

@@ -140,10 +140,8 @@ class Clerk:
 
     def health(self) -> Json:
         """Return how the service is."""
-        found = self.saying.health(self._refused, self._lag(), self._inputs)
-        if not self._is_ready.is_set() and found["status"] != "failing":
-            found |= {"status": "starting", "message": "kernels are loaded, or compiled once"}
-        return found
+        told = self._configuration if self._is_ready.is_set() else None
+        return self.saying.health(self._refused, self._lag(), self._inputs, told)
 
     def counters(self) -> Mapping[str, float]:
         """Return numbers for ``/metrics``."""
@@ -171,6 +169,11 @@ class Clerk:
         ]  # fmt: skip
         async with asyncio.TaskGroup() as group:
             self._tasks = [group.create_task(part) for part in parts]
+
+    async def inputs_told(self) -> None:
+        """Return once each input listens, or has said why it does not."""
+        for each in self._inputs:
+            await each.has_told.wait()
 
     async def close(self) -> None:
         """End inputs, bring to the disk what waits, and let the tracker take it in."""

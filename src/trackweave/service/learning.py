@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.config import Configuration
-from trackweave.config.fill import ANY_SENSOR, Settings, needs_estimates
+from trackweave.config.fill import ANY_SENSOR, Settings, left_out, needs_estimates
 from trackweave.config.sensing import sense_of
 from trackweave.config.write import commented_toml
 from trackweave.domain.facts import Facts
@@ -26,10 +26,12 @@ from trackweave.run.told_places import on_plane, with_facts
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
 
-__all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned"]
+__all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned", "left_open", "waiting_for"]
 
 FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
 """Reports, and seconds or turns, after which a configuration is estimated."""
+MOST_NAMED = 4
+"""So many keys are named that a configuration leaves open; of more, how many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +60,61 @@ def is_enough(heard: Sequence[Arrived], facts: Facts) -> bool:
     span = _span(heard)
     periods = facts.scan_periods.values()
     return span >= min([LONG_ENOUGH, *(TURNS * period for period in periods)])
+
+
+def left_open(configuration: Configuration, heard: Sequence[Arrived]) -> list[str]:
+    """Return the keys that a configuration leaves to be estimated, of the sensors that were heard.
+
+    Parameters
+    ----------
+    configuration
+        What was told.
+    heard
+        Reports; without any, it is of the sensors that were told.
+
+    Returns
+    -------
+    Dotted keys.
+    """
+    names = {str(name) for each in heard[:20] for name in each.table["sensor"].unique().to_list()}
+    if not names:
+        told = set(configuration.table("sensors"))
+        names = told - {ANY_SENSOR} or {ANY_SENSOR}
+    return left_out(configuration, sorted(names))
+
+
+def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
+    """Return for what a service waits that is not configured yet.
+
+    Parameters
+    ----------
+    configuration
+        What was told.
+    heard
+        What came so far.
+
+    Returns
+    -------
+    A sentence: what was heard, and what is needed for which keys.
+    """
+    count = sum(each.table.height for each in heard)
+    heard_so_far = f"{count:,} reports of {_span(heard):.0f} s heard" if count else "no report yet"
+    keys = left_open(configuration, heard)
+    if not keys:
+        return f"{heard_so_far}; the configuration is complete: tracks begin with the first report"
+    named = ", ".join(keys[:MOST_NAMED])
+    if len(keys) > MOST_NAMED:
+        named += f" and {len(keys) - MOST_NAMED} more keys"
+    if any(
+        key.endswith(".clutter_density")
+        and "clutter_per_scan" in configuration.sensor(key.split(".", 1)[1].rpartition(".")[0])
+        for key in keys
+    ):
+        named += " (clutter_per_scan says it only with a field_of_view)"
+    return (
+        f"{heard_so_far}; {FEWEST} over {LONG_ENOUGH:g} s (or {TURNS:g} turns of a radar) are "
+        f"needed to estimate what the configuration leaves out: {named}"
+    )
 
 
 def learned(

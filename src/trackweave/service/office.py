@@ -13,7 +13,6 @@ import numpy as np
 import polars as pl
 
 from trackweave.config import Configuration, load_configuration
-from trackweave.config.fill import needs_estimates
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
@@ -21,7 +20,7 @@ from trackweave.service.board import Board, Drawn
 from trackweave.service.delays import Delays
 from trackweave.service.engine import Change, Engine
 from trackweave.service.journal import Journal, Retention
-from trackweave.service.learning import Learned, is_enough, learned
+from trackweave.service.learning import Learned, is_enough, learned, left_open
 from trackweave.service.log import say
 from trackweave.service.pacing import Pace
 from trackweave.service.records import Arrived, arrived
@@ -230,7 +229,7 @@ class Office:
         if known is not None:
             heard = self._strange
             configuration = load_configuration(known.configuration)
-        if not heard or (not is_enough(heard, engine.facts) and _is_open(configuration, heard)):
+        if not heard or (not is_enough(heard, engine.facts) and left_open(configuration, heard)):
             return None
         try:
             found = learned(configuration, heard, engine.facts, known)
@@ -320,12 +319,6 @@ class Office:
                 of = track.get(number, -1)
                 found.append([x, y, scan.sensor, str(of) if of >= 0 else None])
         return tuple(found)
-
-
-def _is_open(configuration: Configuration, heard: Sequence[Arrived]) -> bool:
-    """Tell whether a configuration leaves something to be estimated."""
-    names = {str(name) for each in heard[:20] for name in each.table["sensor"].unique().to_list()}
-    return needs_estimates(configuration, sorted(names))
 
 
 def restored(

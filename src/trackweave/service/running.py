@@ -111,8 +111,7 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     except OutputError:
         office.close()
         raise
-    told(f"page: {server.url}")
-    told(f"journal: {plan.folder / 'journal'}, record {office.journal.last}")
+    last = office.journal.last
     over = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, over.set)
@@ -121,10 +120,17 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     work = [asyncio.create_task(clerk.run())]
     work += [asyncio.create_task(each.run()) for each in publishers]
     waiting = asyncio.create_task(over.wait())
+
+    async def announce() -> None:
+        await clerk.inputs_told()
+        told(f"page: {server.url}")
+        told(f"journal: {plan.folder / 'journal'}, record {last}")
+
+    announcing = asyncio.create_task(announce())
     await asyncio.wait([*work, waiting], return_when=asyncio.FIRST_COMPLETED)
     _end_at_last(plan.passing)
     failed = [task for task in work if task.done()]
-    for task in (*work, waiting):
+    for task in (*work, waiting, announcing):
         task.cancel()
     await server.stop(GRACE_S)
     await clerk.close()

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.config import Configuration
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.sensors import Sensor
 from trackweave.service.desk import Json
 from trackweave.service.inputs.process import Input
+from trackweave.service.learning import waiting_for
 from trackweave.service.office import Office, Outcome
 
 __all__ = ["Saying"]
@@ -99,18 +101,21 @@ class Saying:
         names = [*known, *(name for name in self._sensors if name not in known)]
         return [self._sensor(name, known.get(name)) for name in names]
 
-    def health(self, refused: str, lag: float, inputs: Sequence[Input]) -> Json:
-        """Return how the service is."""
+    def health(
+        self,
+        refused: str,
+        lag: float,
+        inputs: Sequence[Input],
+        configuration: Configuration | None = None,
+    ) -> Json:
+        """Return how the service is; without a configuration, that is not ready yet."""
         engine = self._office.engine
-        status = "failing" if refused else "ok" if engine.is_configured else "waiting"
-        told = refused or self._office.missing
-        if not told and not engine.is_configured:
-            count = sum(each.table.height for each in engine.heard)
-            told = f"{count:,} reports heard; more are needed to estimate a configuration"
+        status, message = self._state(refused, inputs, configuration)
         counts = engine.counts
         return {
             "status": status,
-            "message": told or None,
+            "message": message or None,
+            "listening": all(each.is_ready for each in inputs),
             "sequence": self._office.journal.synced,
             "lag_s": round(lag, 3),
             "configured": engine.is_configured,
@@ -127,11 +132,29 @@ class Saying:
                     "reports": each.reports,
                     "ended": each.has_ended,
                     **{key: each.state[key] for key in ("clients", "skipped", "dropped")},
+                    "listening": each.is_ready,
                     "message": each.state["message"] or None,
                 }
                 for each in inputs
             ],
         }
+
+    def _state(
+        self, refused: str, inputs: Sequence[Input], configuration: Configuration | None
+    ) -> tuple[str, str]:
+        """Return the status, and a sentence on it."""
+        engine, missing = self._office.engine, self._office.missing
+        if refused:
+            return "failing", refused
+        for each in inputs:
+            if not each.is_ready:
+                why = each.state["message"] or "what is sent there is lost"
+                return "starting", f"{each.source.url}: does not listen yet ({why})"
+        if configuration is None:
+            return "starting", "kernels are loaded, or compiled once"
+        if engine.is_configured:
+            return "ok", missing
+        return "waiting", missing or waiting_for(configuration, engine.heard)
 
     def counters(self, inputs: Sequence[Input]) -> dict[str, float]:
         """Return numbers for ``/metrics``."""

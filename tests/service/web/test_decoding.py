@@ -1,6 +1,7 @@
 """Bodies in a process of their own: what breaks it breaks one answer."""
 
 import asyncio
+import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ import pytest
 
 from trackweave.errors import InvalidInputError
 from trackweave.service.web.bodies import MOST_REJECTED, decoded
-from trackweave.service.web.decoding import DecodingProcess
+from trackweave.service.web.decoding import DecodingProcess, _work
 
 LINE = b'{"time": 1, "x": 2, "y": 3}\n'
 
@@ -41,6 +42,17 @@ def test_a_process_that_is_killed_is_followed_by_another(decoding: DecodingProce
         return len((await decoding.decode(LINE, None)).table)
 
     assert asyncio.run(carry_out()) == 1
+
+
+def test_it_ends_without_a_traceback_where_the_service_was_killed() -> None:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_work, args=(theirs, 1 << 28))
+    process.start()
+    theirs.close()
+    ours.close()
+    process.join(120)
+    assert process.exitcode == 0  # 1 after a traceback
 
 
 def test_a_body_that_takes_too_long_is_given_up() -> None:

@@ -9,6 +9,7 @@ import pytest
 from oracles.serving import RememberingDesk, Serving, get
 from trackweave.errors import OutputError
 from trackweave.formats.registry import formats
+from trackweave.service.board import Board
 from trackweave.service.desk import OverloadedError
 
 
@@ -158,6 +159,16 @@ def test_no_tracks_are_an_empty_picture_in_every_format() -> None:
             assert done.status_code == 200, (name, done.text)
 
 
+def test_before_anything_is_tracked_the_picture_is_empty_in_every_format() -> None:
+    desk = RememberingDesk(0)
+    desk.shown = Board().picture
+    with Serving(desk) as running:
+        assert get(f"{running.url}/tracks").json()["features"] == []
+        for name in ("kml", "czml", "cot", "csv", "jsonl", "asterix-062"):
+            done = get(f"{running.url}/tracks", params={"format": name})
+            assert done.status_code == 200, (name, done.text)
+
+
 def test_one_track_has_its_trail_and_others_are_not_there(client: httpx.Client) -> None:
     assert client.get("/tracks/1").json()["trail"] == [[0.0, 1.0, 2.0]]
     assert client.get("/tracks/2").status_code == 404
@@ -170,6 +181,15 @@ def test_health_fails_where_nothing_can_be_taken(serving: Serving, client: httpx
     assert client.get("/healthz").status_code == 200
     serving.desk.status = "failing"
     assert client.get("/healthz").status_code == 503
+
+
+def test_health_fails_while_what_is_sent_would_be_lost() -> None:
+    desk = RememberingDesk()
+    desk.status = "starting"
+    with Serving(desk) as running:
+        assert get(f"{running.url}/healthz").status_code == 200
+        desk.is_listening = False
+        assert get(f"{running.url}/healthz").status_code == 503
 
 
 def test_sensors_are_a_list(client: httpx.Client) -> None:

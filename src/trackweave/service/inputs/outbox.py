@@ -51,6 +51,8 @@ class Outbox:
     skipped: int = 0
     clients: int = 0
     message: str = ""
+    is_listening: bool = False
+    """Whether what senders send from now on is heard."""
     _parts: list[tuple[pl.DataFrame, Facts]] = field(default_factory=list)
     _gathered: int = 0
     _since: float = 0.0
@@ -102,10 +104,17 @@ class Outbox:
             self.flush()
             self._put(0, framed(MARKS, {"marks": times}))
 
+    def listens(self) -> None:
+        """Tell at once that what senders send from now on is heard."""
+        with self._changed:
+            self.is_listening = True
+            self._put(0, framed(STATE, self._state()))
+
     def close(self) -> None:
         """Hand on what is left, and end once it is written."""
         self.flush()
         with self._changed:
+            self.is_listening = False
             self._put(0, framed(STATE, {**self._state(), "ended": True}))
             self._is_closed = True
             self._changed.notify_all()
@@ -117,7 +126,7 @@ class Outbox:
     def _state(self) -> dict[str, Any]:
         return {
             "dropped": self.dropped, "skipped": self.skipped, "clients": self.clients,
-            "message": self.message,
+            "message": self.message, "listening": self.is_listening,
         }  # fmt: skip
 
     def _put(self, count: int, message: bytes) -> None:

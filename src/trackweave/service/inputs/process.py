@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 import sys
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -9,6 +10,7 @@ from typing import Any
 
 from trackweave.service.inputs.outbox import FRAME, MARKS, REPORTS
 from trackweave.service.inputs.source import Source
+from trackweave.service.log import say
 
 __all__ = ["Handed", "Input", "Marked"]
 
@@ -18,6 +20,7 @@ sensor told in it, with how often.
 What is not awaited for is not read: so the process sees that it has to drop."""
 Marked = Callable[[dict[str, float]], None]
 """Takes when sensors' beams came by somewhere, as they say themselves, by name [s]."""
+_log = logging.getLogger("trackweave.service")
 _STDIN = {"stdin": None, "replay": asyncio.subprocess.PIPE}
 """What an input reads; a recording waits there until it may begin."""
 
@@ -39,11 +42,23 @@ class Input:
         self, source: Source, handed: Handed, marked: Marked, begin: asyncio.Event
     ) -> None:
         self.source = source
-        self.state: dict[str, Any] = {"dropped": 0, "skipped": 0, "clients": 0, "message": ""}
+        self.state: dict[str, Any] = {
+            "dropped": 0, "skipped": 0, "clients": 0, "message": "", "listening": False,
+        }  # fmt: skip
         self.reports = 0
         self.has_ended = False
+        self.has_told = asyncio.Event()
+        """Set once it listens, or has said why it does not."""
         self._handed, self._marked, self._begin = handed, marked, begin
         self._process: asyncio.subprocess.Process | None = None
+        if self.is_ready:
+            self.has_told.set()
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether nothing that is sent is lost: it listens, or fetches what waits for it."""
+        waits = self.source.scheme in ("stdin", "replay") or self.source.connect
+        return waits or bool(self.state["listening"])
 
     async def run(self) -> None:
         """Read what comes until the input ends; a process that dies is begun anew."""
@@ -59,11 +74,12 @@ class Input:
             with suppress(asyncio.IncompleteReadError):
                 await self._read(self._process)
             await self._process.wait()
+            self.state["listening"] = False
+            self._note_end(self._process.returncode)
             if self.source.scheme in ("stdin", "replay"):
                 # What was read of it cannot be read again.
                 self.has_ended = True
             elif not self.has_ended:
-                self.state["message"] = self.state["message"] or "its process ended; begun anew"
                 await asyncio.sleep(1.0)
                 self.has_ended = False
 
@@ -87,4 +103,20 @@ class Input:
             elif kind == MARKS:
                 self._marked(words["marks"])
             else:
-                self.state.update(words)
+                self._note(words)
+
+    def _note_end(self, status: int | None) -> None:
+        """Log that the process ended without a word, as one that was killed."""
+        if not self.state.pop("ended", False) and not self.has_ended:
+            is_over = self.source.scheme in ("stdin", "replay")
+            self.state["message"] = "its process ended" + ("" if is_over else "; begun anew")
+            say(_log, logging.WARNING, "input ended", url=self.source.url, status=status)
+
+    def _note(self, words: dict[str, Any]) -> None:
+        """Take in how it is; a message is logged once, when it is new."""
+        message = words["message"]
+        if message and message != self.state["message"]:
+            say(_log, logging.WARNING, "input", url=self.source.url, message=message)
+        self.state.update(words)
+        if message or self.is_ready:
+            self.has_told.set()

@@ -35,6 +35,7 @@ class Feed:
         self._decoder = make()
         self._counted = 0
         self._marks: dict[str, float] = {}
+        self._complaint = ""
         self.heard = time.monotonic()
 
     def take(self, data: bytes) -> None:
@@ -70,10 +71,19 @@ class Feed:
         self._outbox.skipped += self._decoder.skips.count - self._counted
         self._counted = self._decoder.skips.count
         self._outbox.add(table, self._decoder.facts)
+        self._complain(getattr(self._decoder, "complaint", ""))
         marks = getattr(self._decoder, "marks", None)
         if marks and marks != self._marks:
             self._outbox.mark({n: t for n, t in marks.items() if self._marks.get(n) != t})
             self._marks = dict(marks)
+
+    def _complain(self, complaint: str) -> None:
+        """Say why a decoder can read nothing, and no more of it once it can."""
+        if complaint:
+            self._outbox.message = complaint[:300]
+        elif self._complaint and self._outbox.message == self._complaint[:300]:
+            self._outbox.message = ""
+        self._complaint = complaint
 
     def _begin_anew(self, message: str) -> None:
         self._outbox.message = message[:300]
@@ -87,6 +97,7 @@ def listen_udp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> N
     with suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
     sock.settimeout(SOON)
+    outbox.listens()
     feeds: dict[object, Feed] = {}
     while True:
         try:
@@ -109,6 +120,7 @@ def listen_tcp(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> N
     server = _bound(source, socket.SOCK_STREAM)
     server.listen(MOST_SENDERS)
     server.setblocking(False)
+    outbox.listens()
     with selectors.DefaultSelector() as ready:
         ready.register(server, selectors.EVENT_READ, None)
         while True:

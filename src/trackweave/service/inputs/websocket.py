@@ -54,6 +54,7 @@ def listen_ws(source: Source, make: Callable[[], Decoder], outbox: Outbox) -> No
 
     threading.Thread(target=flush, daemon=True).start()
     with serve(take, source.host, source.port, max_size=LARGEST, origins=[None]) as server:
+        outbox.listens()
         server.serve_forever()
 
 

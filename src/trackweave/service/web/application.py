@@ -117,7 +117,8 @@ class Application:
 
     async def _health(self, _: Request) -> Response:
         found = self._desk.health()
-        return answer(found, 503 if found.get("status") == "failing" else 200)
+        is_well = found.get("status") != "failing" and found.get("listening", True)
+        return answer(found, 200 if is_well else 503)
 
     async def _metrics(self, _: Request) -> Response:
         counted: list[Sample] = [(n, {}, value) for n, value in self._desk.counters().items()]

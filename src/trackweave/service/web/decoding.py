@@ -135,20 +135,17 @@ class DecodingProcess:
 
 
 def _work(pipe: Connection, room: int) -> None:
-    """Decode what comes until nobody sends any more."""
+    """Decode what comes until nobody sends any more, or takes the answers."""
     # A terminal's Ctrl-C goes to all of its processes; the service says when to end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from trackweave.service.web.bodies import decoded
 
     decoded(b'{"time": 0, "x": 0, "y": 0}', None)
     _confine(room)
-    pipe.send(True)
-    while True:
-        try:
-            data, told = pipe.recv()
-        except (EOFError, OSError):
-            return
-        pipe.send(_answer(data, told))
+    with suppress(EOFError, OSError):  # a service that was killed; its child has nobody to tell
+        pipe.send(True)
+        while True:
+            pipe.send(_answer(*pipe.recv()))
 
 
 def _answer(data: bytes, told: str | None) -> tuple[bool, Any]:

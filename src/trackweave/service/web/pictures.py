@@ -124,7 +124,9 @@ def _writable(name: str) -> Format:
 
 
 def _files(picture: Picture, chosen: Format) -> Mapping[str, bytes]:
-    tracks = _NONE if picture.tracks.width == 0 else picture.tracks
+    # Before the first picture nobody knows whether tracks will have places on the Earth.
+    is_none_yet = picture.time is None or picture.tracks.width == 0
+    tracks = _NONE if is_none_yet else picture.tracks
     if chosen.name == "geojson" and not {"lat", "lon"} <= set(tracks.columns):
         text = json.dumps(plane_geojson(picture), ensure_ascii=False, separators=(",", ":"))
         return {"tracks.geojson": text.encode("utf-8", "replace")}
