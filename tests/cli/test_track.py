@@ -74,6 +74,19 @@ def test_says_what_it_estimated(run: Run, reports: Path, tmp_path: Path) -> None
     assert found["configuration"]["sensors"]["default"]["sigma"] > 0
 
 
+def test_says_first_that_a_sensors_table_is_not_used(
+    run: Run, reports: Path, tmp_path: Path
+) -> None:
+    config = tmp_path / "data_sheet.toml"
+    config.write_text("[sensors.radar]\nsigma = 3.0\n")
+    done = run("track", reports, "--config", config, "--out", tmp_path / "out")
+    assert done.exit_code == 0
+    note = "[sensors.radar]: not used, for no report is of a sensor radar; the reports are of "
+    said = [line for line in done.stderr.splitlines() if not line.startswith("compiling")]
+    assert said[0].startswith(note)
+    assert record(tmp_path / "out")["notes"][0].startswith(note)
+
+
 def test_records_where_each_value_came_from(
     run: Run, reports: Path, config: Path, tmp_path: Path
 ) -> None:
