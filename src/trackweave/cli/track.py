@@ -15,6 +15,7 @@ from trackweave.io.output import OutputDirectory
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.record import with_file, with_seed
+from trackweave.summaries import counted
 
 __all__ = ["run_track", "what_was_assumed"]
 
@@ -88,6 +89,12 @@ def run_track(
         voice.say(line)
     found = {**summary_of(record, out, "scan"), "time_s": perf_counter() - begin}
     voice.results("Tracks", found)
+    if not voice.on_terminal:
+        # The table is a terminal's; elsewhere nobody would see that a run has found nothing.
+        voice.say(
+            f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
+            f"{counted(found['reports'], 'report')} assigned, in {out}"
+        )
     return found
 
 
