@@ -74,6 +74,31 @@ def test_says_what_it_estimated(run: Run, reports: Path, tmp_path: Path) -> None
     assert found["configuration"]["sensors"]["default"]["sigma"] > 0
 
 
+def test_says_first_that_a_sensors_table_is_not_used(
+    run: Run, reports: Path, tmp_path: Path
+) -> None:
+    config = tmp_path / "data_sheet.toml"
+    config.write_text("[sensors.radar]\nsigma = 3.0\n")
+    done = run("track", reports, "--config", config, "--out", tmp_path / "out")
+    assert done.exit_code == 0
+    note = "[sensors.radar]: not used, for no report is of a sensor radar; the reports are of "
+    said = [line for line in done.stderr.splitlines() if not line.startswith("compiling")]
+    assert said[0].startswith(note)
+    assert record(tmp_path / "out")["notes"][0].startswith(note)
+
+
+def test_says_how_many_tracks_came_where_there_is_no_terminal(
+    run: Run, config: Path, tmp_path: Path
+) -> None:
+    lone = tmp_path / "lone.csv"
+    lone.write_text("time,x,y\n0,1,2\n")
+    done = run("track", lone, "--config", config, "--out", tmp_path / "out")
+    assert (
+        done.stderr.splitlines()[-1] == f"0 tracks, 0 of 1 report assigned, in {tmp_path / 'out'}"
+    )
+    assert run("track", lone, "--out", tmp_path / "out", "--quiet").stderr == ""
+
+
 def test_records_where_each_value_came_from(
     run: Run, reports: Path, config: Path, tmp_path: Path
 ) -> None:

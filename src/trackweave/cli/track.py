@@ -6,6 +6,7 @@ from typing import Any
 
 from trackweave.cli.edge import Voice, shown, summary_of
 from trackweave.config import load_configuration, with_learned
+from trackweave.config.fill import UNUSED
 from trackweave.config.presets import preset_notes
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import read_reports
@@ -14,6 +15,7 @@ from trackweave.io.output import OutputDirectory
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.record import with_file, with_seed
+from trackweave.summaries import counted
 
 __all__ = ["run_track", "what_was_assumed"]
 
@@ -81,10 +83,18 @@ def run_track(
     record = with_seed(record, used, None if seed is None else "command line")
     place.write({**result.files(), **written(further, result.output())}, record)
     late = [note for note in record["notes"] if note not in early]
-    for line in [*what_was_assumed(record), *late]:
+    # What was told and not used comes before what was estimated in its place.
+    unused = [note for note in late if note.startswith(UNUSED)]
+    for line in [*unused, *what_was_assumed(record), *late[len(unused) :]]:
         voice.say(line)
     found = {**summary_of(record, out, "scan"), "time_s": perf_counter() - begin}
     voice.results("Tracks", found)
+    if not voice.on_terminal:
+        # The table is a terminal's; elsewhere nobody would see that a run has found nothing.
+        voice.say(
+            f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
+            f"{counted(found['reports'], 'report')} assigned, in {out}"
+        )
     return found
 
 

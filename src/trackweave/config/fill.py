@@ -30,13 +30,17 @@ from trackweave.models.sensors import Sensor
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.window import Window
 
-__all__ = ["ANY_SENSOR", "Settings", "fill", "known_sigma", "left_out", "needs_estimates"]
+__all__ = [
+    "ANY_SENSOR", "UNUSED", "Settings", "fill", "known_sigma", "left_out", "needs_estimates",
+]  # fmt: skip
 
 ESTIMATED = (
     ("motion", "process_noise"), ("motion", "max_speed"), ("lifecycle", "new_target_density"),
 )  # fmt: skip
 # Of more sensors than this no list helps.
 MOST_NAMED = 20
+UNUSED = "[sensors."
+"""How a note begins on a table that is not used; such notes come first."""
 ESTIMATED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "scan_period")
 
 
@@ -166,10 +170,7 @@ def fill(
     tracker, doubts = tracker_of_sources(sources)
     plots = plots_of_sources(sources, sensors, lifecycle)
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
-    notes = [
-        f"sensors.{name}: no report is from this sensor; {suggest(name, names[:MOST_NAMED])}"
-        for name in unused
-    ]
+    notes = [_unused(name, names[:MOST_NAMED]) for name in unused]
     notes += [*(estimates.notes if estimates else ()), *_doubts(sources, estimates)]
     notes += doubts + _overruled(sources, preset) + preset_notes(preset)
     if divide and join and sources.sources.get("lifecycle.join") != "default":
@@ -185,6 +186,13 @@ def fill(
         period, sources.values, sources.sources, tuple(notes), unscented, tracker, plots,
         max_ahead, estimates.together if estimates else None, divide, join, merge,
     )  # fmt: skip
+
+
+def _unused(name: str, names: Sequence[str]) -> str:
+    """Return a sentence on a sensor's table that no report is of."""
+    hint = suggest(name, names)
+    hint = hint if hint.startswith("did") else f"the reports are of {', '.join(names)}"
+    return f"{UNUSED}{name}]: not used, for no report is of a sensor {name}; {hint}"
 
 
 def _doubts(sources: Sources, estimates: Estimates | None) -> list[str]:

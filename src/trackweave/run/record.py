@@ -10,7 +10,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.certificate import Status, relative_gap
-from trackweave.config.fill import Settings
+from trackweave.config.fill import UNUSED, Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
@@ -215,7 +215,8 @@ def record_of(
         "seed": None,
         "configuration": settings.values,
         "sources": settings.sources,
-        "notes": list(settings.notes),
+        # What was told and not used stands first.
+        "notes": sorted(settings.notes, key=lambda note: not note.startswith(UNUSED)),
         "input": _input(reports),
         "totals": {
             "reports": len(reports),
