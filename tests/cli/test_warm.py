@@ -5,9 +5,9 @@ import json
 import pytest
 
 from cli.conftest import Run
+from trackweave.association._growth import propose
 from trackweave.cli import warm
 from trackweave.kernel_cache import machine
-from trackweave.models._kernels import is_covered
 from trackweave.run import track
 
 
@@ -31,7 +31,7 @@ def test_says_where_kernels_come_from(run: Run) -> None:
     assert found["why_not_shipped"] == "none came with it"
     assert found["numba"] == machine()["numba"]
     assert found["kept_folders"] == sorted(found["kept_folders"])
-    assert any(folder in str(is_covered.stats.cache_path) for folder in found["kept_folders"])
+    assert any(folder in str(propose.stats.cache_path) for folder in found["kept_folders"])
 
 
 @pytest.mark.usefixtures("little")

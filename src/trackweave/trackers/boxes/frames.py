@@ -1,6 +1,7 @@
 """What a box tracker is given and what it returns, frame by frame."""
 
 from collections.abc import Iterable, Mapping, Set
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -185,12 +186,15 @@ def checked_camera(camera: ArrayLike | None, n_columns: int) -> Camera | None:
     if camera is None:
         return None
     shape = (2, 3) if n_columns == IMAGE else (4, 4)
-    if np.shape(camera) == (3, 3) and n_columns == IMAGE:
+    came = None
+    with suppress(ValueError):  # of what is no array at all: told below
+        came = np.shape(camera)
+    if came == (3, 3) and n_columns == IMAGE:
         raise InvalidInputError(
             "camera: an array of shape (3, 3); expected shape (2, 3): camera[:2], without the "
             "last row, where that is 0, 0, 1; what bends parallels (a homography) is not taken"
         )
-    if np.shape(camera) == (3, 4) and n_columns == SOLID:
+    if came == (3, 4) and n_columns == SOLID:
         raise InvalidInputError(
             "camera: an array of shape (3, 4); expected shape (4, 4), with a last row 0, 0, 0, 1"
         )
