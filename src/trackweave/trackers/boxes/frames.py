@@ -185,12 +185,13 @@ def checked_camera(camera: ArrayLike | None, n_columns: int) -> Camera | None:
     if camera is None:
         return None
     shape = (2, 3) if n_columns == IMAGE else (4, 4)
-    if np.shape(camera) == (3, 3) and n_columns == IMAGE:
+    given = np.shape(camera) if n_axes(camera, "camera") == 2 else ()
+    if given == (3, 3) and n_columns == IMAGE:
         raise InvalidInputError(
             "camera: an array of shape (3, 3); expected shape (2, 3): camera[:2], without the "
             "last row, where that is 0, 0, 1; what bends parallels (a homography) is not taken"
         )
-    if np.shape(camera) == (3, 4) and n_columns == SOLID:
+    if given == (3, 4) and n_columns == SOLID:
         raise InvalidInputError(
             "camera: an array of shape (3, 4); expected shape (4, 4), with a last row 0, 0, 0, 1"
         )
