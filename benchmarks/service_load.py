@@ -143,7 +143,6 @@ def _measured(told: argparse.Namespace, folder: Path) -> dict[str, Any]:
     service = Service(folder, told.core)
     try:
         service.wait("ready", lambda: service.get("/healthz")["status"] != "starting")
-        time.sleep(5.0)  # its inputs begin after its page
         watchers = Watchers(service.page, told.listeners, browser=told.browser)
         time.sleep(8.0 if told.browser else 2.0)
         found = _loaded(told, service, watchers, datagrams)

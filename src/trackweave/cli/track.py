@@ -85,7 +85,11 @@ def run_track(
     late = [note for note in record["notes"] if note not in early]
     # What was told and not used comes before what was estimated in its place.
     unused = [note for note in late if note.startswith(UNUSED)]
-    for line in [*unused, *what_was_assumed(record), *late[len(unused) :]]:
+    for line in [
+        *unused,
+        *what_was_assumed(record),
+        *(note for note in late if note not in unused),
+    ]:
         voice.say(line)
     found = {**summary_of(record, out, "scan"), "time_s": perf_counter() - begin}
     voice.results("Tracks", found)

@@ -79,7 +79,7 @@ class Settings:
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:
     """Tell whether a configuration leaves out, for any sensor, what can be estimated."""
-    return next(_left_out(configuration, names), None) is not None
+    return bool(left_out(configuration, names))
 
 
 def left_out(configuration: Configuration, names: Sequence[str]) -> list[str]:
@@ -96,20 +96,17 @@ def left_out(configuration: Configuration, names: Sequence[str]) -> list[str]:
     -------
     Dotted keys.
     """
-    return list(_left_out(configuration, names))
-
-
-def _left_out(configuration: Configuration, names: Sequence[str]) -> Iterator[str]:
     given = configuration.plugins.put_back(configuration.values)
-    yield from (".".join(path) for path in ESTIMATED if value_at(given, path) is None)
+    missing = [".".join(path) for path in ESTIMATED if value_at(given, path) is None]
     for name in names:
         own = configuration.sensor(name)
-        for key in ESTIMATED_OF_SENSOR:
-            is_told = key in own or (key == "scan_period" and own.get("scans") is False)
-            if key == "clutter_density":
-                is_told = is_told or ("clutter_per_scan" in own and "field_of_view" in own)
-            if not is_told:
-                yield f"sensors.{name}.{key}"
+        needed = [key for key in ESTIMATED_OF_SENSOR if key not in own]
+        if own.get("scans") is False:
+            needed = [key for key in needed if key != "scan_period"]
+        if "clutter_per_scan" in own and "field_of_view" in own:
+            needed = [key for key in needed if key != "clutter_density"]
+        missing += [f"sensors.{name}.{key}" for key in needed]
+    return missing
 
 
 def known_sigma(configuration: Configuration, names: Sequence[str]) -> dict[str, float]:

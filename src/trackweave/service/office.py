@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
-from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
+from trackweave.models.measurements import to_position
 from trackweave.service.board import Board, Drawn
 from trackweave.service.delays import Delays
 from trackweave.service.engine import Change, Engine
@@ -25,7 +27,7 @@ from trackweave.service.log import say
 from trackweave.service.pacing import Pace
 from trackweave.service.records import Arrived, arrived
 from trackweave.service.snapshots import Snapshots
-from trackweave.service.track_files import Place, TrackFiles
+from trackweave.service.track_files import TrackFiles, WritingPlace
 from trackweave.trackers.checkpoint import pack, unpack
 
 __all__ = ["Office", "Order", "Outcome", "restored", "unpacked"]
@@ -353,20 +355,18 @@ def restored(
     return engine, files
 
 
-def unpacked(content: bytes) -> tuple[Engine, Place]:
+def unpacked(content: bytes) -> tuple[Engine, WritingPlace]:
     """Return the engine of a snapshot's content, and where the tracks files were."""
     begin = _LENGTH.size
     end = begin + _LENGTH.unpack_from(content)[0]
     return Engine.unpack(content[end:]), unpack(content[begin:end])
 
 
-def _places(scan: Scan, sensor: Any) -> np.ndarray[Any, Any] | None:
-    kind = sensor.measurement
-    if kind.is_position:
-        return scan.measurement[:, :2]
-    if not isinstance(kind, MeasurementKind) or not kind.has_range:
+def _places(scan: Scan, sensor: Any) -> FloatArray | None:
+    """Return where reports put their objects [m], None where that takes more than a report."""
+    kind, measured = sensor.measurement, scan.measurement
+    if isinstance(kind, ForeignKind) or not kind.gives_position(2):
         return None
     platform = sensor.platform if scan.platform is None else scan.platform
-    azimuth = scan.measurement[:, 1]
-    offset = scan.measurement[:, :1] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
-    return np.asarray(offset + platform[..., :2])
+    seen_from = np.broadcast_to(platform, (len(scan), 6))
+    return to_position(kind, measured, np.zeros_like(measured), seen_from, 2)[0]

@@ -10,9 +10,9 @@ from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import tracks_frame
 from trackweave.service.spec import Spec
 
-__all__ = ["Place", "TrackFiles"]
+__all__ = ["TrackFiles", "WritingPlace"]
 
-Place: TypeAlias = tuple[int, int, int, tuple[str, ...]]
+WritingPlace: TypeAlias = tuple[int, int, int, tuple[str, ...]]
 """Where writing is: part, rows and bytes in it, and its columns."""
 
 MOST_ROWS = 200_000
@@ -39,11 +39,11 @@ class TrackFiles:
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
 
-    def place(self) -> Place:
+    def place(self) -> WritingPlace:
         """Return where it is."""
         return self.part, self.n_rows, self.size, self._columns
 
-    def go_on(self, place: Place) -> None:
+    def go_on(self, place: WritingPlace) -> None:
         """Be where it was: what was written since is taken back, to be written anew."""
         part, n_rows, size, columns = place
         self.part, self.n_rows, self.size = int(part), int(n_rows), int(size)
@@ -58,7 +58,7 @@ class TrackFiles:
             with self._path().open("r+b") as file:
                 file.truncate(self.size)
 
-    def begin_after(self, place: Place) -> None:
+    def begin_after(self, place: WritingPlace) -> None:
         """Write what follows a place into a part of its own, numbered on."""
         self.part = int(place[0])
 
