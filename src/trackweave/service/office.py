@@ -314,10 +314,10 @@ class Office:
                 continue
             if spec is not None and spec.frame is not None:
                 latitude, longitude, _ = spec.frame.to_geodetic(places)
-                places = np.round(np.stack([longitude, latitude], axis=-1), 6)
+                shown = np.round(np.stack([longitude, latitude], axis=-1), 6).tolist()
             else:
-                places = np.round(places, 2)
-            for number, (x, y) in zip(scan.report.tolist(), places.tolist(), strict=True):
+                shown = np.round(places, 2).tolist()
+            for number, (x, y) in zip(scan.report.tolist(), shown, strict=True):
                 of = track.get(number, -1)
                 found.append([x, y, scan.sensor, str(of) if of >= 0 else None])
         return tuple(found)
