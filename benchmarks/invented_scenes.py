@@ -1,0 +1,207 @@
+"""Scenes invented by somebody who had not seen the tracker, each with a trait of real sensors."""
+
+from collections.abc import Callable
+
+import numpy as np
+import polars as pl
+
+Array = np.ndarray
+NOBODY = ""
+
+
+def collars(rng: np.random.Generator) -> pl.DataFrame:
+    """Return a day of 25 animals in one herd, a fix every ten minutes under each one's name."""
+    rows, animals, moments = [], 25, np.arange(0.0, 86400.0, 600.0)
+    herd, heading = np.zeros(2), rng.uniform(0.0, 2 * np.pi)
+    away = rng.normal(0.0, 120.0, (animals, 2))
+    late = rng.uniform(0.0, 60.0, animals)
+    for moment in moments:
+        heading += rng.normal(0.0, 0.6)
+        speed = rng.choice([0.0, 0.1, 0.4, 0.9])
+        herd = herd + 600.0 * speed * _ahead(heading)
+        away = 0.9 * away + rng.normal(0.0, 60.0, away.shape)
+        for animal in np.flatnonzero(rng.random(animals) < 0.94):
+            x, y = herd + away[animal] + rng.normal(0.0, 8.0, 2)
+            time = moment + late[animal] + rng.uniform(0.0, 20.0)
+            rows.append((time, x, y, f"tag{animal}", f"tag{animal}"))
+    return _table(rows, ["x", "y", "identity"])
+
+
+def pilots(rng: np.random.Generator) -> pl.DataFrame:
+    """Return twelve vessels under their own names; eight turn hard, three lie at anchor."""
+    rows = []
+    for vessel in range(12):
+        place, heading = rng.uniform(-8e3, 8e3, 2), rng.uniform(0.0, 2 * np.pi)
+        speed, pace = (0.0, 180.0) if vessel < 3 else (rng.uniform(4.0, 12.0), 10.0)
+        turn, until, report = 0.0, 0.0, rng.uniform(0.0, pace)
+        silent = rng.uniform(900.0, 1800.0)
+        for second in range(3600):
+            if second >= until:
+                turns = 3 <= vessel < 11 and rng.random() < 0.3
+                turn = np.radians(rng.choice([-2.0, 2.0])) if turns else 0.0
+                until = second + (rng.uniform(40.0, 150.0) if turns else rng.uniform(60.0, 300.0))
+            heading += turn
+            place = place + speed * _ahead(heading) + (rng.normal(0.0, 0.3, 2) if not speed else 0)
+            if second < report or (vessel in {0, 5} and 0 < second - silent < 860.0):
+                continue
+            report = second + pace * rng.choice([1.0, 1.0, 1.0, 2.0])
+            x, y = place + rng.normal(0.0, 6.0, 2)
+            rows.append((float(second), x, y, f"mmsi{vessel}", f"mmsi{vessel}"))
+    return _table(rows, ["x", "y", "identity"])
+
+
+def stacks(rng: np.random.Generator) -> pl.DataFrame:
+    """Return two stacks of five that hold under a radar of twelve seconds, and who flies over."""
+    rows: list[tuple] = []
+    for stack in range(2):
+        fix, inbound = rng.uniform(30e3, 60e3, 2) * [1, 1 - 2 * stack], rng.uniform(0, 2 * np.pi)
+        for level in range(5):
+            name, begun = f"h{stack}{level}", rng.uniform(0.0, 240.0)
+            speed = rng.uniform(105.0, 120.0)
+            path = _racetrack(fix, inbound, speed, begun)
+            rows += _plots(rng, name, path, (0.0, 1200.0))
+    for number in range(6):
+        middle, course = rng.uniform(-40e3, 40e3, 2), rng.uniform(0.0, 2 * np.pi)
+        velocity, first = rng.uniform(180.0, 240.0) * _ahead(course), rng.uniform(0.0, 600.0)
+
+        def straight(
+            time: float, middle: Array = middle, velocity: Array = velocity, first: float = first
+        ) -> Array:
+            return np.asarray(middle + velocity * (time - first - 250.0))
+
+        rows += _plots(rng, f"o{number}", straight, (first, first + 500.0))
+    for turn in range(100):
+        for _ in range(rng.poisson(2.0)):
+            azimuth, away = rng.uniform(0.0, 2 * np.pi), rng.uniform(2e3, 110e3)
+            rows.append((12.0 * (turn + azimuth / 2 / np.pi), away, np.degrees(azimuth), NOBODY))
+    return _table(rows, ["range_m", "azimuth_deg"])
+
+
+def crossing(rng: np.random.Generator) -> pl.DataFrame:
+    """Return a lidar's 60 s of a road, ten reports a second: cars in two lanes and on foot."""
+    rows = []
+    for frame in range(600):
+        for _ in range(rng.poisson(1.0)):
+            rows.append((frame / 10, rng.uniform(-60, 60), rng.uniform(-20, 20), NOBODY))
+    for car in range(24):
+        lane, first, speed = car % 2, rng.uniform(0.0, 50.0), rng.uniform(8.0, 14.0)
+        side = 1.0 - 2.0 * lane
+        for frame in range(int(first * 10), 600):
+            x = side * (speed * (frame / 10 - first) - 60.0)
+            if abs(x) <= 60.0 and rng.random() < 0.9:
+                y = side * 1.6 + 0.2 * np.sin(frame / 30 + car) + rng.normal(0.0, 0.2)
+                rows.append((frame / 10, x + rng.normal(0.0, 0.2), y, f"car{car}"))
+    for walker in range(8):
+        first, x, side = rng.uniform(0.0, 40.0), rng.uniform(-30.0, 30.0), rng.choice([-1, 1])
+        for frame in range(int(first * 10), min(600, int(first * 10) + 250)):
+            if rng.random() < 0.85:
+                y = side * (1.3 * (frame / 10 - first) - 15.0)
+                rows.append((frame / 10, x + rng.normal(0.0, 0.15), y + rng.normal(0.0, 0.15),
+                             f"walker{walker}"))  # fmt: skip
+    return _table(rows, ["x", "y"])
+
+
+def drifting_clock(rng: np.random.Generator) -> pl.DataFrame:
+    """Return two radars, the second's clock a second late after twenty minutes."""
+    rows: list[tuple] = []
+    for craft in range(30):
+        middle, course = rng.uniform(-50e3, 50e3, 2), rng.uniform(0.0, 2 * np.pi)
+        velocity, height = rng.uniform(120.0, 240.0) * _ahead(course), rng.uniform(3e3, 11e3)
+        first = rng.uniform(0.0, 700.0)
+        for radar, place in (("a", np.array([-20e3, 0.0])), ("b", np.array([20e3, 5e3]))):
+
+            def path(
+                time: float, begin: Array = middle - place, velocity: Array = velocity,
+                first: float = first, height: float = height,
+            ) -> Array:  # fmt: skip
+                return np.append(begin + velocity * (time - first - 250.0), height)
+
+            for time, *plot, name in _plots(
+                rng, f"c{craft}", path, (first, first + 500.0), period=4.0
+            ):
+                drift = time / 1200.0 if radar == "b" else 0.0
+                rows.append((time + drift, radar, *plot, height, name))
+    return _table(rows, ["sensor", "range_m", "azimuth_deg", "height_m"])
+
+
+def stage_jump(rng: np.random.Generator) -> pl.DataFrame:
+    """Return sixty cells a minute apart; at the fortieth of eighty frames the stage jumps."""
+    rows = []
+    cells, jump = rng.uniform(0.0, 600.0, (60, 2)), np.array([30.0, -18.0])
+    velocity = rng.normal(0.0, 0.4, cells.shape)
+    for frame in range(80):
+        velocity = 0.8 * velocity + rng.normal(0.0, 0.25, cells.shape)
+        cells = cells + velocity
+        seen = cells + rng.normal(0.0, 0.5, cells.shape) + (jump if frame >= 40 else 0.0)
+        for cell in np.flatnonzero(rng.random(60) < 0.95):
+            rows.append((60.0 * frame, *seen[cell], f"cell{cell}"))
+        for _ in range(rng.poisson(1.0)):
+            rows.append((60.0 * frame, *rng.uniform(0.0, 600.0, 2), NOBODY))
+    return _table(rows, ["x", "y"])
+
+
+# What is told of each: where sensors stand, as whoever records knows it.
+AT = {"position": [0.0, 0.0]}
+SCENES: dict[str, tuple[Callable[[np.random.Generator], pl.DataFrame], dict]] = {
+    "collars": (collars, {}),
+    "pilots": (pilots, {}),
+    "stacks": (stacks, {"default": {**AT, "scan_period": 12.0}}),
+    "crossing": (crossing, {}),
+    "drifting_clock": (
+        drifting_clock,
+        {
+            "a": {"position": [-20e3, 0.0], "scan_period": 4.0},
+            "b": {"position": [20e3, 5e3], "scan_period": 4.0},
+        },
+    ),
+    "stage_jump": (stage_jump, {}),
+}
+
+
+def _ahead(heading: float) -> Array:
+    return np.array([np.sin(heading), np.cos(heading)])
+
+
+def _racetrack(fix: Array, inbound: float, speed: float, begun: float) -> Callable[[float], Array]:
+    """Return a path of legs of a minute and turns of 3 deg/s to the right."""
+    turn = np.radians(3.0)
+    radius, ahead = speed / turn, _ahead(inbound)
+    right, leg = np.array([ahead[1], -ahead[0]]), 60.0 * speed
+
+    def place(time: float) -> Array:
+        phase = (time + begun) % 240.0
+        part, into = divmod(phase, 60.0)
+        angle = turn * into
+        bow = radius * (1.0 - np.cos(angle)), radius * np.sin(angle)
+        if part == 0:  # towards the fix
+            return np.asarray(fix - ahead * (leg - speed * into))
+        if part == 1:
+            return np.asarray(fix + right * bow[0] + ahead * bow[1])
+        far = fix + right * 2 * radius
+        if part == 2:
+            return np.asarray(far - ahead * speed * into)
+        return np.asarray(far - ahead * leg - right * bow[0] - ahead * bow[1])
+
+    return place
+
+
+def _plots(
+    rng: np.random.Generator, name: str, path: Callable[[float], Array], span: tuple[float, float],
+    *, period: float = 12.0,
+) -> list[tuple]:  # fmt: skip
+    """Return what a turning radar in the middle reports, each when its beam passes."""
+    rows, (first, last) = [], span
+    for turn in np.arange(first - first % period, last, period):
+        azimuth = np.arctan2(*path(turn)[:2]) % (2 * np.pi)
+        time = turn + azimuth / 2 / np.pi * period
+        if not first <= time < last or rng.random() > 0.92:
+            continue
+        place = path(time)
+        away = np.linalg.norm(place) + rng.normal(0.0, 70.0)
+        measured = np.degrees(np.arctan2(*place[:2])) + rng.normal(0.0, 0.08)
+        rows.append((time, away, measured % 360.0, name))
+    return rows
+
+
+def _table(rows: list[tuple], names: list[str]) -> pl.DataFrame:
+    return pl.DataFrame(sorted(rows), ["time", *names, "target"], orient="row")
