@@ -29,9 +29,8 @@ __all__ = ["WIDER", "estimate"]
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
 DETECTION_RANGE = (0.5, 0.98)
-# Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
-USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
-SURE_LENGTH = 8
+# Process noise is never less, in units of σ²/T³.
+LEAST_PROCESS = 3e-4
 # With so many unrelated reports about a successor, false segments line up.
 CROWDED = 1.0
 # Above the greatest speed that is seen.
@@ -240,9 +239,6 @@ def _noise(
         chains.time, chains.position, sigma or start, density, fixed=known
     )
     unit = sigma**2 / (period or float(np.nanmedian(np.diff(chains.time, axis=1)))) ** 3
-    lengths = np.isfinite(chains.position[:, :, 0]).sum(axis=1)
-    if np.median(lengths) < SURE_LENGTH:
-        process = USUAL_PROCESS * unit
     return sigma, max(process, LEAST_PROCESS * unit)
 
 
