@@ -19,6 +19,7 @@ from trackweave.estimation.covering import covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import Frames, frames_of
+from trackweave.estimation.identities import identity_error
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
@@ -125,6 +126,17 @@ def _reconciled(
 
 def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | None) -> _Findings:
     """Return what one sensor's reports tell, whether it looks or not."""
+    found = _kinematic(reports, index, sigma, scans)
+    error = identity_error(reports, index)
+    if error is None:
+        return found
+    return replace(found, sensor=replace(found.sensor, identity_error=digits(error)))
+
+
+def _kinematic(
+    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
+) -> _Findings:
+    """Return what a sensor's reports tell by when and where they are."""
     if scans is True:
         return _look_at(reports, index, sigma)
     seen, threads, rows = judged(reports, index)
