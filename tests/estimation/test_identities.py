@@ -54,6 +54,27 @@ def test_what_is_wrong_is_counted(wrong):
         assert 0.6 * wrong < found < 1.2 * wrong
 
 
+@pytest.mark.parametrize("names", ["numbers", "unknown", "half unknown"])
+def test_what_names_no_object_is_no_identity(names):
+    table = ships(np.random.default_rng(9), wrong=0.0)
+    number = pl.int_range(pl.len()).cast(pl.String)
+    named = {
+        "numbers": number, "unknown": pl.lit("n/a"),
+        "half unknown": pl.when(pl.int_range(pl.len()) % 80 < 40).then(pl.lit("-"))
+        .otherwise("identity"),
+    }[names]  # fmt: skip
+    reports = read(table.with_columns(identity=named))
+    found = identity_error(reports, 0)
+    assert found > (0.3 if names == "half unknown" else 0.9)
+    assert names == "half unknown" or identity_threads(reports, np.arange(len(reports))) is None
+    result = track(table.with_columns(identity=named))
+    assert sum("name no objects" in note for note in result.run["notes"]) == 1
+    assert result.assignments["track"].null_count() < 20
+    whose = table["identity"].to_list()
+    assigned = result.assignments["track"].fill_null(-1).to_numpy()
+    assert assignment_quality(whose, assigned).idf1 > 0.98
+
+
 def test_reports_that_are_far_off_are_under_their_own_name():
     """Where no other object is, nobody else can have sent them."""
     reports = read(herd(np.random.default_rng(4), wild=0.02))

@@ -6,12 +6,15 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 
-__all__ = ["identity_error", "identity_threads"]
+__all__ = ["identity_error", "identity_threads", "note_on_identities"]
 
 # A step is absurd that is so many times as long, and as fast, as the steps before and after it.
 ABSURD, BESIDE = 6.0, 3
 # It is another's where one of so many reports before or after is that much nearer than its leap.
 AROUND, NEAR, MOST_ABSURD = 100, 0.1, 400
+# A step leads elsewhere that is so many times as long as the way to the nearest report before it;
+# where so many do, or come alone, identities are no names.
+ELSEWHERE, NO_NAMES, MOST_ERROR, MOST_STEPS = 10.0, 0.3, 0.99, 2000
 # Before the data speak identities are wrong as seldom as this, trusted as so many reports.
 USUAL_ERROR, TRUSTED = 1e-4, 500.0
 # Threads are those of identities where hardly any is wrong, and nearly all reports have one.
@@ -37,9 +40,27 @@ def identity_error(reports: ReportTable, sensor: int) -> float | None:
     rows = np.flatnonzero((reports.sensor == sensor) & _named(reports))
     if rows.size == 0:
         return None
+    assert reports.identity is not None
     order = _by_identity(reports, rows)
+    again = reports.identity[order[1:]] == reports.identity[order[:-1]]
+    # Where most come once they are numbers of reports, and where most of one identity are at many
+    # places at once it says "unknown": neither names an object.
+    alone = 1.0 - 2.0 * float(np.mean(again)) if order.size > 1 else 0.0
+    elsewhere = _elsewhere(reports, order[:-1][again], order[1:][again])
+    if max(alone, elsewhere) > NO_NAMES:
+        return min(max(alone, elsewhere), MOST_ERROR)
     wrong = _of_others(reports, order, np.flatnonzero(_is_absurd(reports, order)))
     return float((wrong + USUAL_ERROR * TRUSTED) / (rows.size + TRUSTED))
+
+
+def note_on_identities(error: float | None) -> str | None:
+    """Return a sentence where identities name no objects, None elsewhere."""
+    if error is None or error <= NO_NAMES:
+        return None
+    return (
+        "identities come only once, or at many places at once, so that they name no objects and "
+        "hardly count; leave the column out, or empty where nothing is known"
+    )
 
 
 def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | None:
@@ -116,6 +137,22 @@ def _of_others(reports: ReportTable, rows: IntArray, absurd: IntArray) -> float:
         off = np.linalg.norm(place[near] - place[each], axis=1).min(initial=np.inf)
         found += bool(off < NEAR * np.linalg.norm(place[each] - place[each - 1]))
     return found * absurd.size / max(some.size, 1)
+
+
+def _elsewhere(reports: ReportTable, before: IntArray, after: IntArray) -> float:
+    """Return which share of an identity's steps is far longer than to whoever reported lately."""
+    if after.size == 0:
+        return 0.0
+    when = np.argsort(reports.time, kind="stable")
+    when = when[reports.sensor[when] == reports.sensor[after[0]]]
+    rank = np.empty(len(reports), dtype=np.int64)
+    rank[when] = np.arange(when.size)
+    place, found, some = reports.measurement, 0, slice(None, None, after.size // MOST_STEPS + 1)
+    for early, late in zip(before[some].tolist(), after[some].tolist(), strict=True):
+        lately = when[max(0, rank[late] - AROUND) : rank[late]]
+        nearest = np.linalg.norm(place[lately] - place[late], axis=1).min(initial=np.inf)
+        found += bool(np.linalg.norm(place[late] - place[early]) > ELSEWHERE * nearest)
+    return found / len(after[some])
 
 
 def _leaps(value: FloatArray, own: IntArray) -> NDArray[np.bool_]:
