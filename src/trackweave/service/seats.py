@@ -7,7 +7,6 @@ and takes the calls since.
 
 import logging
 import os
-import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from time import monotonic
@@ -15,6 +14,7 @@ from typing import Any
 
 from trackweave.config import load_configuration
 from trackweave.engine import Actor, EngineError, Pool, engine_of
+from trackweave.errors import InvalidInputError
 from trackweave.service.live_region import LiveRegion
 from trackweave.service.log import say
 from trackweave.service.rehearsing import Rehearsal, warm_solvers
@@ -24,7 +24,9 @@ __all__ = ["Seat", "Seats", "seats_of"]
 
 EACH = 2
 """So many workers have each region: one, and its standby."""
-PATIENCE_S, START_S = 5.0, 120.0
+SPARE = 1
+"""So many have none, and need not start before they take a lost one's place."""
+PATIENCE_S, START_S = 5.0, 300.0
 """After so long a worker counts as hung that the other one is ahead of, or that begins [s]."""
 FAILED = 5
 """So many workers of a region in a row may be lost as they begin."""
@@ -47,7 +49,7 @@ class Seat:
 
     def __init__(self, configuration: Mapping[str, Any], dim: int) -> None:
         Rehearsal().run(load_configuration(configuration), dim)
-        threading.Thread(target=warm_solvers, daemon=True).start()
+        warm_solvers()
         self._region: LiveRegion | None = None
 
     def take(self, state: bytes | None, calls: Sequence[tuple[str, Any]]) -> tuple[int, Any]:
@@ -118,8 +120,15 @@ class Seats:
 
     def prepare(self, spec: Spec) -> None:
         """Have workers that are ready for the regions of a configuration."""
-        self._spec = spec
-        count = EACH * len(spec.regions or ())
+        cut, self._spec = len(spec.regions or ()), spec
+        if cut > self.most:
+            raise InvalidInputError(
+                f"workers: {self.most}, and the journal has {cut} regions; expected --workers "
+                f"{cut}"
+            )
+        # What compiles, or is loaded, does so once on this machine.
+        Seat(spec.configuration, spec.dim)
+        count = EACH * cut + SPARE
         while len(self._ready) + sum(len(each.seats) for each in self._regions) < count:
             self._ready.append(self._hired())
         while any(
@@ -181,8 +190,7 @@ class Seats:
         if not all(each.actor.is_alive for each in self._ready):
             self._ready = [each for each in self._ready if each.actor.is_alive]
             self._later = monotonic() + START_S
-        if self._regions and not self._ready and monotonic() >= self._later:
-            # Whoever takes a lost one's place need not start first.
+        if self._regions and len(self._ready) < SPARE and monotonic() >= self._later:
             self._ready.append(self._hired())
 
     def _attend(self, number: int, region: _Region, seat: _Held) -> None:
@@ -270,5 +278,5 @@ class Seats:
 
 def seats_of(name: str, most: int) -> Seats:
     """Return seats for at most so many regions on an engine, by its name."""
-    # One more for a region that is stuck, and one for a worker that is just being replaced.
-    return Seats(engine_of(name, EACH * most + 2, time_limit=PATIENCE_S), most)
+    # One more for a region that is stuck.
+    return Seats(engine_of(name, EACH * most + SPARE + 1, time_limit=PATIENCE_S), most)

@@ -78,7 +78,7 @@ class SharedTracks:
             for (one, two), count in shared.items()
             if count >= SHARE * min(looked[one, two[0]], looked[two, one[0]])
         ]
-        keys = {key for _, one, two in pairs for key in (one, two)}
+        keys = sorted({key for _, one, two in pairs for key in (one, two)})
         known = {key: self.spans[key] for key in keys if key in self.spans}
         spans = _spans(open_, time, known)
         group = grouped(pairs, spans)
