@@ -6,6 +6,8 @@ import numpy as np
 import polars as pl
 
 Array = np.ndarray
+Ways = dict[str, tuple[Callable[[float], Array], float, float]]
+"""Where each object is at a time, and from when to when it is there [s]."""
 NOBODY = ""
 
 
@@ -50,8 +52,9 @@ def pilots(rng: np.random.Generator) -> pl.DataFrame:
     return _table(rows, ["x", "y", "identity"])
 
 
-def stacks(rng: np.random.Generator) -> pl.DataFrame:
+def stacks(rng: np.random.Generator, ways: Ways | None = None) -> pl.DataFrame:
     """Return two stacks of five that hold under a radar of twelve seconds, and who flies over."""
+    ways = {} if ways is None else ways
     rows: list[tuple] = []
     for stack in range(2):
         fix, inbound = rng.uniform(30e3, 60e3, 2) * [1, 1 - 2 * stack], rng.uniform(0, 2 * np.pi)
@@ -59,6 +62,7 @@ def stacks(rng: np.random.Generator) -> pl.DataFrame:
             name, begun = f"h{stack}{level}", rng.uniform(0.0, 240.0)
             speed = rng.uniform(105.0, 120.0)
             path = _racetrack(fix, inbound, speed, begun)
+            ways[name] = path, 0.0, 1200.0
             rows += _plots(rng, name, path, (0.0, 1200.0))
     for number in range(6):
         middle, course = rng.uniform(-40e3, 40e3, 2), rng.uniform(0.0, 2 * np.pi)
@@ -69,6 +73,7 @@ def stacks(rng: np.random.Generator) -> pl.DataFrame:
         ) -> Array:
             return np.asarray(middle + velocity * (time - first - 250.0))
 
+        ways[f"o{number}"] = straight, first, first + 500.0
         rows += _plots(rng, f"o{number}", straight, (first, first + 500.0))
     for turn in range(100):
         for _ in range(rng.poisson(2.0)):
@@ -77,25 +82,28 @@ def stacks(rng: np.random.Generator) -> pl.DataFrame:
     return _table(rows, ["range_m", "azimuth_deg"])
 
 
-def crossing(rng: np.random.Generator) -> pl.DataFrame:
+def crossing(rng: np.random.Generator, ways: Ways | None = None) -> pl.DataFrame:
     """Return a lidar's 60 s of a road, ten reports a second: cars in two lanes and on foot."""
-    rows = []
+    rows, ways = [], {} if ways is None else ways
     for frame in range(600):
         for _ in range(rng.poisson(1.0)):
             rows.append((frame / 10, rng.uniform(-60, 60), rng.uniform(-20, 20), NOBODY))
     for car in range(24):
         lane, first, speed = car % 2, rng.uniform(0.0, 50.0), rng.uniform(8.0, 14.0)
-        side = 1.0 - 2.0 * lane
+        drive = _drive(car, 1.0 - 2.0 * lane, speed, first)
+        ways[f"car{car}"] = drive, first - 0.1, first + 120.0 / speed
         for frame in range(int(first * 10), 600):
-            x = side * (speed * (frame / 10 - first) - 60.0)
+            x, y = drive(frame / 10)
             if abs(x) <= 60.0 and rng.random() < 0.9:
-                y = side * 1.6 + 0.2 * np.sin(frame / 30 + car) + rng.normal(0.0, 0.2)
+                y += rng.normal(0.0, 0.2)
                 rows.append((frame / 10, x + rng.normal(0.0, 0.2), y, f"car{car}"))
     for walker in range(8):
         first, x, side = rng.uniform(0.0, 40.0), rng.uniform(-30.0, 30.0), rng.choice([-1, 1])
+        walk = _walk(x, side, first)
+        ways[f"walker{walker}"] = walk, first - 0.1, first + 25.0
         for frame in range(int(first * 10), min(600, int(first * 10) + 250)):
             if rng.random() < 0.85:
-                y = side * (1.3 * (frame / 10 - first) - 15.0)
+                x, y = walk(frame / 10)
                 rows.append((frame / 10, x + rng.normal(0.0, 0.15), y + rng.normal(0.0, 0.15),
                              f"walker{walker}"))  # fmt: skip
     return _table(rows, ["x", "y"])
@@ -183,6 +191,21 @@ def _racetrack(fix: Array, inbound: float, speed: float, begun: float) -> Callab
         return np.asarray(far - ahead * leg - right * bow[0] - ahead * bow[1])
 
     return place
+
+
+def _drive(car: int, side: float, speed: float, first: float) -> Callable[[float], Array]:
+    """Return a car's way along its lane, from its first second on."""
+
+    def place(time: float) -> Array:
+        y = side * 1.6 + 0.2 * np.sin(time / 3 + car)
+        return np.array([side * (speed * (time - first) - 60.0), y])
+
+    return place
+
+
+def _walk(x: float, side: float, first: float) -> Callable[[float], Array]:
+    """Return the way over the road of somebody on foot."""
+    return lambda time: np.array([x, side * (1.3 * (time - first) - 15.0)])
 
 
 def _plots(

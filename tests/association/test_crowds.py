@@ -7,7 +7,7 @@ from oracles.windows import WIDE, Windows
 from trackweave.association._crowding import Crowding, nearest_of
 from trackweave.association._gating import is_beside, within_reach
 from trackweave.association._growth import propose
-from trackweave.association._nodes import Candidates, Misses
+from trackweave.association._nodes import Misses, room_for_candidates
 from trackweave.association._pruning import part_ties
 from trackweave.association.crowding import FEWEST_LOOKS, SHARE_IN_CROWDS
 from trackweave.association.growth_limits import GrowthLimits
@@ -56,9 +56,7 @@ def crowd(spread, n_reports, limits, n_scans=4):
 def children(tree, scan, most, room=100_000):
     """Return the cost of each child by parent and report, and how many were not kept."""
     n = tree.n_nodes
-    candidates = Candidates(
-        np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
-    )
+    candidates = room_for_candidates(room)
     missed = Misses(*(np.empty(n) for _ in Misses._fields))
     crowding = Crowding(
         10**6, 10**6, np.full(n, most), np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int64)

@@ -378,7 +378,7 @@ def test_strength_and_identities_are_handed_on() -> None:
     values = {"sensors": {"A": {"strength": strength, "identity_error": 0.2}}}
     sensor, other = filled(values).sensors
     assert sensor.strength == StrengthModel(20.0, 5.0, 12.0, 4.0)
-    assert (sensor.identity_error, other.identity_error, other.strength) == (0.2, 0.01, None)
+    assert (sensor.identity_error, other.identity_error, other.strength) == (0.2, 0.001, None)
 
 
 def test_the_kind_of_filter_is_handed_on() -> None:

@@ -13,6 +13,7 @@ SIGMA = (50.0, 0.001)
 SENSOR = SensorEstimate(4.0, SIGMA, 0.9, 1e-6, 1e10, 8.0)
 GUESS = Estimates({"A": SENSOR}, 0.1, 300.0, 1e-12, 1e-10)
 PLACE = (1000.0, 2000.0)
+NOBODY = table(np.array([0.0]), np.array([PLACE])), ()
 
 
 def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0):
@@ -29,7 +30,8 @@ def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0):
     time = np.concatenate([np.repeat(moments, 20), moments[there]])
     where = np.concatenate([air, echo[there]]) + PLACE
     order = np.argsort(time, kind="stable")
-    return with_standing(GUESS, table(time[order], where[order]), {"A": PLACE}).sensors["A"].echoes
+    told = with_standing(GUESS, table(time[order], where[order]), {"A": PLACE}, NOBODY)
+    return told.sensors["A"].echoes
 
 
 def test_a_place_of_false_alarms_is_found_with_its_spread_and_number():
@@ -57,7 +59,8 @@ def moored(offsets, scatter, sensor=SENSOR, at=(1000.0, 0.0)):
     place = np.concatenate([every[each] for every, each in zip(where, seen, strict=True)]) + PLACE
     order = np.argsort(time, kind="stable")
     guess = replace(GUESS, sensors={"A": sensor})
-    return with_standing(guess, table(time[order], place[order]), {"A": PLACE}).sensors["A"].echoes
+    told = with_standing(guess, table(time[order], place[order]), {"A": PLACE}, NOBODY)
+    return told.sensors["A"].echoes
 
 
 def as_measured(rng, count):

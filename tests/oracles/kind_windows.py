@@ -133,7 +133,7 @@ class KindWindow:
             hits=np.ones(count, dtype=np.int64),
             chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
             wild=np.full(count, -1.0),
-            identity=nobody, former=nobody,
+            identity=nobody, other=nobody,
             sensor=nobody,
             is_line=np.zeros(count, dtype=np.int64), slot=nobody, unseen=np.empty((count, 0)),
         )  # fmt: skip

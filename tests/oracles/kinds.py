@@ -268,11 +268,52 @@ def naming(view, index, said, n_identities):
     if own < 0 or not said:
         return 0.0
     error = view.sensor.identity_error
-    # The last one named, and whoever was named last before that.
-    others = [name for name in said if name != said[-1]]
-    if own in (said[-1], *others[-1:]):
+    taken, other = whose(said)
+    if own == taken:
         return -math.log((1 - error) * n_identities + error)
-    return -math.log(error)
+    return 0.0 if own == other else -math.log(error)
+
+
+def whose(said):
+    """Return who a sequence is, and who its last report said if that was not the same."""
+    # One named twice in a row is who it is from then on.
+    taken, other = None, None
+    for name in said:
+        if taken is None or name == other:
+            taken = name
+        other = name if name != taken else None
+    return taken, other
+
+
+def is_own(view, index, said):
+    """Tell whether a report names who a sequence is."""
+    identity = view.scan.identity
+    return bool(said) and identity is not None and identity[index] == whose(said)[0]
+
+
+def taken(views, view, index):
+    """Return what a new object costs where a report before its scan had its identity [nats]."""
+    if view.scan.identity is None or view.scan.identity[index] < 0:
+        return 0.0
+    earlier = views[: next(place for place, each in enumerate(views) if each is view)]
+    named = [each.scan.identity for each in earlier if each.scan.identity is not None]
+    is_taken = any(view.scan.identity[index] in each for each in named)
+    return -math.log(view.sensor.identity_error) if is_taken else 0.0
+
+
+def leap(view, index, known, rule):
+    """Return how likely a report is of an object that moves as none of its models, and its state.
+
+    One in a hundred is anywhere as far off as it is, or as its speed lets it come.
+    """
+    (state, time), dim = known, rule.dim
+    off = np.linalg.norm(place(view, index, dim)[0] - state.mean[0, :dim])
+    radius = max(off, rule.max_speed * abs(view.moment(index) - time))
+    volume = math.pi * radius**2 if dim == 2 else 4 / 3 * math.pi * radius**3
+    cost, begun = begin(view, index, rule)
+    log_volume = math.log(view.sensor.clutter_density / view.sensor.detection_probability)
+    log_volume -= cost + view.log_density
+    return math.log(0.01 / volume) + log_volume, begun
 
 
 def covered(view, state, rule, since):
@@ -301,7 +342,7 @@ def price(views, choice, setting, known=None):
             if index is None:
                 continue
             cost, state = begin(view, index, rule)
-            cost -= evidence(view, index)
+            cost += taken(views, view, index) - evidence(view, index)
         else:
             seen = sensor.detection_probability * covered(view, state, rule, time)
             living += view.survival_cost
@@ -315,15 +356,14 @@ def price(views, choice, setting, known=None):
                 given_up |= misses >= setting.max_misses or now - time > setting.max_unseen
                 continue
             moment = view.moment(index)
-            if given_up or seen == 0.0 or not _reaches(view, index, state, time, rule):
+            if given_up or seen == 0.0:
                 return None
             if abs(moment - seen_by.get(sensor.name, -math.inf)) < view.separation:
                 return None
-            width = view.scan.measurement.shape[1]
-            there = ahead(state, moment - time, rule)
-            distance, log_likelihood, after, wild = compare(view, index, there, rule, wild)
-            if distance > chi2.ppf(GATE, width):
+            followed = follow(view, index, (state, time, wild), said, rule)
+            if followed is None:
                 return None
+            log_likelihood, after, wild = followed
             cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
@@ -338,6 +378,19 @@ def price(views, choice, setting, known=None):
     end = -math.log(1 - setting.survival)
     tail = living - math.log(sight + hidden)
     return Price(cost, cost + (end if given_up else min(tail, end)), state)
+
+
+def follow(view, index, known, said, rule):
+    """Return a report's log likelihood, the state after it and whether it is wild; or None."""
+    state, time, wild = known
+    if _reaches(view, index, state, time, rule):
+        there = ahead(state, view.moment(index) - time, rule)
+        distance, log_likelihood, after, tail = compare(view, index, there, rule, wild)
+        if distance <= chi2.ppf(GATE, view.scan.measurement.shape[1]):
+            return log_likelihood, after, tail
+    if locates(view, rule.dim) and is_own(view, index, said):
+        return *leap(view, index, (state, time), rule), wild
+    return None
 
 
 def _reaches(view, index, state, time, rule):

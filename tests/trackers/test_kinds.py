@@ -71,6 +71,22 @@ def test_a_name_that_changes_for_good_is_the_same_track():
     assert target._tree.nodes.identity[node] == 9
 
 
+def test_a_name_holds_a_track_that_leaps():
+    """It is reported 5 km aside, where its gate and its greatest speed let nobody come."""
+    target = tracker()
+    scans = [
+        Scan(float(time), "radar", [[8.0 * time, 5000.0 * (time > 5)], [8.0 * time, -3000.0]],
+             report=[2 * time, 2 * time + 1], identity=[3, 8])
+        for time in range(12)
+    ]  # fmt: skip
+    hypotheses = run(target, scans)
+    assigned = all_assignments(target, hypotheses)
+    assert len({assigned[2 * time] for time in range(12)}) == 1
+    assert len(set(assigned.values())) == 2
+    last = hypotheses[-1].tracks.mean[:, :2]
+    np.testing.assert_allclose(last[last[:, 1] > 0.0][0], [88.0, 5000.0], atol=5.0)
+
+
 @pytest.mark.parametrize(("level", "begins"), [(12.0, True), (2.0, False)])
 def test_strength_helps_to_begin(level, begins):
     """In clutter where places alone leave it open, loud reports make a track, faint ones none."""

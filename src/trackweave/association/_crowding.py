@@ -40,6 +40,7 @@ def admit(
             candidates.node[count] = node
             candidates.report[count] = index
             candidates.cost[count] = cost
+            candidates.leap[count] = False
         return count + 1
     crowding.left_out[1] += 1
     if count <= candidates.node.shape[0]:

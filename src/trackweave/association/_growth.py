@@ -2,7 +2,7 @@
 
 import math
 
-from trackweave._loops import overwrite, overwrite_rows
+from trackweave._loops import overwrite
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._bearing_tracks import BEARING, begin_line, cross_line
 from trackweave.association._crowding import Crowding, admit, nearest_of
@@ -13,6 +13,12 @@ from trackweave.association._gating import (
     most_moved,
     widest,
     within_reach,
+)
+from trackweave.association._leaps import (
+    begin_state,
+    is_named,
+    propose_leaps,
+    spread_over_modes,
 )
 from trackweave.association._missing import begin_misses, end_misses, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
@@ -25,6 +31,7 @@ from trackweave.association._scoring import (
     room_for_expectation,
     room_for_state,
     share_covered,
+    take_identity,
     take_rate,
 )
 from trackweave.association._tails import compare_either, take_in_either
@@ -84,7 +91,8 @@ def propose(
                 count = _propose_crossings(
                     nodes, node, scan, rule, candidates, count, crowding, general
                 )
-        is_far = is_narrow and not is_any_reachable(
+        leaps = scan.is_located and not is_line and is_named(nodes, node, scan)
+        is_far = is_narrow and not leaps and not is_any_reachable(
             nodes.mean, nodes.covariance, nodes.weight, node, scan.position,
             scan.position_covariance, broad, motion.max_speed * abs(scan.time - nodes.time[node]),
             scan.tail_scale,
@@ -185,12 +193,16 @@ def propose(
                     nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood,
                     scan.log_clutter, chance, scan.evidence[index],
                 ) + identity_cost(
-                    scan.identity[index], nodes.identity[node], nodes.former[node],
+                    scan.identity[index], nodes.identity[node], nodes.other[node],
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:
                     cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
                 count = admit(candidates, begin, count, crowding, node, index, cost)
+            if leaps and seen > 0.0:
+                count = propose_leaps(
+                    nodes, node, scan, motion, chance, candidates, begin, count, crowding
+                )
     end_misses(nodes, n_nodes, scan, rule, missed)
     return count
 
@@ -220,7 +232,7 @@ def _propose_crossings(
             + identity_cost(
                 scan.identity[index],
                 nodes.identity[node],
-                nodes.former[node],
+                nodes.other[node],
                 scan.identity_gain,
                 scan.identity_loss,
             )
@@ -249,7 +261,9 @@ def append_children(
         above, index = candidates.node[entry], candidates.report[entry]
         interval = scan.moment[index] - nodes.time[above]
         wild = nodes.wild[above]
-        if general is None:
+        if candidates.leap[entry]:
+            begin_state(nodes, child, scan, index, motion, general)
+        elif general is None:
             predict(
                 nodes.mean[above, 0], nodes.covariance[above, 0], interval,
                 motion.noise[0, 0], mean, covariance,
@@ -264,7 +278,7 @@ def append_children(
                 nodes, above, scan, index, rule, nodes.mean[child, 0], nodes.covariance[child, 0]
             )
             take_rate(scan, index, nodes.mean[child, 0], nodes.covariance[child, 0], motion.dim)
-            _spread_over_modes(nodes, child, motion.share)
+            spread_over_modes(nodes, child, motion)
         else:
             # Children of one parent stand together, and mostly wait as long.
             if above != moved or interval != waited:
@@ -313,21 +327,10 @@ def append_children(
             nodes.chances[child] += nodes.misses[above] - nodes.counted[above] + 1.0
         claimed = scan.identity[index]
         nodes.identity[child] = nodes.identity[above]
-        nodes.former[child] = nodes.former[above]
-        if claimed >= 0 and claimed != nodes.identity[above]:
-            nodes.former[child] = nodes.identity[above]
-            nodes.identity[child] = claimed
+        nodes.other[child] = nodes.other[above]
+        if claimed >= 0:
+            take_identity(nodes, child, claimed)
         child += 1
-
-
-@jit
-def _spread_over_modes(nodes: Nodes, node: int, share: FloatArray) -> None:
-    """Give every mode the first one's state."""
-    for mode in range(share.shape[0]):
-        nodes.weight[node, mode] = share[mode]
-        if mode > 0:
-            overwrite(nodes.mean[node, mode], nodes.mean[node, 0])
-            overwrite_rows(nodes.covariance[node, mode], nodes.covariance[node, 0])
 
 
 @jit
@@ -366,28 +369,19 @@ def append_roots(
         nodes.wild[node] = -1.0
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
-        nodes.former[node] = -1
+        nodes.other[node] = -1
         heard_by = scan.sensor if scan.is_heard else -1
         begin_rhythm(nodes.rhythm, node, heard_by, scan.moment[index])
-        nodes.mean[node] = 0.0
-        nodes.covariance[node] = 0.0
-        overwrite(nodes.weight[node], motion.share)
         if scan.is_located:
             nodes.cost[node] = (
                 scan.log_clutter - math.log(scan.detection_probability) - log_density[index]
                 - scan.log_begin[index] - scan.evidence[index]
             )  # fmt: skip
-            mean, covariance = nodes.mean[node, 0], nodes.covariance[node, 0]
-            for component in range(motion.prior.shape[0]):
-                covariance[component, component] = motion.prior[component]
-            for row in range(dim):
-                mean[row] = scan.position[index, row]
-                for column in range(dim):
-                    covariance[row, column] = scan.position_covariance[index, row, column]
-            if general is not None:
-                take_rate(scan, index, mean, covariance, dim)
-            _spread_over_modes(nodes, node, motion.share)
+            begin_state(nodes, node, scan, index, motion, general)
         else:
+            nodes.mean[node] = 0.0
+            nodes.covariance[node] = 0.0
+            overwrite(nodes.weight[node], motion.share)
             nodes.cost[node] = HOPELESS
             nodes.tail[node] = math.inf
             if general is not None and scan.kind == BEARING and dim == 2:

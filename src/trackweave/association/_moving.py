@@ -22,7 +22,7 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.hits[to] = source.hits[row]
         target.chosen[to] = source.chosen[row]
         target.identity[to] = source.identity[row]
-        target.former[to] = source.former[row]
+        target.other[to] = source.other[row]
         target.sensor[to] = source.sensor[row]
         target.is_line[to] = source.is_line[row]
         target.cost[to] = source.cost[row]

@@ -41,8 +41,8 @@ class Nodes(NamedTuple):
     instant; ``chances`` counts those up to and with the last report, from the object's first.
     ``price`` is what holding the last report against others is worth [nats], as far as they were
     known, and ``belief`` how probable it was then that this is what its object did and that it
-    lives. ``identity`` is whom the last report that said so was of, ``former`` whom another one
-    before it; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
+    lives. ``identity`` is who it says it is, ``other`` who its last report said if that was not
+    the same; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
     which intervals the object reports itself, see ``association._rhythm``. ``wild`` is how
     probable it is that the noise was wide of the last report but the first that was of a sensor
     whose tails persist; -1 where there was none.
@@ -60,7 +60,7 @@ class Nodes(NamedTuple):
     hits: IntArray
     chosen: IntArray
     identity: IntArray
-    former: IntArray
+    other: IntArray
     sensor: IntArray
     is_line: IntArray
     cost: FloatArray
@@ -195,11 +195,15 @@ class Misses(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Children that a scan offers: parent node, index in the scan, cost."""
+    """Children that a scan offers: parent node, index in the scan, cost.
+
+    ``leap`` tells whose object moved as its model does not foresee, see ``association._leaps``.
+    """
 
     node: IntArray
     report: IntArray
     cost: FloatArray
+    leap: np.ndarray
 
 
 class State(NamedTuple):
@@ -247,6 +251,12 @@ def is_plain(scan: ScanInput, motion: MotionRule) -> bool:
     )
 
 
+def room_for_candidates(count: int) -> Candidates:
+    """Return room for so many children."""
+    whole, leap = np.empty((2, count), dtype=np.int64), np.zeros(count, dtype=np.bool_)
+    return Candidates(whole[0], whole[1], np.empty(count), leap)
+
+
 def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
     """Return room for nodes of states of so many modes and numbers, and columns of sensors."""
 
@@ -254,7 +264,7 @@ def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
         return np.empty((capacity, *shape), dtype=dtype)
 
     whole = (
-        "parent", "report", "family", "hits", "chosen", "identity", "former", "sensor", "is_line",
+        "parent", "report", "family", "hits", "chosen", "identity", "other", "sensor", "is_line",
     )  # fmt: skip
     real = (
         "cost", "tail", "hidden", "misses", "counted", "chances", "price", "belief", "time",

@@ -213,7 +213,7 @@ def admit_pairs(
                     nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood[at],
                     scan.log_clutter, chance, scan.evidence[index],
                 ) + identity_cost(
-                    scan.identity[index], nodes.identity[node], nodes.former[node],
+                    scan.identity[index], nodes.identity[node], nodes.other[node],
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:

@@ -226,14 +226,23 @@ def share_covered(state: State, coverage: Coverage) -> float:
 
 @jit
 def identity_cost(
-    claimed: int, identity: int, former: int, identity_gain: float, identity_loss: float
+    claimed: int, identity: int, other: int, identity_gain: float, identity_loss: float
 ) -> float:
-    """Return what it costs that a report is of somebody, as a sequence is or was [nats]."""
+    """Return what it costs that a report is of somebody, as a sequence is or is not [nats]."""
     if claimed < 0 or identity < 0:
         return 0.0
-    if claimed in (identity, former):
+    if claimed == identity:
         return -identity_gain
-    return identity_loss
+    # What a name costs that changes for good is paid once.
+    return 0.0 if claimed == other else identity_loss
+
+
+@jit
+def take_identity(nodes: Nodes, node: int, claimed: int) -> None:
+    """Take in of whom a sequence's last report says it is: twice in a row makes it so."""
+    if nodes.identity[node] < 0 or claimed == nodes.other[node]:
+        nodes.identity[node] = claimed
+    nodes.other[node] = -1 if claimed == nodes.identity[node] else claimed
 
 
 @jit

@@ -31,7 +31,7 @@ class InitialTracks:
     # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray
     identity: IntArray  # Whom the track is of; -1 for nobody
-    former: IntArray  # Whom it was of before; -1 for nobody
+    other: IntArray  # Of whom its last report was, if not of that one; -1 for nobody
     sensor: IntArray  # Which saw it last; -1 for none
     is_line: IntArray  # 1 for an object that has been seen by its bearing alone
     slot: IntArray  # The slot of its last report, -1 where there was none

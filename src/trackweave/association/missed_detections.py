@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from trackweave.arrays import IntArray
-from trackweave.association._nodes import Candidates, Misses, ScanInput, WindowRule
+from trackweave.association._nodes import Misses, ScanInput, WindowRule, room_for_candidates
 from trackweave.association.crowding import crowding_of
 from trackweave.association.foreign_growth import proposed
 from trackweave.association.growth_limits import GrowthLimits
@@ -29,7 +29,7 @@ def waited(
     nodes = tree.nodes
     nodes.counted[:count] = first > 0
     patient = rule._replace(most_tail=np.inf, max_misses=np.inf, max_unseen=np.inf)
-    nobody = Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
+    nobody = room_for_candidates(0)
     for place, scan in enumerate(scans):
         missed = Misses(*(np.empty(count) for _ in Misses._fields))
         unseen = without_reports(scan)

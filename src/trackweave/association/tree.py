@@ -20,6 +20,7 @@ from trackweave.association._nodes import (
     n_modes_and_size,
     new_families,
     part_of,
+    room_for_candidates,
     workspace,
 )
 from trackweave.association._pruning import (
@@ -126,6 +127,7 @@ class AssociationTree(NodeRoom):
         """Extend every sequence by the scan's reports, begin new objects, prune."""
         # ``log_density`` is that of objects not yet seen at each report's place [m⁻²]; ``is_last``
         # whether ``cut`` is to tell of this scan.
+        taken = self._taken(scan)
         candidates, missed = self._propose(scan)
         n_old, n_new = self.n_nodes, scan.measurement.shape[0]
         nodes = self.nodes
@@ -166,7 +168,7 @@ class AssociationTree(NodeRoom):
         appended(grown, candidates, chosen, scan, self.general)
         self.n_nodes += chosen.shape[0]
         self.nodes.price[n_old : self.n_nodes] = offer.price[chosen]
-        self._append_roots(scan, log_density)
+        self._append_roots(scan, log_density - taken)
         begun = np.ones(self.n_nodes - n_old, dtype=np.bool_)
         self._compact(np.concatenate([kept[:n_old], begun]))
 
@@ -313,19 +315,25 @@ class AssociationTree(NodeRoom):
             # A crowd is looked at only once.
             room = max(room, int(crowding.children.sum()))
         while True:
-            candidates = Candidates(
-                np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
-            )
+            candidates = room_for_candidates(room)
             grown = self.nodes, n, self.rule
             count = proposed(grown, scan, (candidates, missed), crowding, general)
             if count <= room:
                 self._room = count + count // 4
                 self.n_pruned += int(crowding.left_out.sum())
                 self.is_crowded = bool(crowding.left_out[0] > 0)
-                return Candidates(
-                    candidates.node[:count], candidates.report[:count], candidates.cost[:count]
-                ), missed
+                kept = {name: column[:count] for name, column in candidates._asdict().items()}
+                return Candidates(**kept), missed
             room = count + count // 4
+
+    def _taken(self, scan: ScanInput) -> FloatArray:
+        """Return what it costs that a new object has the identity of one that lives [nats]."""
+        if not np.any(scan.identity >= 0):
+            return np.zeros(scan.identity.shape[0])
+        lives = self.nodes.tail[: self.n_nodes] < np.inf
+        known = self.nodes.identity[: self.n_nodes][lives]
+        is_taken = (scan.identity >= 0) & np.isin(scan.identity, known)
+        return np.where(is_taken, scan.identity_loss, 0.0)
 
     def _append_roots(self, scan: ScanInput, log_density: FloatArray) -> None:
         count = scan.measurement.shape[0]

@@ -26,6 +26,8 @@ NARROWEST = 4.0
 """No cell is narrower than so many standard deviations of the sensor's noise."""
 MOST_STRANGERS = 0.2
 """A track beside more strangers than this, as near as its own reports scatter, is no sure one."""
+TRAVELS = 20.0
+"""What goes so many times as far as its reports scatter is itself, whoever flies beside it."""
 MOST_PLACES = 150
 
 
@@ -125,5 +127,7 @@ class _Strangers:
         apart = own[1:-1] - (own[:-2] + share * (own[2:] - own[:-2]))
         # Of the distance from the middle of two others half is theirs.
         reach = float(np.sqrt(np.mean(np.sum(apart**2, axis=1)) / 1.5))
+        if np.linalg.norm(np.ptp(own, axis=0)) > TRAVELS * reach:
+            return False
         near = n_within(self._tree, self._place[rows], reach) - 1
         return float(near.mean()) > MOST_STRANGERS

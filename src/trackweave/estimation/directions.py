@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,6 +17,8 @@ __all__ = ["across_of", "bearing_sensor", "components", "with_components"]
 
 FEWEST_RESIDUALS, HALF = 30, 3
 FEWEST_OF_TRACK = 2 * HALF + 1
+# Beside straight ways an object that turns leaves more than such a part of its usual step.
+TURNING = 0.15
 SAME_TIME = 1e-6
 # Of so many tracks it is told whether noise goes with the distance, at so many of these, where so
 # much less is left then.
@@ -25,6 +28,10 @@ NEAR = 0.25
 N_ROUNDS = 30
 LEAST_ANGLE, MOST_ANGLE = 1e-5, 0.2
 USUAL_DETECTION, USUAL_CHANCES = 0.7, 10.0
+
+
+_Beside: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, IntArray]]
+"""What neighbours say of reports at times, by how much that widens noise, and of which."""
 
 
 def with_components(
@@ -39,10 +46,13 @@ def with_components(
     # and as it was elsewhere.
     sensors = dict(estimates.sensors)
     tracks = sure_tracks(estimates, reports, followed)
-    beside = _beside_curves if len(ranging) > 1 else _beside_lines
     for name, place in ranging.items():
         if name in sensors:
-            noise = _component_noise(reports, tracks, (reports.sensors.index(name), place), beside)
+            index = reports.sensors.index(name)
+            own = _rows_of(reports, tracks, index)
+            is_curved = len(ranging) > 1 or _most_turn(reports, own)
+            beside = _beside_curves if is_curved else _beside_lines
+            noise = _component_noise(reports, own, place, beside)
             if noise is not None:
                 sigma, of_most, across = noise
                 sensors[name] = replace(
@@ -51,20 +61,35 @@ def with_components(
     return replace(estimates, sensors=sensors)
 
 
+def _rows_of(reports: ReportTable, tracks: list[Track], index: int) -> list[IntArray]:
+    """Return the rows of each track's reports of one sensor, where they tell of noise."""
+    own = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
+    own = [rows[np.diff(reports.time[rows], prepend=-np.inf) > SAME_TIME] for rows in own]
+    return [rows for rows in own if rows.size >= FEWEST_OF_TRACK]
+
+
+def _most_turn(reports: ReportTable, tracks: list[IntArray]) -> bool:
+    """Tell whether most reports are of objects that turn within a few of them."""
+    # In a holding stack, say, of whose turns straight ways make a noise eight times too large.
+    n_turning = 0
+    for rows in tracks:
+        time, place, off = reports.time[rows], reports.measurement[rows], []
+        for beside in (_beside_lines, _beside_curves):
+            expected, known, usable = beside(time, place)
+            left = np.linalg.norm(place[usable] - expected, axis=1) / np.sqrt(known)
+            off.append(float(np.median(left)) if left.size else 0.0)
+        step = float(np.median(np.linalg.norm(np.diff(place, axis=0), axis=1)))
+        n_turning += rows.size * (off[0] ** 2 - off[1] ** 2 > (TURNING * step) ** 2)
+    return 2 * n_turning > sum(rows.size for rows in tracks)
+
+
 def _component_noise(
-    reports: ReportTable,
-    tracks: list[Track],
-    sensor: tuple[int, Sequence[float]],
-    beside: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, IntArray]],
+    reports: ReportTable, tracks: list[IntArray], place: Sequence[float], beside: _Beside
 ) -> tuple[tuple[float, ...], tuple[float, ...], float] | None:
     """Return what is left of each component beside the tracks, over all and in most of them."""
     # And what is left across the line of sight however near objects are [m].
-    (index, place), parts, distance = sensor, [], []
-    for track in tracks:
-        rows = track.rows[reports.sensor[track.rows] == index]
-        rows = rows[np.diff(reports.time[rows], prepend=-np.inf) > SAME_TIME]
-        if rows.size < FEWEST_OF_TRACK:
-            continue
+    parts, distance = [], []
+    for rows in tracks:
         expected, known, usable = beside(reports.time[rows], reports.measurement[rows])
         used = rows[usable]
         seen_from = platform_of(reports, used, place)

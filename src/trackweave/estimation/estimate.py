@@ -19,6 +19,7 @@ from trackweave.estimation.covering import covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import Frames, frames_of
+from trackweave.estimation.identities import identity_error, note_on_identities
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
@@ -29,9 +30,8 @@ __all__ = ["WIDER", "estimate"]
 # Before the data speak: a usual radar, trusted to ± 0.1.
 USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
 DETECTION_RANGE = (0.5, 0.98)
-# Process noise in units of σ²/T³, where tracks are too short to tell, and never less.
-USUAL_PROCESS, LEAST_PROCESS = 1e-3, 3e-4
-SURE_LENGTH = 8
+# Process noise is never less, in units of σ²/T³.
+LEAST_PROCESS = 3e-4
 # With so many unrelated reports about a successor, false segments line up.
 CROWDED = 1.0
 # Above the greatest speed that is seen.
@@ -95,7 +95,12 @@ def estimate(
         initial_target_density=bounded(max(present), 1e-30),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
-        notes=tuple(f"sensor {name}: {f.note}" for name, f in findings.items() if f.note),
+        notes=tuple(
+            f"sensor {name}: {note}"
+            for name, found in findings.items()
+            for note in (found.note, note_on_identities(found.sensor.identity_error))
+            if note
+        ),
         **only_lone,
     )
 
@@ -125,6 +130,17 @@ def _reconciled(
 
 def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | None) -> _Findings:
     """Return what one sensor's reports tell, whether it looks or not."""
+    found = _kinematic(reports, index, sigma, scans)
+    error = identity_error(reports, index)
+    if error is None:
+        return found
+    return replace(found, sensor=replace(found.sensor, identity_error=digits(error)))
+
+
+def _kinematic(
+    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
+) -> _Findings:
+    """Return what a sensor's reports tell by when and where they are."""
     if scans is True:
         return _look_at(reports, index, sigma)
     seen, threads, rows = judged(reports, index)
@@ -240,9 +256,6 @@ def _noise(
         chains.time, chains.position, sigma or start, density, fixed=known
     )
     unit = sigma**2 / (period or float(np.nanmedian(np.diff(chains.time, axis=1)))) ** 3
-    lengths = np.isfinite(chains.position[:, :, 0]).sum(axis=1)
-    if np.median(lengths) < SURE_LENGTH:
-        process = USUAL_PROCESS * unit
     return sigma, max(process, LEAST_PROCESS * unit)
 
 

@@ -41,6 +41,7 @@ class SensorEstimate:
     mean_silence: float | None = None
     # Places of false alarms that come again and again, as in ``[sensors.NAME] echoes``.
     echoes: tuple[tuple[float, ...], ...] = ()
+    identity_error: float | None = None  # Share of its reports under another's identity
     strength: StrengthModel | None = None  # What the strength of its reports tells of their origin
 
     @property
@@ -61,6 +62,7 @@ class Estimates:
     # Share of their time for which objects are where no sensor can see them; None for unknown.
     hidden_share: float | None = None
     mean_silence: float | None = None  # How long they are there on average [s]; None for unknown
+    survival: float | None = None  # Chance that an object lives on for a scan; None as usual
     # Misses in succession after which a track ends; None for no such number.
     delete_after_misses: int | None = None
     max_scans: int | None = None  # Scans that a window should hold; None for the usual number

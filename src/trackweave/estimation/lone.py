@@ -6,9 +6,10 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.identities import identity_threads
 from trackweave.estimation.looking import LASTING, Looking, looking
 from trackweave.estimation.noise import least_noise, noise_of_chains
-from trackweave.estimation.threads import Threads, threads_of
+from trackweave.estimation.threads import Threads, once, threads_of
 
 __all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
 
@@ -18,6 +19,9 @@ OF_OBJECTS = 3
 LONGEST_CHAIN, MOST_CHAINS, LEAST_REPORTS = 60, 80, 40
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
+# An object's speed is that of the middle of its thread where this may lead to others, and where
+# it is all of the object, which may have lain still for most of the time, hardly ever exceeded.
+USUALLY, AT_MOST = 0.5, 0.95
 LEAST_FALSE = 0.001
 # Where one ends and another begins it is often one object's thread, torn; this share of those
 # that begin are of new objects at least. Of reports on no thread most are of objects that report
@@ -63,7 +67,13 @@ def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArra
     """Return whether a sensor looks, the threads that tell, and the rows that they thread."""
     # The rows in threads count in those.
     rows = middle_of(reports, sensor)
-    threads = threads_of(reports.time[rows], reports.measurement[rows])
+    time, position = reports.time[rows], reports.measurement[rows]
+    heard = once(time, position)
+    named = identity_threads(reports, rows[heard])
+    if named is None:
+        threads = threads_of(time, position)
+    else:
+        threads = Threads([heard[each] for each in named], heard.size, is_whole=True)
     return looking(reports.time[rows], threads.rows), threads, rows
 
 
@@ -82,7 +92,7 @@ def lone_reports(
     # At a quay the seldom are taken for one another; those that report often are sure.
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
     sigma, process = _told_noise(time, position, quick, sigma, rate)
-    speed = _speed(time, position, lasting)
+    speed = _speed(time, position, lasting, USUALLY if not threads.is_whole else AT_MOST)
     moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
     if sigma is not None and len(moving) < len(quick):
         # Of those that stand, the noise of movement is none.
@@ -199,8 +209,10 @@ def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) ->
     return max(float(np.median(found)), float(np.median(least))) or None if found else None
 
 
-def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:
-    """Return a speed that hardly any object exceeds."""
+def _speed(
+    time: FloatArray, position: FloatArray, threads: list[IntArray], share: float
+) -> float | None:
+    """Return a speed that hardly any object exceeds, each of which is slower for a share."""
     speeds = []
     for rows in threads:
         pieces = []
@@ -209,5 +221,5 @@ def _speed(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> f
             centred = time[piece] - time[piece].mean()
             velocity = centred @ position[piece] / np.dot(centred, centred)
             pieces.append(float(np.linalg.norm(velocity)))
-        speeds.append(float(np.median(pieces)))
+        speeds.append(float(np.quantile(pieces, share)))
     return FASTER * float(np.quantile(speeds, FASTEST_SHARE)) or None if speeds else None

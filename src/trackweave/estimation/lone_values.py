@@ -20,6 +20,9 @@ WORTH = 16.0
 DEAR = 4.0
 # Slow pauses between an object's own reports that a window holds, and instants in any case.
 PAUSES, DEPTHS = 2.0, (5, 80)
+# Of what reports more seldom than this [s], silences last so many slow pauses on average, and
+# objects live for so many at least.
+RARE, SILENT, LIVES = 200.0, 2.0, 5.0
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
@@ -87,7 +90,15 @@ def rhythm_of(
     usual = float(np.ptp(instants)) / max(instants.size - 1, 1)
     slow = max(each.slow_pause for each, _ in lone)
     depth = int(np.clip(np.ceil(PAUSES * slow / max(usual, 1e-9)), *DEPTHS))
+    rare = {}
+    if slow > RARE:
+        # Else nobody would be waited for until its next report.
+        rare = {
+            "mean_silence": float(f"{SILENT * slow:.4g}"),
+            "survival": 1.0 - 1.0 / (LIVES * slow),
+        }
     return {
+        **rare,
         "max_scans": depth,
         "depth": depth,
         "period": float(f"{max(each.pause for each, _ in lone):.4g}"),

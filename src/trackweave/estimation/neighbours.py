@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
+from trackweave.chi_squared import quantile_of
 
-__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most"]
+__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most", "noise_beside_curves"]
 
 # Neighbours are no farther apart than so many usual intervals.
 LONGEST_SPAN = 6.0
@@ -18,8 +19,27 @@ FEWEST = 6
 
 def is_as_most(time: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
     """Tell which chains are not far noisier than most, or too short to tell."""
-    # Chains as in ``noise_of_chains``. Beside the curve through two reports before and two after
-    # neither a turn nor a change of speed leaves anything, as it does beside a filter.
+    # Chains as in ``noise_of_chains``.
+    noise = _beside_curves(time, place)
+    told = noise[np.isfinite(noise)]
+    most = float(np.median(told)) if told.size else np.inf
+    return ~(noise > WILD * most)
+
+
+def noise_beside_curves(time: FloatArray, place: FloatArray) -> float:
+    """Return the standard deviation of chains' reports along an axis [m], whatever the turns."""
+    # Chains as in ``noise_of_chains``; 0 where all are too short to tell.
+    noise = _beside_curves(time, place)
+    told = noise[np.isfinite(noise)]
+    if not told.size:
+        return 0.0
+    return float(np.sqrt(np.mean(told**2) / quantile_of(place.shape[2], 0.5)))
+
+
+def _beside_curves(time: FloatArray, place: FloatArray) -> FloatArray:
+    """Return how far off each chain's reports are [m], as a median; NaN where too few tell."""
+    # Beside the curve through two reports before and two after neither a turn nor a change of
+    # speed leaves anything, as it does beside a filter.
     noise = np.full(time.shape[0], np.nan)
     for row in range(time.shape[0]):
         is_report = np.isfinite(time[row])
@@ -29,9 +49,7 @@ def is_as_most(time: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
         curve, known = expected_of(own, where)[-1]
         off = np.linalg.norm(where[2:-2] - curve, axis=1) / np.sqrt(1.0 + known)
         noise[row] = np.median(off)
-    told = noise[np.isfinite(noise)]
-    most = float(np.median(told)) if told.size else np.inf
-    return ~(noise > WILD * most)
+    return noise
 
 
 def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

@@ -11,7 +11,7 @@ from trackweave.estimation.chains import local_density
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
-from trackweave.estimation.neighbours import is_as_most
+from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
 from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
@@ -45,6 +45,9 @@ LONGEST_CHAIN = 60
 USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
 DETECTION_RANGE = (0.3, 0.96)
 PIECE = 5
+# So much of what objects do from one report to the next is left beside the curve through their
+# neighbours: noise that is less is hidden by it.
+HIDING = 0.04
 WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
@@ -359,6 +362,11 @@ def _noise(
     sigma, process = calm or noise_of_chains(
         time, place, sensor.plane_sigma, sensor.clutter_density
     )
+    unit = float(np.nanmedian(np.diff(time, axis=1))) ** 3
+    if sigma**2 < HIDING * process * unit:
+        # A filter that takes turns for noise of its own finds none in the reports.
+        sigma = max(sigma, noise_beside_curves(time, place))
+        _, process = noise_of_chains(time, place, sigma, sensor.clutter_density, fixed=True)
     # The tracks are sure, so that what is far off behind a turn is of no other object.
     process = noise_in_turns(time, place, (sigma, max(process, 1e-9)), sensor.clutter_density)
     return sigma, process

@@ -1,7 +1,8 @@
 """Places that give a sensor false alarms again and again: turbines, towers, a coast.
 
 Their reports lie together and come all the time, and are no object that stands: they scatter more
-than its noise would let them, or come far more seldom than objects are seen.
+than its noise would let them, or come far more seldom than objects are seen. Where many objects
+pass, as on the ways of a holding stack, reports come all the time as well, and are theirs.
 """
 
 import math
@@ -16,7 +17,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.directions import components
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
-from trackweave.estimation.refine import platform_of
+from trackweave.estimation.refine import Track, platform_of
 from trackweave.estimation.trees import all_within, n_within, tree_of
 
 __all__ = ["with_seldom", "with_standing"]
@@ -30,6 +31,8 @@ FEWEST, LEAST_SHARE, PARTS, FEWEST_SCANS = 7, 0.06, 4, 30
 OWN, SELDOM = 2.5, 0.5
 # Where its width begins to count it is looked at both ways.
 OVERLAP = 1.5
+# Who passes a place has no more than such a share of its reports there.
+OF_PASSERS = 0.5
 # On the plane, so many times as many as there are of false alarms that come everywhere.
 DENSER = 4.0
 MOST_PLACES = 200
@@ -37,14 +40,20 @@ MOST_PLACES = 200
 _Places: TypeAlias = tuple[tuple[float, ...], ...]
 _Moments: TypeAlias = tuple[FloatArray | IntArray, FloatArray]
 """The number of each report's scan, and its time [s]."""
+_Followed: TypeAlias = tuple[ReportTable, Sequence[Track]]
+"""A stretch of the reports, and its sure tracks."""
 
 
 def with_standing(
-    estimates: Estimates, reports: ReportTable, places: Mapping[str, Sequence[float]]
+    estimates: Estimates,
+    reports: ReportTable,
+    places: Mapping[str, Sequence[float]],
+    followed: _Followed,
 ) -> Estimates:
     """Return estimates with the places of false alarms of sensors that measure ranges."""
     # ``places`` are where those stand [m]. Reports are of the whole recording, on the plane, with
-    # the number of their scan where it is not their time.
+    # the number of their scan where it is not their time; ``followed`` is a stretch of them with
+    # its sure tracks.
     sensors = dict(estimates.sensors)
     for name, place in places.items():
         found = sensors.get(name)
@@ -54,8 +63,9 @@ def with_standing(
         stands = platform_of(reports, rows, place)
         if not np.any(np.ptp(stands, axis=0) > 1.0):
             polar = components(reports.measurement[rows] - stands)
+            passers = _Passers.of(followed, name, stands[0], np.array(found.sigma)[:2])
             sensors[name] = _with(
-                found, _of_ranges(found, polar, _moments(reports, rows), stands[0])
+                found, _of_ranges(found, polar, _moments(reports, rows), (stands[0], passers))
             )
     return replace(estimates, sensors=sensors)
 
@@ -106,9 +116,13 @@ def _of_plane(
 
 
 def _of_ranges(
-    sensor: SensorEstimate, polar: FloatArray, moments: _Moments, stands: FloatArray
+    sensor: SensorEstimate,
+    polar: FloatArray,
+    moments: _Moments,
+    seen_from: tuple[FloatArray, "_Passers"],
 ) -> _Places:
     """Return the same of ranges and azimuths of a sensor that stands at a place."""
+    stands, passers = seen_from
     sigma, (scan, time) = np.array(sensor.sigma)[:2], moments
     scaled, n_scans = polar[:, :2] / sigma, np.unique(scan).size
     seen = max(FEWEST, SELDOM * sensor.detection_probability * n_scans)
@@ -124,10 +138,13 @@ def _of_ranges(
     left = np.flatnonzero(is_left)
     places = []
     for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
+        own = 1.0 - passers.share(each.middle)
+        if own * each.share * n_scans < _enough(n_scans):
+            continue
         middle = each.middle * sigma
         wide = np.maximum(each.spread, 1.0) * sigma * (1.0, middle[0])
         places.append(
-            _written(stands[:2] + _plane(middle[None])[0], float(wide.max()), each.number)
+            _written(stands[:2] + _plane(middle[None])[0], float(wide.max()), own * each.number)
         )
     return tuple(places[:MOST_PLACES])
 
@@ -157,6 +174,38 @@ def _written(place: FloatArray, spread: float, count: float) -> tuple[float, ...
     return x, y, digits(spread, 3), digits(count, 3)
 
 
+def _enough(n_scans: int) -> float:
+    """Return in how many scans a place gives reports at least."""
+    return max(FEWEST, LEAST_SHARE * n_scans)
+
+
+class _Passers(NamedTuple):
+    """Reports of a stretch, and those of objects on sure tracks that may pass a place."""
+
+    scaled: FloatArray  # Of all reports [standard deviations], shape (reports, 2)
+    tracks: list[FloatArray]  # The same of each track
+
+    @classmethod
+    def of(
+        cls, followed: _Followed, name: str, stands: FloatArray, sigma: FloatArray
+    ) -> "_Passers":
+        """Return those of a sensor that stands at a place, with its noise."""
+        stretch, tracks = followed
+        own = stretch.sensor == stretch.sensors.index(name)
+        scaled = components(stretch.measurement - stands)[:, :2] / sigma
+        return cls(scaled[own], [scaled[each.rows[own[each.rows]]] for each in tracks])
+
+    def share(self, middle: FloatArray) -> float:
+        """Return which share of the reports at a place is of objects that pass it."""
+        total = _n_near(self.scaled, middle)
+        near = [(_n_near(track, middle), track.shape[0]) for track in self.tracks]
+        return sum(count for count, size in near if count <= OF_PASSERS * size) / max(total, 1)
+
+
+def _n_near(scaled: FloatArray, middle: FloatArray) -> int:
+    return int(np.count_nonzero(np.linalg.norm(scaled - middle, axis=1) <= NEAR))
+
+
 class _Repeated(NamedTuple):
     """A place that comes again and again; lengths are in standard deviations."""
 
@@ -175,7 +224,7 @@ def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repe
     part = np.minimum((PARTS * elapsed).astype(np.int64), PARTS - 1)
     tree = tree_of(scaled)
     count = n_within(tree, scaled, NEAR)
-    enough = max(FEWEST, LEAST_SHARE * n_scans)
+    enough = _enough(n_scans)
     places: list[_Repeated] = []
     free = np.ones(time.size, dtype=bool)
     for row in np.argsort(-count, kind="stable"):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["Threads", "threads_of"]
+__all__ = ["Threads", "once", "threads_of"]
 
 # Reports are neighbours at some speed: from one that crosses all that is covered in the whole
 # time, up by this factor, over so many steps.
@@ -32,6 +32,7 @@ class Threads:
 
     rows: list[IntArray]  # Of each in order of time; the longest thread first
     n_reports: int  # How many were looked at, those heard twice counted once
+    is_whole: bool = False  # Whether each is all of its object, as its reports say
 
     def lasting(self, hits: int) -> list[IntArray]:
         """Return the threads of at least so many reports."""
@@ -45,7 +46,7 @@ def threads_of(time: FloatArray, position: FloatArray) -> Threads:
     # Those that are nearest to each other are linked, then those of the rest.
     # After I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
     # and aftershock identification", Physical Review Letters 101, 2008.
-    rows = _once(time, position)
+    rows = once(time, position)
     time, position = time[rows], position[rows]
     extent = float(np.linalg.norm(np.ptp(position, axis=0))) if rows.size else 0.0
     span = float(np.ptp(time)) if rows.size else 0.0
@@ -55,7 +56,7 @@ def threads_of(time: FloatArray, position: FloatArray) -> Threads:
     return Threads(_chained(after, rows), rows.size)
 
 
-def _once(time: FloatArray, position: FloatArray) -> IntArray:
+def once(time: FloatArray, position: FloatArray) -> IntArray:
     """Return the rows in order of time, of those heard twice the first."""
     order = np.lexsort((time, *position.T))
     same = np.all(np.diff(position[order], axis=0) == 0, axis=1)

@@ -125,7 +125,7 @@ class Sensor:
     position: tuple[float, ...] | None = None
     rotation: Rotation | None = None
     strength: StrengthModel | None = None
-    identity_error: Annotated[float, CHANCE] = 0.01
+    identity_error: Annotated[float, CHANCE] = 0.001
     hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
     mean_silence: Annotated[float, SECONDS] = 60.0
     echoes: Annotated[tuple[Echo, ...], Key()] = ()

@@ -16,7 +16,7 @@ from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
 from trackweave.summaries import counted
 from trackweave.trackers.joining.joins import Join, Joins, joins_of
-from trackweave.trackers.joining.segments import Segments, segments_of
+from trackweave.trackers.joining.segments import Segments, segments_of, whose
 
 __all__ = ["Hindsight", "Joined", "in_hindsight", "with_joins"]
 
@@ -146,7 +146,8 @@ def with_joins(
     states = _states(reports, found, (segments, of), settings)
     known = () if priors is None else priors.track.tolist()
     joins = joins_of(
-        segments, states, known=known, longest=settings.lifecycle.rejoin,
+        segments, states, named=_named(reports, of, len(segments), settings), known=known,
+        longest=settings.lifecycle.rejoin,
         merge=settings.merge if settings.divide else None, rng=rng,
     )  # fmt: skip
     if joins is None or not (joins.found or joins.parted):
@@ -170,6 +171,17 @@ def with_joins(
     both = TrackTable.concatenate([rest, replace(anew, status=status)], history.dim)
     history = both.at(np.lexsort((both.track, both.time)))
     return history, assigned, Joined(joins, segments, name)
+
+
+def _named(
+    reports: ReportTable, of: IntArray, count: int, settings: Settings
+) -> tuple[IntArray, float] | None:
+    """Return whom each segment's reports say it is, and how often that is wrong."""
+    if reports.identity is None:
+        return None
+    told = np.unique(reports.sensor[reports.identity >= 0])
+    error = max((settings.sensors[each].identity_error for each in told), default=0.5)
+    return whose(of, reports.identity, count), error
 
 
 def _states(

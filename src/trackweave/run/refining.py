@@ -156,15 +156,13 @@ def _directed(
     }
     estimates = with_components(estimates, stretch, followed, ranging)
     estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
-    estimates = with_standing(estimates, reports, ranging)
+    sure = sure_tracks(estimates, stretch, followed)
+    estimates = with_standing(estimates, reports, ranging, (stretch, sure))
     sensors = dict(estimates.sensors)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):
             sensors[name] = _in_own_units(sensors[name], observed[name])
-    tracks = [
-        (stretch.time[track.rows], stretch.measurement[track.rows])
-        for track in sure_tracks(estimates, stretch, followed)
-    ]
+    tracks = [(stretch.time[track.rows], stretch.measurement[track.rows]) for track in sure]
     bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
     for name in bearing:
         rows = directions.reports.sensor == directions.reports.sensors.index(name)

@@ -190,7 +190,7 @@ def begun(priors: TrackTable, rule: WindowRule) -> InitialTracks:
         wild=np.full(count, -1.0),
         rhythm=np.full((count, RHYTHM_SIZE), -1.0),
         identity=nobody,
-        former=nobody,
+        other=nobody,
         sensor=nobody,
         is_line=np.zeros(count, dtype=np.int64),
         slot=nobody,

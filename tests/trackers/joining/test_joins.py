@@ -57,6 +57,17 @@ WHOLE = [[(0.0, 400.0)]] * 8
 BROKEN = [[(0.0, 100.0), (220.0, 400.0)], [(0.0, 180.0), (280.0, 400.0)]]
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_names_tell_who_goes_on(seed):
+    segments, states, whose = seen([*WHOLE, *BROKEN], seed)
+    right = np.array(whose)
+    found = joins_of(segments, states, named=(right, 1e-4))
+    assert {(whose[join.before], whose[join.after]) for join in found.found} == {(8, 8), (9, 9)}
+    # Whoever begins late is somebody else by name.
+    other = np.where(segments.begin > 1.0, right + 20, right)
+    assert joins_of(segments, states, named=(other, 1e-12)).found == ()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_an_object_that_hid_is_joined_with_itself(seed):
     segments, states, whose = seen([*WHOLE, *BROKEN], seed)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.biased import biased_sensors
 from trackweave.run.diagnostics.case import Case, Check, Finding
+from trackweave.run.diagnostics.jumps import common_jumps
 from trackweave.run.diagnostics.scans import (
     copied_sensors,
     lone_reports,
@@ -38,6 +39,7 @@ CHECKS: tuple[Check, ...] = (
     other_senses,
     disagreeing_sensors,
     biased_sensors,
+    common_jumps,
     out_of_view,
     noise,
     motion,

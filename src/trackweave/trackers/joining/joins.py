@@ -100,6 +100,7 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     segments: Segments,
     states: TrackTable,
     *,
+    named: tuple[IntArray, float] | None = None,
     known: Collection[int] = (),
     longest: float | None = None,
     merge: float | None = None,
@@ -113,6 +114,9 @@ def joins_of(  # noqa: PLR0913 all by name but the record
         Pieces of tracks, of which each track's own follow one another.
     states
         Smoothed states of each piece by itself; ``track`` is its number.
+    named
+        The identity that most reports of each segment tell, -1 for none, and how often reports are
+        under another than their object's; None where they tell none.
     known
         Tracks that were there before the record began.
     longest
@@ -147,6 +151,8 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     gain -= np.log(np.maximum(pairs.wait, least) * np.log(max(span / least, 2.0)))
     is_known = segments.before[pairs.begins[pairs.begin]] == pairs.ends[pairs.end]
     gain += np.where(is_known, KNOWN_LINK, 0.0)
+    if named is not None:
+        gain += _naming(pairs, *named)
     rates = _Rates(paths, segments, pairs, span)
     gain, probability = rates.settled(pairs, gain)
     if merge is not None:
@@ -157,6 +163,16 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     before, found, certificate = _chosen(segments, pairs, (gain, probability), rng)
     parted = _parted(segments, pairs, probability, before, doubts=merge is None)
     return Joins(before, found, parted, rates.births, rates.deaths, certificate)
+
+
+def _naming(pairs: _Pairs, identity: IntArray, error: float) -> FloatArray:
+    """Return what speaks for each pair by whom both say that they are [nats]."""
+    early = identity[pairs.ends[pairs.end]]
+    late = identity[pairs.begins[pairs.begin]]
+    number = np.unique(identity[identity >= 0]).size
+    same = np.log((1.0 - error) * max(number, 1) + error)
+    both = (early >= 0) & (late >= 0)
+    return np.where(both, np.where(early == late, same, np.log(error)), 0.0)
 
 
 def _candidates(
