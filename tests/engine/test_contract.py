@@ -199,6 +199,16 @@ class TestActors:
         assert [actor.answer() for _ in range(3)] == [11, 13, 16]
         assert actor.is_alive
 
+    def test_need_not_be_waited_for(self, make: Make) -> None:
+        engine = make()
+        actor = engine.place(errands.Counter, 10, waits=False)
+        assert not actor.has_answered
+        while not actor.has_answered:
+            engine.look(1.0)
+        assert actor.answer() is None
+        actor.tell("add", 1)
+        assert actor.answer() == 11
+
     def test_work_beside_one_another_and_beside_tasks(self, make: Make) -> None:
         engine = make(2)
         one, other = engine.place(errands.Counter, 0), engine.place(errands.Counter, 100)

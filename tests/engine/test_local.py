@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from trackweave.engine import EngineError, engine_of
+from oracles import errands
+from trackweave.engine import EngineError, WorkerLostError, engine_of
 from trackweave.engine import choice as choosing
 from trackweave.errors import InvalidInputError
 
@@ -88,6 +89,18 @@ def test_workers_that_never_start_are_an_error(monkeypatch: pytest.MonkeyPatch) 
         engine.submit(sorted, [2, 1])
         with pytest.raises(EngineError, match="3 workers in a row did not start; the last ended"):
             list(engine.gather())
+
+
+def test_nobody_waits_for_one_that_stops_in_a_message() -> None:
+    told: list[str] = []
+    with engine_of("local", 1, time_limit=1.0) as engine:
+        actor = engine.place(errands.Counter, 0, lost=lambda _, reason: told.append(reason))
+        actor.tell("process")
+        os.kill(actor.answer(), signal.SIGSTOP)
+        actor.tell("take", b"0" * 10_000_000)  # longer than a pipe holds
+        with pytest.raises(WorkerLostError):
+            actor.answer()
+    assert told == ["was killed by signal 9"]
 
 
 @pytest.mark.parametrize("name", ["", "Ray", "dask", "ray:/x", None, 3])

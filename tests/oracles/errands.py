@@ -61,6 +61,12 @@ class Counter:
         self.count += number
         return self.count
 
+    def process(self) -> int:
+        return os.getpid()
+
+    def take(self, content: bytes) -> int:
+        return len(content)
+
     def fall(self) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 

@@ -32,6 +32,8 @@ def run_serve(
     publish: Sequence[str],
     access: dict[str, Any],
     keep: tuple[float | None, float | None],
+    engine: str | None,
+    workers: int | None,
     seed: int,
 ) -> None:
     """Serve until SIGTERM or an interrupt."""
@@ -43,10 +45,15 @@ def run_serve(
         raise InvalidInputError(
             f"serve needs {err.name}; pip install 'trackweave[service]'"
         ) from err
+    from trackweave.engine import require_engine
     from trackweave.service.inputs.source import source_of
     from trackweave.service.journal import Retention
     from trackweave.service.publish import target_of
 
+    if engine is not None:
+        require_engine(engine, workers)
+    elif workers is not None:
+        raise InvalidInputError(f"--workers {workers}; expected --engine as well")
     host, port = _address(page)
     web, tls = _access(access)
     for note in web.tokens.notes if web.tokens else ():
@@ -82,6 +89,8 @@ def run_serve(
                 None if keep[1] is None else keep[1] * 3600.0,
             ),
             passing=passing,
+            engine=engine,
+            workers=workers,
         )
         run_service(plan, voice.say)
 

@@ -70,6 +70,15 @@ def serve(
     keep_hours: Annotated[
         float | None, typer.Option(min=0.01, help="Journal kept for so long [h]; else for ever.")
     ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="Track regions of the plane on workers, two for each: local, ray, or ray://HOST."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Regions at most; as many as there are processors here.")
+    ] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Run the live service: reports in over the network, tracks out, a page with a live map.
@@ -86,7 +95,7 @@ def serve(
     carry_out(
         run_serve, json=False, quiet=quiet, data=data, page=page, demo=demo, config=config,
         learned=learned, listen=listen, publish=publish, access=access,
-        keep=(keep_gb, keep_hours), seed=1,
+        keep=(keep_gb, keep_hours), engine=engine, workers=workers, seed=1,
     )  # fmt: skip
     end_at_once()
 

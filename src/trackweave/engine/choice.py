@@ -46,7 +46,7 @@ def engine_of(
     count = processors() if workers is None else index(workers)
     if time_limit is not None and not time_limit > 0:
         raise InvalidInputError(f"time_limit: {time_limit!r:.80}; expected seconds > 0, or None")
-    host: Host = LocalHost() if name == "local" else _on_ray(name, count)
+    host: Host = LocalHost(time_limit) if name == "local" else _on_ray(name, count)
     return Pool(host, count, time_limit=time_limit)
 
 

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
+from time import monotonic
 from types import ModuleType
 from typing import Any
 
@@ -20,11 +21,26 @@ _SPAWN = multiprocessing.get_context("spawn")
 
 
 class LocalHost:
-    """Brings processes of this machine."""
+    """Brings processes of this machine.
+
+    Parameters
+    ----------
+    time_limit
+        A process that is stopped in the middle of a message longer than pipes hold would hold up
+        the caller: after so long it is killed [s]. None for never.
+    """
+
+    def __init__(self, time_limit: float | None = None) -> None:
+        self._hired: list[_Process] = []
+        self._over = threading.Event()
+        if time_limit is not None:
+            threading.Thread(target=self._watch, args=(time_limit,), daemon=True).start()
 
     def hire(self) -> "_Process":
         """Return a new process, which is still starting."""
-        return _Process()
+        self._hired = [each for each in self._hired if not each.is_over]
+        self._hired.append(_Process())
+        return self._hired[-1]
 
     def wait(
         self, workers: Sequence[Worker], seconds: float | None
@@ -41,10 +57,23 @@ class LocalHost:
 
     def close(self) -> None:
         """Leave nothing behind: processes are ended one by one."""
+        self._over.set()
+
+    def _watch(self, limit: float) -> None:
+        """Kill what is in the middle of a message for too long."""
+        while not self._over.wait(limit / 4):
+            for each in list(self._hired):
+                since = each.since
+                if since is not None and monotonic() - since > limit:
+                    each.process.kill()
 
 
 class _Process:
     """A process that answers calls."""
+
+    since: float | None = None
+    """When the message began that is on its way; None for none."""
+    is_over = False
 
     def __init__(self) -> None:
         self.pipe, theirs = _SPAWN.Pipe()
@@ -55,14 +84,15 @@ class _Process:
 
     def send(self, call: bytes) -> None:
         """Send a call; a dead process says nothing, and is found by its sentinel."""
-        with suppress(OSError):
+        with suppress(OSError), self._on_its_way():
             self.pipe.send_bytes(call)
 
     def heard(self) -> bytes | Death:
         """Return the reply that is there, or why there will be none."""
         try:
             if self.pipe.poll():
-                return self.pipe.recv_bytes()
+                with self._on_its_way():
+                    return self.pipe.recv_bytes()
         except (EOFError, OSError):
             pass
         self.process.join()
@@ -71,9 +101,18 @@ class _Process:
 
     def kill(self) -> None:
         """End it at once, whatever it does."""
+        self.is_over = True
         self.process.kill()
         self.process.join()
         self.pipe.close()
+
+    @contextmanager
+    def _on_its_way(self) -> Iterator[None]:
+        self.since = monotonic()
+        try:
+            yield
+        finally:
+            self.since = None
 
 
 @contextmanager

@@ -100,7 +100,13 @@ class RayHost:
         if not owner:
             return []
         ready, _ = ray.wait(list(owner), num_returns=1, timeout=seconds)
-        return [(owner[sign], owner[sign].heard(sign)) for sign in ready]
+        if ready:
+            ready, _ = ray.wait(list(owner), num_returns=len(owner), timeout=0)
+        # A reply that was sent before the worker died still counts.
+        first: dict[_Placed, Any] = {}
+        for sign in (each for each in owner if each in set(ready)):
+            first.setdefault(owner[sign], sign)
+        return [(worker, worker.heard(sign)) for worker, sign in first.items()]
 
     def close(self) -> None:
         """Leave Ray where this engine or one beside it joined it."""

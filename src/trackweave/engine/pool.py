@@ -108,6 +108,7 @@ class Pool:
         make: Callable[..., Any],
         *args: Any,
         lost: Callable[[Actor, str], None] | None = None,
+        waits: bool = True,
     ) -> Actor:
         """Make an object in a worker of its own."""
         call = packed_call("make", make, args)
@@ -116,7 +117,8 @@ class Pool:
         self._posts[post.worker] = post
         post.worker.send(call)
         post.actor.calls += 1
-        post.actor.answer()
+        if waits:
+            post.actor.answer()
         return post.actor
 
     def look(self, seconds: float = 0.0) -> None:
@@ -228,6 +230,11 @@ class _Placed:
         self.worker, self.is_alive, self.calls = worker, True, 0
         self.replies: deque[tuple[bool, Any]] = deque()
         self._pool, self._lost, self._reason = pool, lost, "was ended"
+
+    @property
+    def has_answered(self) -> bool:
+        """Whether `answer` need not wait."""
+        return bool(self.replies)
 
     def tell(self, method: str, *args: Any) -> None:
         """Call a method and do not wait."""

@@ -55,6 +55,10 @@ class Actor(Protocol):
     def is_alive(self) -> bool:
         """Whether its worker was there when it was last looked for."""
 
+    @property
+    def has_answered(self) -> bool:
+        """Whether an answer was there when it was last looked for."""
+
     def tell(self, method: str, *args: Any) -> None:
         """Call a method and do not wait; calls are taken one after the other."""
 
@@ -92,11 +96,13 @@ class Engine(Protocol):
         make: Callable[..., Any],
         *args: Any,
         lost: Callable[[Actor, str], None] | None = None,
+        waits: bool = True,
     ) -> Actor:
         """Make an object in a worker of its own, beside those of tasks.
 
         ``lost`` is called once with the actor and the reason when its worker dies, from within
-        the next call that waits: ``gather``, ``look`` or ``answer``.
+        the next call that waits: ``gather``, ``look`` or ``answer``. Where nobody waits, the
+        actor's first answer, which is None, says that it is made.
         """
 
     def look(self, seconds: float = 0.0) -> None:

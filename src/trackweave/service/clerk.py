@@ -280,8 +280,7 @@ class Clerk:
 
     async def _keep_tracking(self) -> None:
         """Let the tracker take in what is on the disk."""
-        loop = asyncio.get_running_loop()
-        office = self._office
+        loop, office = asyncio.get_running_loop(), self._office
         spec = office.engine.spec
         await self._rehearse(
             self._configuration if spec is None else load_configuration(spec.configuration),
@@ -323,19 +322,20 @@ class Clerk:
         found = await loop.run_in_executor(self._tracking, self._office.learn, configuration, anew)
         if found is None:
             return
+        if self._office.most_regions is not None:
+            self._is_ready.clear()
+            await loop.run_in_executor(self._tracking, self._office.prepare, found.spec)
         await self._rehearse(load_configuration(found.spec.configuration), found.spec.dim)
         with suppress(OutputError):
             self._configured_by = self._append(Kind.CONFIGURE, found.spec.payload())
-            say(_log, logging.INFO, "configured", sensors=len(found.spec.configuration["sensors"]))
-            for note in found.notes:
-                say(_log, logging.INFO, "note", note=note)
+            self.saying.learned(found)
 
     async def _rehearse(self, configuration: Configuration, dim: int) -> None:
         """Make ready what compiles, so that no scan waits for it; reports are written down."""
         if self._rehearsal.needs(configuration, dim):
             self._is_ready.clear()
-            loop = asyncio.get_running_loop()
-            await loop.run_in_executor(self._tracking, self._rehearsal.run, configuration, dim)
+            run, loop = self._rehearsal.run, asyncio.get_running_loop()
+            await loop.run_in_executor(self._tracking, run, configuration, dim)
         self._is_ready.set()
 
     def _tell(self, outcome: Outcome) -> None:

@@ -15,20 +15,27 @@ from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import generator_of
 from trackweave.run.course import tracker_of
+from trackweave.run.regions.cutting import Region
 from trackweave.service.blocks import Block, blocks_of
 from trackweave.service.cutting import Cutter, SensorCut
+from trackweave.service.live_region import Here, House
 from trackweave.service.records import Arrived, Kind, arrived, from_json, packed_reports
+from trackweave.service.regions import RegionsTracker
 from trackweave.service.rows_due import RowsDue
+from trackweave.service.shared_tracks import SharedTracks
 from trackweave.service.sorting_in import sorted_in
 from trackweave.service.spec import Spec
-from trackweave.service.stepping import Counts, Names, Stepper
+from trackweave.service.stepping import Counts, Names, Stepper, Tracker
 from trackweave.solvers.auto import Auto
 from trackweave.trackers.checkpoint import pack, unpack
 from trackweave.trackers.clock_guard import farthest
 
 __all__ = ["Change", "Engine"]
 
-_CLASSES = (Counts, Names, Cutter, SensorCut, Block, RowsDue, Facts, Place)
+_CLASSES = (
+    Counts, Names, Cutter, SensorCut, Block, RowsDue, Facts, Place, Region, RegionsTracker,
+    SharedTracks,
+)  # fmt: skip
 """Whose objects a snapshot holds, beside those of the tracker."""
 _STEPPER = (
     "tracker", "rng", "rows", "names", "open", "due", "is_wanted", "time", "gap", "told",
@@ -75,9 +82,15 @@ class Engine:
     """Takes records in the order of their sequences and holds the tracks that follow.
 
     Two engines that took the same records are equal in all they say, whatever lay between.
+
+    Parameters
+    ----------
+    house
+        Where regions are, if records say that there are some; left out, in this process.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, house: House | None = None) -> None:
+        self.house = house or Here()
         self.sequence = 0
         self.counts = Counts()
         self.facts = Facts()
@@ -160,6 +173,7 @@ class Engine:
         What it has changed.
         """
         self.sequence = sequence
+        self.house.look()
         ways: dict[int, Callable[[bytes], Change]] = {
             Kind.REPORTS: self._reports,
             Kind.CONFIGURE: self._configure,
@@ -197,13 +211,15 @@ class Engine:
         return pack(state, _CLASSES)
 
     @classmethod
-    def unpack(cls, content: bytes) -> "Engine":
+    def unpack(cls, content: bytes, house: House | None = None) -> "Engine":
         """Return the engine that `pack` was asked of.
 
         Parameters
         ----------
         content
             What `pack` gave.
+        house
+            Where regions are from now on, wherever they were.
 
         Returns
         -------
@@ -214,7 +230,7 @@ class Engine:
         DataFormatError
             If it is foreign, damaged or of another layout.
         """
-        state, engine = unpack(content, _CLASSES), cls()
+        state, engine = unpack(content, _CLASSES), cls(house)
         engine.sequence, engine.counts = state["sequence"], state["counts"]
         engine.facts, engine._number = state["facts"], state["number"]
         engine.configured_by = state["configured_by"]
@@ -223,6 +239,9 @@ class Engine:
             spec = Spec.of(state["spec"])
             settings = _settings_of(spec)
             stepper = Stepper(settings, engine.counts, **state["stepper"])
+            if isinstance(stepper.tracker, RegionsTracker):
+                engine.house.prepare(spec)
+                stepper.tracker.rise(engine.house)
             engine._running = _running(spec, settings, state["cutter"], stepper)
         return engine
 
@@ -278,10 +297,15 @@ class Engine:
             known = before.stepper.tracker.tracks()
             known = known.at(np.flatnonzero(known.status != TENTATIVE))
             priors = known if len(known) and is_same_plane else None
-        tracker = tracker_of(
-            settings, settings.sensors, spec.dim, priors=priors, max_ahead=settings.max_ahead
-        )
         rng = generator_of(settings.values.get("seed") or 0)
+        tracker: Tracker
+        if spec.regions is not None:
+            self.house.prepare(spec)
+            tracker = RegionsTracker(spec, settings, priors, rng, self.house)
+        else:
+            tracker = tracker_of(
+                settings, settings.sensors, spec.dim, priors=priors, max_ahead=settings.max_ahead
+            )
         stepper = Stepper(
             settings, self.counts, tracker, rng, RowsDue(settings.period), names,
             time=None if before is None else before.stepper.time,

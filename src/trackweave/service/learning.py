@@ -19,9 +19,12 @@ from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
+from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
+from trackweave.run.regions.cutting import cut, margin_of, positions_of, unplaced_sensors
 from trackweave.run.registering import registration_of
+from trackweave.run.scans import complete_scans
 from trackweave.run.told_places import on_plane, with_facts
 from trackweave.service.records import Arrived
 from trackweave.service.spec import Spec, without_nothing
@@ -30,6 +33,8 @@ __all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned", "left_ope
 
 FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
 """Reports, and seconds or turns, after which a configuration is estimated."""
+FEWEST_IN_REGION = 50
+"""Of what was heard, so many reports lie in a region."""
 MOST_NAMED = 4
 """So many keys are named that a configuration leaves open; of more, how many."""
 
@@ -83,7 +88,9 @@ def left_open(configuration: Configuration, heard: Sequence[Arrived]) -> list[st
     return left_out(configuration, sorted(names))
 
 
-def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
+def waiting_for(
+    configuration: Configuration, heard: Sequence[Arrived], *, is_cut: bool = False
+) -> str:
     """Return for what a service waits that is not configured yet.
 
     Parameters
@@ -92,6 +99,8 @@ def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
         What was told.
     heard
         What came so far.
+    is_cut
+        Whether the plane is to be cut into regions.
 
     Returns
     -------
@@ -100,6 +109,11 @@ def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
     count = sum(each.table.height for each in heard)
     heard_so_far = f"{count:,} reports of {_span(heard):.0f} s heard" if count else "no report yet"
     keys = left_open(configuration, heard)
+    if not keys and is_cut:
+        return (
+            f"{heard_so_far}; {FEWEST} over {LONG_ENOUGH:g} s (or {TURNS:g} turns of a radar) are "
+            "needed to cut the plane into regions"
+        )
     if not keys:
         return f"{heard_so_far}; the configuration is complete: tracks begin with the first report"
     named = ", ".join(keys[:MOST_NAMED])
@@ -118,7 +132,12 @@ def waiting_for(configuration: Configuration, heard: Sequence[Arrived]) -> str:
 
 
 def learned(
-    configuration: Configuration, heard: Sequence[Arrived], facts: Facts, known: Spec | None = None
+    configuration: Configuration,
+    heard: Sequence[Arrived],
+    facts: Facts,
+    known: Spec | None = None,
+    *,
+    most_regions: int | None = None,
 ) -> Learned | None:
     """Return a complete configuration, None where more has to be heard for it.
 
@@ -132,6 +151,8 @@ def learned(
         What was told beside them.
     known
         With what the tracker runs already, where sensors are added to it.
+    most_regions
+        Into how many regions the plane may be cut; None for one tracker.
 
     Returns
     -------
@@ -163,7 +184,13 @@ def learned(
         reports.frame if known is None else known.frame,
         reports.iso_time if known is None else known.iso_time,
         settings.together,
+        None if known is None else known.regions,
+        0.0 if known is None else known.margin,
     )
+    if known is None and most_regions is not None:
+        spec = _with_regions(spec, reports, settings, most_regions)
+    elif spec.regions is not None:
+        _require_places(reports, settings)
     spec = _with_told(replace(spec, configuration=without_nothing(values)), configuration)
     spec.settings()
     seconds, count = _span(heard), len(reports)
@@ -191,6 +218,34 @@ def _with_told(spec: Spec, configuration: Configuration) -> Spec:
                 more.settings()
                 spec = more
     return spec
+
+
+def _with_regions(spec: Spec, reports: ReportTable, settings: Settings, most: int) -> Spec:
+    """Return the same with the plane cut where about as much was heard on both sides."""
+    _require_places(reports, settings)
+    periods = {each.name: each.scan_period for each in settings.sensors}
+    scans = complete_scans(reports, periods, rotations_in(settings))
+    margin = margin_of(reports, settings, [(scan,) for scan in scans])
+    position = positions_of(reports, settings)
+    regions = cut(position, margin, least=FEWEST_IN_REGION, most=most)
+    return replace(spec, regions=tuple(regions), margin=margin)
+
+
+def _require_places(reports: ReportTable, settings: Settings) -> None:
+    """Refuse what cannot be tracked in regions."""
+    unplaced, kind = unplaced_sensors(reports), settings.tracker.kind
+    lone = [each.name for each in settings.sensors if each.scans is False]
+    why = f"sensor {', '.join(unplaced)} tells no places" if unplaced else None
+    if lone:
+        # How far an object comes between two of its reports, no scan tells.
+        why = f"sensor {', '.join(lone)} does not scan"
+    if kind != "multi-hypothesis":
+        why = f"tracker.kind is {kind}"
+    if why is not None:
+        raise InvalidInputError(
+            f"engine: {why}, so that the plane cannot be cut into regions; expected sensors that "
+            "scan and tell places, and the multi-hypothesis tracker, or no engine"
+        )
 
 
 def _table(

@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from trackweave.arrays import FloatArray
 from trackweave.config import Configuration, load_configuration
-from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
-from trackweave.models.measurements import to_position
 from trackweave.service.board import Board, Drawn
 from trackweave.service.delays import Delays
 from trackweave.service.engine import Change, Engine
 from trackweave.service.journal import Journal, Retention
 from trackweave.service.learning import Learned, is_enough, learned, left_open
+from trackweave.service.live_region import House
 from trackweave.service.log import say
 from trackweave.service.pacing import Pace
+from trackweave.service.places import places_of
 from trackweave.service.records import Arrived, arrived
 from trackweave.service.snapshots import Snapshots
+from trackweave.service.spec import Spec
 from trackweave.service.track_files import TrackFiles, WritingPlace
 from trackweave.trackers.checkpoint import pack, unpack
 
@@ -105,6 +105,8 @@ class Office:
     pace: Pace = field(default_factory=Pace)
     missing: str = ""
     """What only a person can tell, without which nothing can be tracked."""
+    most_regions: int | None = None
+    """Into how many regions the plane may be cut; None for one tracker."""
     spent: float = 0.0
     """CPU that the tracker has taken since the last snapshot [s]."""
     _strange: list[Arrived] = field(default_factory=list)
@@ -117,23 +119,26 @@ class Office:
     _writing_s: float = 0.0
 
     @classmethod
-    def open(cls, folder: Path, retention: Retention | None = None) -> "Office":
+    def open(
+        cls, folder: Path, retention: Retention | None = None, house: House | None = None
+    ) -> "Office":
         """Return the office of a folder as it was: newest snapshot, then the journal after it."""
         journal = Journal.open(folder / "journal")
         try:
             snapshots, begun = Snapshots(folder / "journal"), time.thread_time()
-            engine, files = restored(journal, snapshots, folder / "tracks")
+            engine, files = restored(journal, snapshots, folder / "tracks", house)
         except BaseException:
             journal.close()
             raise
         office = cls(folder, journal, snapshots, engine, files, retention or Retention())
         office._kept_sequence = engine.sequence
         # A service that is killed again and again does not repeat ever more.
-        office.spent = time.thread_time() - begun
+        office.spent = office.engine.house.cpu + time.thread_time() - begun
         return office
 
     def close(self) -> None:
         """Give the folder back."""
+        self.engine.house.close()
         self.journal.close()
 
     def batch(self, ready: "deque[Order]") -> list[Order]:
@@ -170,14 +175,15 @@ class Office:
         -------
         What came of them.
         """
-        begun, scans = time.thread_time(), list[Scan]()
+        begun, scans, house = time.thread_time(), list[Scan](), self.engine.house
+        begun -= house.cpu
         for order in batch:
             change = self.engine.take(order.sequence, order.kind, order.payload)
             self._write(change)
             scans += change.scans
             if change.strange:
                 self._note_strange(order, change)
-        self.spent += time.thread_time() - begun
+        self.spent += house.cpu + time.thread_time() - begun
         drawn, now = None, time.monotonic()
         if scans and self._undrawn is None:
             self._undrawn = now
@@ -192,7 +198,7 @@ class Office:
             self.engine.time,
             sum(order.reports for order in batch),
             max(0.0, time.monotonic() - oldest),
-            time.thread_time() - begun,
+            house.cpu + time.thread_time() - begun,
         )
 
     def _is_picture_due(self, now: float, more: Callable[[], bool]) -> bool:
@@ -231,10 +237,15 @@ class Office:
         if known is not None:
             heard = self._strange
             configuration = load_configuration(known.configuration)
-        if not heard or (not is_enough(heard, engine.facts) and left_open(configuration, heard)):
+        is_cut = known is None and self.most_regions is not None
+        if not heard or (
+            not is_enough(heard, engine.facts) and (is_cut or left_open(configuration, heard))
+        ):
             return None
         try:
-            found = learned(configuration, heard, engine.facts, known)
+            found = learned(
+                configuration, heard, engine.facts, known, most_regions=self.most_regions
+            )
         except TrackweaveError as err:
             self.missing = str(err)
             found = None
@@ -243,6 +254,10 @@ class Office:
             self.missing, self._strange = "", []
             (self.folder / "tracker.toml").write_text(found.text, encoding="utf-8")
         return found
+
+    def prepare(self, spec: Spec) -> None:
+        """Have workers that are ready for the regions of a configuration."""
+        self.engine.house.prepare(spec)
 
     def _reloaded(self, configuration: Configuration) -> Learned | None:
         """Return what runs now with what the user tells otherwise."""
@@ -309,7 +324,7 @@ class Office:
         spec, sensors = self.engine.spec, self.engine.sensors
         track, found = self.engine.track_of(), list[Any]()
         for scan in scans:
-            places = _places(scan, sensors[scan.sensor])
+            places = places_of(scan, sensors[scan.sensor])
             if places is None or not len(places):
                 continue
             if spec is not None and spec.frame is not None:
@@ -324,7 +339,7 @@ class Office:
 
 
 def restored(
-    journal: Journal, snapshots: Snapshots, tracks: Path | None
+    journal: Journal, snapshots: Snapshots, tracks: Path | None, house: House | None = None
 ) -> tuple[Engine, TrackFiles]:
     """Return engine and files as they were after the last record.
 
@@ -336,15 +351,17 @@ def restored(
         Where to begin, if any is there.
     tracks
         Where tracks files are; None to write none.
+    house
+        Where regions are; left out, in this process.
 
     Returns
     -------
     Both.
     """
-    engine, files = Engine(), TrackFiles(tracks)
+    engine, files = Engine(house), TrackFiles(tracks)
     newest = snapshots.newest(journal.first, journal.last)
     if newest is not None:
-        engine, place = unpacked(newest.content)
+        engine, place = unpacked(newest.content, house)
         files.go_on(place)
     else:
         files.go_on((0, 0, 0, ()))
@@ -355,18 +372,8 @@ def restored(
     return engine, files
 
 
-def unpacked(content: bytes) -> tuple[Engine, WritingPlace]:
+def unpacked(content: bytes, house: House | None = None) -> tuple[Engine, WritingPlace]:
     """Return the engine of a snapshot's content, and where the tracks files were."""
     begin = _LENGTH.size
     end = begin + _LENGTH.unpack_from(content)[0]
-    return Engine.unpack(content[end:]), unpack(content[begin:end])
-
-
-def _places(scan: Scan, sensor: Any) -> FloatArray | None:
-    """Return where reports put their objects [m], None where that takes more than a report."""
-    kind, measured = sensor.measurement, scan.measurement
-    if isinstance(kind, ForeignKind) or not kind.gives_position(2):
-        return None
-    platform = sensor.platform if scan.platform is None else scan.platform
-    seen_from = np.broadcast_to(platform, (len(scan), 6))
-    return to_position(kind, measured, np.zeros_like(measured), seen_from, 2)[0]
+    return Engine.unpack(content[end:], house), unpack(content[begin:end])

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from trackweave.config import Configuration, load_configuration, with_learned
-from trackweave.errors import OutputError
+from trackweave.engine.choice import processors
+from trackweave.errors import InvalidInputError, OutputError
 from trackweave.service.clerk import Clerk
 from trackweave.service.inputs.source import Source
 from trackweave.service.journal import Retention
@@ -55,6 +56,9 @@ class Plan:
         How much of the journal is kept.
     passing
         A folder that goes with the service, as that of a demonstration; None for none.
+    engine, workers
+        On whose workers regions are tracked, and how many regions at most; None for one tracker,
+        in this process.
     """
 
     folder: Path
@@ -68,6 +72,8 @@ class Plan:
     tls: Tls | None = None
     retention: Retention = field(default_factory=Retention)
     passing: Path | None = None
+    engine: str | None = None
+    workers: int | None = None
 
     def configuration(self) -> Configuration:
         """Return what the user told of the tracker, read anew."""
@@ -98,7 +104,7 @@ def run_service(plan: Plan, told: Callable[[str], None]) -> None:
 async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     plan.configuration()
     loop = asyncio.get_running_loop()
-    office = await loop.run_in_executor(None, Office.open, plan.folder, plan.retention)
+    office = await loop.run_in_executor(None, _office, plan)
     if office.journal.cut is not None:
         cut = office.journal.cut
         say(_log, logging.WARNING, "torn tail cut off", path=cut.path, offset=cut.offset)
@@ -136,6 +142,28 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     await clerk.close()
     for task in failed:
         task.result()
+
+
+def _office(plan: Plan) -> Office:
+    """Return the office of a service, with its regions on workers if it has any."""
+    if plan.engine is None:
+        return Office.open(plan.folder, plan.retention)
+    from trackweave.service.seats import seats_of
+
+    house = seats_of(plan.engine, plan.workers or processors())
+    try:
+        office = Office.open(plan.folder, plan.retention, house)
+    except BaseException:
+        house.close()
+        raise
+    spec, office.most_regions = office.engine.spec, house.most
+    if spec is not None and spec.regions is None:
+        office.close()
+        raise InvalidInputError(
+            f"engine: {plan.folder} goes on with one tracker, as it was begun; expected another "
+            "--data, or no --engine"
+        )
+    return office
 
 
 def _end_at_last(passing: Path | None) -> None:

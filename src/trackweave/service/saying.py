@@ -1,5 +1,6 @@
 """How the service is: what it says of its sensors, its load and its health."""
 
+import logging
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,8 @@ from trackweave.models.coverage import FieldOfView
 from trackweave.models.sensors import Sensor
 from trackweave.service.desk import Json
 from trackweave.service.inputs.process import Input
-from trackweave.service.learning import waiting_for
+from trackweave.service.learning import Learned, waiting_for
+from trackweave.service.log import say
 from trackweave.service.office import Office, Outcome
 
 __all__ = ["Saying"]
@@ -21,6 +23,8 @@ __all__ = ["Saying"]
 SILENT_PERIODS, SILENT_S = 3.0, 15.0
 """A sensor is silent that was not heard for so many periods, and so many seconds."""
 EDGES = 48
+
+_log = logging.getLogger("trackweave.service")
 
 
 @dataclass
@@ -74,6 +78,14 @@ class Saying:
         if outcome.reports:
             self._latency.append(outcome.latency)
 
+    def learned(self, found: Learned) -> None:
+        """Log with what the tracker runs from now on."""
+        spec = found.spec
+        say(_log, logging.INFO, "configured", sensors=len(spec.configuration["sensors"]),
+            **({} if spec.regions is None else {"regions": len(spec.regions)}))  # fmt: skip
+        for note in found.notes:
+            say(_log, logging.INFO, "note", note=note)
+
     def status(self, lag: float, over: float) -> Json:
         """Return the message of type "status" on the last seconds."""
         cpu, self._cpu_before = self._cpu - self._cpu_before, self._cpu
@@ -112,7 +124,9 @@ class Saying:
         engine = self._office.engine
         status, message = self._state(refused, inputs, configuration)
         counts = engine.counts
+        workers = engine.house.workers()
         return {
+            **({} if workers is None else {"regions": workers}),
             "status": status,
             "message": message or None,
             "listening": all(each.is_ready for each in inputs),
@@ -154,7 +168,9 @@ class Saying:
             return "starting", "kernels are loaded, or compiled once"
         if engine.is_configured:
             return "ok", missing
-        return "waiting", missing or waiting_for(configuration, engine.heard)
+        return "waiting", missing or waiting_for(
+            configuration, engine.heard, is_cut=self._office.most_regions is not None
+        )
 
     def counters(self, inputs: Sequence[Input]) -> dict[str, float]:
         """Return numbers for ``/metrics``."""

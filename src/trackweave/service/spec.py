@@ -1,13 +1,16 @@
 """With what the tracker runs, complete: the content of a record CONFIGURE."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
+
+import numpy as np
 
 from trackweave.config import load_configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.run.configured import settings_alone
+from trackweave.run.regions.cutting import Region
 from trackweave.service.records import as_json, from_json
 
 __all__ = ["Spec", "without_nothing"]
@@ -29,6 +32,10 @@ class Spec:
         Whether times are written as dates.
     together
         For how long lone reports are gathered before they are searched [s]; None for not at all.
+    regions
+        The plane, cut; None for one tracker.
+    margin
+        How far beyond itself a region looks [m].
     """
 
     configuration: Mapping[str, Any]
@@ -36,19 +43,24 @@ class Spec:
     frame: LocalFrame | None = None
     iso_time: bool = False
     together: float | None = None
+    regions: tuple[Region, ...] | None = None
+    margin: float = 0.0
 
     def payload(self) -> bytes:
         """Return the record's content."""
         frame = self.frame
-        return as_json(
-            {
-                "configuration": without_nothing(self.configuration),
-                "dim": self.dim,
-                "frame": frame and [frame.latitude_deg, frame.longitude_deg, frame.projection],
-                "iso_time": self.iso_time,
-                "together": self.together,
-            }
-        )
+        said = {
+            "configuration": without_nothing(self.configuration),
+            "dim": self.dim,
+            "frame": frame and [frame.latitude_deg, frame.longitude_deg, frame.projection],
+            "iso_time": self.iso_time,
+            "together": self.together,
+        }
+        if self.regions is not None:
+            # Where nothing bounds a region, it says null.
+            said["regions"] = [[*each.low.tolist(), *each.high.tolist()] for each in self.regions]
+            said["margin"] = self.margin
+        return as_json(said)
 
     @classmethod
     def of(cls, payload: bytes) -> "Spec":
@@ -56,13 +68,22 @@ class Spec:
         said = from_json(payload)
         frame = said["frame"]
         plane = frame and LocalFrame(frame[0], frame[1], cast("Projection", frame[2]))
+        cut = said.get("regions")
         return cls(
-            said["configuration"], said["dim"], plane or None, said["iso_time"], said["together"]
-        )
+            said["configuration"], said["dim"], plane or None, said["iso_time"], said["together"],
+            None if cut is None else tuple(map(_region, cut)), said.get("margin", 0.0),
+        )  # fmt: skip
 
     def settings(self) -> Settings:
         """Return everything that a tracker needs; refuse a configuration with gaps."""
         return settings_alone(load_configuration(self.configuration))
+
+
+def _region(corners: Sequence[float | None]) -> Region:
+    """Return a region of x and y of its lower corner, then of its upper one [m]."""
+    low = [-np.inf if each is None else each for each in corners[:2]]
+    high = [np.inf if each is None else each for each in corners[2:]]
+    return Region(np.array(low), np.array(high))
 
 
 def without_nothing(table: Mapping[str, Any]) -> dict[str, Any]:

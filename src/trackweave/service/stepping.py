@@ -11,6 +11,7 @@ from trackweave.config.fill import Settings
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError, NumericalError
 from trackweave.run.course import EARLY, PARTS
+from trackweave.service.regions import RegionsTracker
 from trackweave.service.rows_due import RowsDue
 from trackweave.trackers.hypothesis import Hypothesis
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -18,7 +19,7 @@ from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 
 __all__ = ["Counts", "Names", "Stepper", "Tracker"]
 
-Tracker = MultiHypothesisTracker | NearestNeighbourTracker
+Tracker = MultiHypothesisTracker | NearestNeighbourTracker | RegionsTracker
 MOST_REGROWN = 20_000
 """Beyond so many sequences a scan that comes too late to be the last is left out: to put it into
 its place all would grow anew, for which one scan of 4,000 aircraft took 17 s and gigabytes."""

@@ -50,7 +50,9 @@ class Region:
         return Region(self.low - margin, self.high + margin)
 
 
-def cut(position: FloatArray, margin: float) -> list[Region]:
+def cut(
+    position: FloatArray, margin: float, *, least: int | None = None, most: int = MOST_REGIONS
+) -> list[Region]:
     """Return regions that cover the plane, each position in one of them.
 
     The plane is halved at the median of the positions, along the axis on which they are spread
@@ -58,16 +60,28 @@ def cut(position: FloatArray, margin: float) -> list[Region]:
     associative searching, Comm. ACM 18(9), 1975), as long as the halves have reports enough and
     are wide enough. That depends on the reports alone, never on how many workers there are.
 
+    Parameters
+    ----------
+    position
+        Where reports are on the plane [m], shape (reports, 2).
+    margin
+        How far beyond itself a region looks [m].
+    least
+        Reports of its own that a region has at least; left out, `LEAST`.
+    most
+        How many regions there are at most.
+
     Returns
     -------
     At least one region, without overlap.
     """
+    least = LEAST if least is None else least
     everywhere = Region(np.full(2, -np.inf), np.full(2, np.inf))
     waiting, found = [(everywhere, np.arange(len(position)))], list[Region]()
     while waiting:
         region, rows = waiting.pop(0)
         halves = None
-        if len(found) + len(waiting) + 2 <= MOST_REGIONS and rows.size >= 2 * LEAST:
+        if len(found) + len(waiting) + 2 <= most and rows.size >= 2 * least:
             halves = _halves(region, position[rows], margin)
         if halves is None:
             found.append(region)
@@ -145,17 +159,16 @@ def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
     return float(np.quantile(np.hypot(sigma[:, 0], across), 0.99))
 
 
-def part_of(scan: Scan, wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Scan:
-    """Return a scan with the reports that are wanted; without any it is an empty scan.
+def part_of(scan: Scan, keep: NDArray[np.bool_], number: NDArray[np.int64]) -> Scan:
+    """Return a scan with the reports that are kept; without any it is an empty scan.
 
-    ``wanted`` and ``place``, a report's number in the part, go by the report's number in the scan.
+    ``number`` is that of each report from then on, of those that are not kept too.
 
     Returns
     -------
     The scan, of the same time.
     """
     # An empty scan is one of opportunity: it stays, with its time and where its sensor was.
-    keep = wanted[scan.report]
     if not len(scan):
         return scan
     own = {
@@ -167,4 +180,4 @@ def part_of(scan: Scan, wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> 
     if scan.platform is not None and scan.platform.ndim == 2:
         mean: FloatArray = scan.platform.mean(axis=0)
         own["platform"] = scan.platform[keep] if keep.any() else mean
-    return replace(scan, report=place[scan.report[keep]], **own)
+    return replace(scan, report=number[keep], **own)

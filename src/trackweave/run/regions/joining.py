@@ -1,6 +1,6 @@
 """One picture of what regions found: one name for each object, each row by its owner."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,16 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.run.regions.cutting import Region
 
-__all__ = ["Found", "Key", "joined_rows", "owned_tracks", "same_objects"]
+__all__ = [
+    "SHARE",
+    "Found",
+    "Key",
+    "Span",
+    "grouped",
+    "joined_rows",
+    "owned_tracks",
+    "same_objects",
+]
 
 SHARE = 0.5
 """Tracks of two regions are one object's if they share at least so much of the reports that
@@ -17,6 +26,8 @@ either has where both regions look."""
 
 Key = tuple[int, int]
 """A region, and a track's own number there."""
+Span = tuple[float, float]
+"""From when until when a track has reports [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,9 +53,24 @@ def same_objects(parts: Sequence[Found], time: FloatArray) -> list[list[Key]]:
     The tracks of each object.
     """
     spans = {key: span for part in parts for key, span in _spans(part, time).items()}
-    group = {key: [key] for key in spans}
     pairs = [pair for n, one in enumerate(parts) for two in parts[n + 1 :]
              for pair in _pairs(one, two)]  # fmt: skip
+    group = grouped(pairs, spans)
+    return [members for key, members in group.items() if members[0] == key]
+
+
+def grouped(
+    pairs: Iterable[tuple[int, Key, Key]], spans: Mapping[Key, Span]
+) -> dict[Key, list[Key]]:
+    """Return with which others each track is of one object.
+
+    ``pairs`` are those that share enough reports, and how many; ``spans`` are of all tracks.
+
+    Returns
+    -------
+    A list for each track, the same one for all of an object.
+    """
+    group = {key: [key] for key in spans}
     for _, one, two in sorted(pairs, key=lambda pair: (-pair[0], pair[1], pair[2])):
         first, second = group[one], group[two]
         if first is second or _at_odds(first, second, spans):
@@ -52,10 +78,10 @@ def same_objects(parts: Sequence[Found], time: FloatArray) -> list[list[Key]]:
         first += second
         for key in second:
             group[key] = first
-    return [members for key, members in group.items() if members[0] == key]
+    return group
 
 
-def _spans(part: Found, time: FloatArray) -> dict[Key, tuple[float, float]]:
+def _spans(part: Found, time: FloatArray) -> dict[Key, Span]:
     """Return from when until when each track of a region has reports [s]."""
     own = np.flatnonzero(part.track >= 0)
     names, place = np.unique(part.track[own], return_inverse=True)
@@ -85,9 +111,7 @@ def _pairs(one: Found, two: Found) -> list[tuple[int, Key, Key]]:
     ]
 
 
-def _at_odds(
-    first: Sequence[Key], second: Sequence[Key], spans: Mapping[Key, tuple[float, float]]
-) -> bool:
+def _at_odds(first: Sequence[Key], second: Sequence[Key], spans: Mapping[Key, Span]) -> bool:
     """Tell whether a region has tracks in both that have reports at the same time."""
     return any(
         one[0] == two[0] and spans[one][0] <= spans[two][1] and spans[two][0] <= spans[one][1]

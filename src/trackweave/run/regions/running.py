@@ -154,7 +154,10 @@ def _part(
     wanted = np.zeros(len(attempt.table), dtype=bool)
     wanted[rows] = True
     place = np.cumsum(wanted) - 1
-    steps = [tuple(part_of(s, wanted, place) for s in scans) for scans in attempt.course.steps]
+    steps = [
+        tuple(part_of(each, wanted[each.report], place[each.report]) for each in scans)
+        for scans in attempt.course.steps
+    ]
     course = replace(attempt.course, steps=steps)
     is_own = region.holds(position[rows])
     return Part(course, region, rows, is_own, attempt.settings.period, attempt.table.dim, rng)
