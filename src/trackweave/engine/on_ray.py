@@ -7,6 +7,7 @@ import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from importlib.metadata import version
 from typing import Any
 
 import ray
@@ -14,6 +15,8 @@ import ray
 if not hasattr(ray, "init"):
     message = "a folder called ray, which is none"
     raise ModuleNotFoundError(message, name="ray")
+
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 from trackweave.engine.protocol import Death, EngineError, Worker
 from trackweave.engine.serving import Served
@@ -24,6 +27,12 @@ HEAD_PORT = 6379
 """Where the head of a cluster listens, unless told otherwise."""
 PATIENCE_S = 5.0
 """So long its machine may take to answer [s]."""
+STARTING_S = 60.0
+"""So long a machine may take to start a first worker [s]."""
+MOST_LINES = 6
+"""Lines of Ray's errors that are told: of two versions, both."""
+FULL = (ray.exceptions.ObjectStoreFullError, ray.exceptions.OutOfDiskError)
+"""What Ray raises where neither its store nor the disk that it is moved to has room."""
 
 
 def _address_of_head(name: str) -> str:
@@ -38,6 +47,43 @@ def _address_of_head(name: str) -> str:
             f"ray://HOST:PORT, where `ray start --head --port {HEAD_PORT}` runs"
         ) from err
     return f"{host}:{number}"
+
+
+def _in_a_line(err: Exception) -> str:
+    """Return what an error says first, as one line, without advice and trace."""
+    first = str(err).strip().partition("\n\n")[0].splitlines()
+    return " ".join(each.strip() for each in first[:MOST_LINES])
+
+
+def _own_version() -> str:
+    """Return which trackweave this process has."""
+    return version("trackweave")
+
+
+def _require_alike(name: str) -> None:
+    """Refuse a cluster with machines that have another trackweave, or none."""
+    # Others' results may differ without a word, and which machine does what nobody can tell.
+    ours, asked = _own_version(), dict[str, Any]()
+    nodes: Any = ray.nodes
+    for each in nodes():
+        # A head without processors gets no work.
+        if each["Alive"] and each["Resources"].get("CPU", 0) >= 1:
+            there = NodeAffinitySchedulingStrategy(each["NodeID"], soft=False)
+            options: dict[str, Any] = {"num_cpus": 0, "scheduling_strategy": there}
+            asking: Any = ray.remote(**options)(_own_version)
+            asked[each["NodeManagerAddress"]] = asking.remote()
+    for machine, sign in asked.items():
+        try:
+            theirs = f"trackweave {ray.get(sign, timeout=STARTING_S)}"
+        except (ray.exceptions.TaskUnschedulableError, ray.exceptions.NodeDiedError):
+            continue
+        except ray.exceptions.RayError as err:
+            theirs = f"no trackweave that starts ({_in_a_line(err)})"
+        if theirs != f"trackweave {ours}":
+            raise EngineError(
+                f"engine: {name}: its machine {machine} has {theirs}; expected trackweave "
+                f"{ours} as here, on all machines"
+            )
 
 
 def _quieten() -> None:
@@ -79,13 +125,19 @@ class RayHost:
             raise
         except Exception as err:
             # Unreachable, of another version, no room: Ray raises whatever its parts raise.
-            told = str(err).strip().partition("\n")[0]
+            told = _in_a_line(err)
             raise EngineError(
                 f"engine: {name} does not answer ({type(err).__name__}: {told}); expected a head "
                 "of Ray in the same version, started by `ray start --head`, which takes the token "
                 "given here if it asks for one; or the engine local"
             ) from err
         _OPEN.append(self)
+        try:
+            if name != "ray":
+                _require_alike(name)
+        except EngineError:
+            self.close()
+            raise
 
     def hire(self) -> "_Placed":
         """Return a new worker, which Ray has yet to place."""
@@ -147,15 +199,22 @@ class _Placed:
 
     def send(self, call: bytes) -> None:
         """Send a call; a dead worker says nothing, and is found by the wait that it ends."""
-        self._replies.append(self._room.serve.remote(call))
+        try:
+            self._replies.append(self._room.serve.remote(call))
+        except FULL as err:
+            raise EngineError(
+                f"engine: no room for a task of {len(call) / 1e6:,.0f} MB: Ray's object store and "
+                "the disk behind it are full here; expected some more of either"
+            ) from err
 
     def heard(self, sign: Any) -> bytes | Death:
         """Return the reply that is there, or why there will be none."""
         try:
             reply: bytes = ray.get(sign)
+        except FULL:
+            return Death("had no room for its reply: Ray's object store and its disk are full")
         except ray.exceptions.RayError as err:
-            why = str(err).strip().partition("\n")[0]
-            return Death(f"was lost ({type(err).__name__}: {why})")
+            return Death(f"was lost ({type(err).__name__}: {_in_a_line(err)})")
         self._replies.pop(0)
         return reply
 
