@@ -59,19 +59,16 @@ def held_slots(report: IntArray, n_nodes: int) -> tuple[IntArray, IntArray]:
     place = np.full(n_nodes, -1, dtype=np.int64)
     if last < 0:
         return np.empty(0, dtype=np.int64), place
-    number = np.full(last - first + 1, -1, dtype=np.int64)
+    is_held = np.zeros(last - first + 1, dtype=np.bool_)
+    number = np.empty(last - first + 1, dtype=np.int64)
     for node in range(n_nodes):
         if report[node] >= 0:
-            number[report[node] - first] = 0
-    count = 0
-    for index in range(number.shape[0]):
-        if number[index] == 0:
-            number[index] = count
-            count += 1
-    slots = np.empty(count, dtype=np.int64)
-    for index in range(number.shape[0]):
-        if number[index] >= 0:
-            slots[number[index]] = first + index
+            is_held[report[node] - first] = True
+    # Few are: more of a window's reports are of others than of those a scan concerns.
+    slots = np.flatnonzero(is_held)
+    for rank in range(slots.shape[0]):
+        number[slots[rank]] = rank
+        slots[rank] += first
     for node in range(n_nodes):
         if report[node] >= 0:
             place[node] = number[report[node] - first]

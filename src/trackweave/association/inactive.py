@@ -72,9 +72,10 @@ class _Components:
         pairs = [(getattr(self, name), getattr(other, name)) for name in names]
         return type(self)(*map(np.concatenate, pairs))
 
-    def part(self, which: Any) -> Self:
+    def part(self, which: NDArray[np.bool_]) -> Self:
         """Return some of them."""
-        return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
+        rows = np.flatnonzero(which)
+        return type(self)(*(getattr(self, f.name)[rows] for f in fields(self)))
 
     def whereabouts(self) -> Whereabouts:
         """Return where their objects are."""
@@ -149,6 +150,18 @@ class InactiveClusters:
         slot = self.nodes.report[_spans(known.first, known.count)]
         owner = np.repeat(np.arange(known.count.shape[0]), known.count)
         return known.cost, known.begin, slot[slot >= 0], owner[slot >= 0]
+
+    def beside(self, rows: IntArray) -> tuple[Nodes, int, IntArray]:
+        """Return the clusters of some rows as a room of their own, and the rows' places there."""
+        known = self._components
+        owner = np.searchsorted(known.first, rows, side="right") - 1
+        own = np.unique(owner)
+        first, count = known.first[own], known.count[own]
+        held = _spans(first, count)
+        room = allocate(held.shape[0], *sizes_of(self.nodes))
+        copy_nodes(self.nodes, held, room, 0)
+        shift = first - _starts(count)
+        return room, held.shape[0], rows - shift[np.searchsorted(own, owner)]
 
     def certificate(self, awake: Certificate) -> Certificate:
         """Return the certificate of the whole, given that of what was looked at."""
@@ -295,7 +308,7 @@ class InactiveClusters:
             return
         rows = _spans(kept.first, kept.count)
         # Into another room: this one is still as it was before the step.
-        room = allocate(max(256, 2 * rows.shape[0]), *sizes_of(self.nodes))
+        room = allocate(3 * rows.shape[0] + LITTLE, *sizes_of(self.nodes))
         copy_nodes(self.nodes, rows, room, 0)
         self.nodes, self.n_rows = room, rows.shape[0]
         shift = kept.first_family - _starts(kept.n_families)

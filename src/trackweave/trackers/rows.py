@@ -1,6 +1,7 @@
 """The rows of the live tracks, those of inactive clusters included."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
@@ -68,14 +69,21 @@ def _live_leaves(
     found = []
     for room in _rooms(tree, inactive):
         nodes, families, count = room
-        leaf = np.flatnonzero(nodes.chosen[:count])
+        leaf = np.flatnonzero(nodes.chosen[:count] == 1)
         lives, in_sight = _chances(nodes, families, leaf, tree.rule, by_belief=by_belief)
         chance = lives * in_sight
         known = (time - nodes.time[leaf] <= tree.rule.max_shown) & (nodes.is_line[leaf] == 0)
         live = known & (chance >= FOLLOWED)
         if by_belief:
             doubtful = known & (chance < SURE) & families.confirmed[nodes.family[leaf]]
-            live[_too_many(room, np.flatnonzero(doubtful), (leaf, chance), time, tree)] = False
+            doubts = np.flatnonzero(doubtful)
+            if nodes is inactive.nodes and doubts.size:
+                # Of the many that rest, only those in doubt are gone over.
+                nodes, count, place = inactive.beside(leaf[doubts])
+            else:
+                place = leaf[doubts]
+            source = (nodes, count, families.track.shape[0])
+            live[doubts[_too_many(source, place, chance[doubts], time, tree)]] = False
         found.append(leaf[live])
     return found[0], found[1]
 
@@ -89,23 +97,20 @@ def _rooms(tree: AssociationTree, inactive: InactiveClusters) -> tuple[Room, Roo
 
 
 def _too_many(
-    room: Room,
-    doubtful: IntArray,
-    chosen: tuple[IntArray, FloatArray],
+    source: tuple[Nodes, int, int],
+    leaf: IntArray,
+    chance: FloatArray,
     time: float,
     tree: AssociationTree,
-) -> IntArray:
-    """Return of doubtful tracks those of which there are too many where they are."""
-    # They are numbers among the leaves chosen; the beliefs are those of the last search.
-    (nodes, families, count), (leaf, chance) = room, chosen
-    own = chance[doubtful]
-    if doubtful.size < 2 or np.sum(1.0 - own[own >= FOLLOWED]) <= 0.5:
+) -> NDArray[np.bool_]:
+    """Tell of doubtful tracks of a room of which there are too many where they are."""
+    # The beliefs are those of the last search.
+    if leaf.size < 2 or np.sum(1.0 - chance[chance >= FOLLOWED]) <= 0.5:
         # All doubts together are of no object.
-        return doubtful[:0]
-    source = (nodes, count, families.track.shape[0])
-    states = average_at(source, leaf[doubtful], time, tree, by_belief=True)
+        return np.zeros(leaf.shape[0], dtype=np.bool_)
+    states = average_at(source, leaf, time, tree, by_belief=True)
     place, spread = (part[:, : tree.dim] for part in shown(*states, tree.rule))
-    return doubtful[surplus(place, spread[:, :, : tree.dim], own)]
+    return surplus(place, spread[:, :, : tree.dim], chance)
 
 
 def _chances(
