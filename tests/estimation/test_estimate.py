@@ -78,11 +78,31 @@ def test_finds_what_a_simulated_scene_was_made_with(dim: int) -> None:
 
 def test_says_when_an_estimate_is_doubtful() -> None:
     assert estimate(scene()).doubts == {}
-    crowd = estimate(scene(n_targets=100, clutter=100.0, period=12.0))
+    crowd = estimate(scene(n_targets=100, clutter=300.0, period=20.0))
     assert crowd.doubts["A"].startswith("a crowd, in which ")
     rng = np.random.default_rng(1)
     noise = estimate(table(np.arange(30.0), rng.uniform(0, 1e5, (30, 2))))
     assert "usual values stand in" in noise.doubts["A"]
+
+
+def test_tells_noise_in_a_crowd_whose_neighbours_are_near() -> None:
+    found = estimate(scene(n_targets=100, clutter=100.0, period=12.0))
+    assert 9.0 < found.sensors["A"].sigma < 11.0
+
+
+def test_takes_no_chain_of_false_alarms_that_gather_for_an_object() -> None:
+    rng = np.random.default_rng(5)
+    objects, period = scene(clutter=0.0, n_scans=120), 2.0
+    times, places = [objects.time], [objects.measurement]
+    for scan in range(120):
+        # As the sea about a radar: the nearer, the denser.
+        reach, way = rng.exponential(300.0, 25), rng.uniform(0, 2 * np.pi, 25)
+        times.append(np.full(25, scan * period))
+        places.append(1000.0 + np.stack([reach * np.sin(way), reach * np.cos(way)], axis=1))
+    found = estimate(table(np.concatenate(times), np.concatenate(places)))
+    assert found.max_speed < 40.0
+    assert found.speed_of_few < 30.0
+    assert 8.0 < found.sensors["A"].sigma < 15.0
 
 
 def test_takes_a_known_sigma_as_it_is() -> None:

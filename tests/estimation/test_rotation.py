@@ -56,6 +56,19 @@ def test_a_period_that_is_given_is_made_exact() -> None:
     assert rotation_of(time, azimuth, period=4.1, direction=-1) is None
 
 
+@pytest.mark.parametrize("step", [1.0, 1.5, 2.5, -3.0])
+def test_a_clock_that_is_set_meanwhile_is_followed_on_both_sides(step: float) -> None:
+    truth = Rotation(4.0, 1.0, 1)
+    time, azimuth = plots(truth, n_turns=100, n_objects=12)
+    shown = time + step * (time > 200.0)
+    order = np.argsort(shown, kind="stable")
+    found = rotation_of(shown[order], azimuth[order])
+    assert found is not None
+    beam = np.array([found.azimuth(moment) for moment in shown[order]])
+    off = np.abs(np.angle(np.exp(1j * (azimuth[order] - beam))))
+    assert np.mean(off < 0.1) > 0.8
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_sensor_that_does_not_turn_is_told(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -7,6 +7,7 @@ from oracles.scenes import all_assignments, run, scan, sensor, tracker
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError
+from trackweave.models.motion import ConstantVelocity
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
 from trackweave.trackers._arguments import merged
@@ -72,10 +73,10 @@ def test_a_name_that_changes_for_good_is_the_same_track():
 
 
 def test_a_name_holds_a_track_that_leaps():
-    """It is reported 5 km aside, where its gate and its greatest speed let nobody come."""
-    target = tracker()
+    """It is reported 400 m aside, where its gate lets nobody come."""
+    target = tracker(motion=ConstantVelocity(process_noise=0.5, max_speed=500.0))
     scans = [
-        Scan(float(time), "radar", [[8.0 * time, 5000.0 * (time > 5)], [8.0 * time, -3000.0]],
+        Scan(float(time), "radar", [[8.0 * time, 400.0 * (time > 5)], [8.0 * time, -3000.0]],
              report=[2 * time, 2 * time + 1], identity=[3, 8])
         for time in range(12)
     ]  # fmt: skip
@@ -84,7 +85,20 @@ def test_a_name_holds_a_track_that_leaps():
     assert len({assigned[2 * time] for time in range(12)}) == 1
     assert len(set(assigned.values())) == 2
     last = hypotheses[-1].tracks.mean[:, :2]
-    np.testing.assert_allclose(last[last[:, 1] > 0.0][0], [88.0, 5000.0], atol=5.0)
+    np.testing.assert_allclose(last[last[:, 1] > 0.0][0], [88.0, 400.0], atol=5.0)
+
+
+def test_two_that_swap_their_names_stay_where_they_are():
+    """Kilometres apart they are sooner named wrongly than there at once."""
+    target = tracker(sensor(identity_error=1e-5))
+    scans = [
+        Scan(float(time), "radar", [[8.0 * time, 5000.0], [8.0 * time, -3000.0]],
+             report=[2 * time, 2 * time + 1], identity=[3, 8] if time < 6 else [8, 3])
+        for time in range(12)
+    ]  # fmt: skip
+    assigned = all_assignments(target, run(target, scans))
+    assert len({assigned[2 * time] for time in range(12)}) == 1
+    assert len(set(assigned.values())) == 2
 
 
 @pytest.mark.parametrize(("level", "begins"), [(12.0, True), (2.0, False)])

@@ -18,6 +18,8 @@ from trackweave.models.motion import MotionRule
 
 LOG_LEAP = math.log(0.01)
 """How probable it is that an object's way between two reports is none of its model's."""
+LOG_BEYOND_REACH = math.log(1e-4)
+"""… and takes it farther than its greatest speed does: sooner two have swapped identities."""
 
 
 @jit
@@ -53,10 +55,11 @@ def propose_leaps(
         square = 0.0
         for axis in range(motion.dim):
             square += (scan.position[index, axis] - nodes.mean[node, 0, axis]) ** 2
-        wait = abs(scan.moment[index] - nodes.time[node])
-        radius = max(math.sqrt(square), motion.max_speed * wait, 1e-6)
+        distance = math.sqrt(square)
+        reach = motion.max_speed * abs(scan.moment[index] - nodes.time[node])
         unit = math.pi if motion.dim == 2 else 4.0 / 3.0 * math.pi
-        log_likelihood = LOG_LEAP - math.log(unit) - motion.dim * math.log(radius)
+        log_likelihood = LOG_LEAP if distance <= reach else LOG_BEYOND_REACH
+        log_likelihood -= math.log(unit) + motion.dim * math.log(max(distance, reach, 1e-6))
         cost = report_cost(
             nodes.cost[node] + nodes.tail[node] + scan.survival_cost,
             log_likelihood + scan.log_begin[index],

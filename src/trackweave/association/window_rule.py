@@ -124,7 +124,9 @@ def scan_input(
         time=float(scan.time),
         reference=float(scan.time if start is None else (start + scan.time) / 2),
         new_instant=True,
-        is_silence_telling=sensor.tells_silence(count),
+        is_silence_telling=(
+            sensor.tells_silence(count) if scan.tells_silence is None else scan.tells_silence
+        ),
         is_heard=sensor.scans is False,
         has_moments=scan.moments is not None,
         is_located=is_located,

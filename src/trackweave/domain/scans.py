@@ -16,7 +16,7 @@ from trackweave.arrays import (
     require_finite,
 )
 from trackweave.errors import InvalidInputError
-from trackweave.fields import checked_number, plain
+from trackweave.fields import checked_flag, checked_number, plain
 from trackweave.summaries import summary
 
 __all__ = ["Scan"]
@@ -59,6 +59,9 @@ class Scan:
     context
         Further numbers of each report, shape (reports, numbers), as a kind of measurement from
         outside the package asks for; None for none.
+    tells_silence
+        Whether it says anything of objects that it does not report; None for what its sensor's
+        ``scans`` and the number of reports say. A part of a scan says what all of it did.
 
     Raises
     ------
@@ -86,6 +89,7 @@ class Scan:
     strength: FloatArray | None = None
     covariance: FloatArray | None = None
     context: FloatArray | None = None
+    tells_silence: bool | None = None
 
     __repr__ = summary
 
@@ -143,6 +147,8 @@ class Scan:
             set_field(self, "identity", int_array(self.identity, "identity", (n_reports,)))
         if self.strength is not None:
             set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
+        if self.tells_silence is not None:
+            set_field(self, "tells_silence", checked_flag(self.tells_silence, "tells_silence"))
         if self.context is not None:
             set_field(self, "context", float_array(self.context, "context", (n_reports, None)))
 

@@ -10,11 +10,10 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import share_within
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
-from trackweave.estimation.trees import tree_of
+from trackweave.estimation.trees import ball_volume, tree_of
 
 __all__ = [
     "Chains",
-    "ball_volume",
     "chains_of",
     "detection_share",
     "local_density",
@@ -40,8 +39,6 @@ CHANCE_OF_ANOTHER = 0.02
 NEIGHBOURS = 3
 # The digamma function of that number.
 LOG_OF_FEW = 1.0 + 1 / 2 - np.euler_gamma
-# Length, area and volume of the ball of radius 1, by dimension.
-UNIT_BALL = {1: 2.0, 2: 3.141592653589793, 3: 4.188790204786391}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,11 +62,6 @@ class _Segment:
     residual: float
     index: IntArray
     chance: float
-
-
-def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
-    """Return the volume of a ball [m² or m³]."""
-    return np.asarray(UNIT_BALL[dim] * np.asarray(radius) ** dim)
 
 
 def local_density(position: FloatArray) -> float:
@@ -200,6 +192,12 @@ def _sure_segments(
     n_starts = max(1.0, density * float(ball_volume(speed * (part.time[1] - part.time[0]), dim)))
     chance = n_starts * (density * ball_volume(np.sqrt(rss / freedom), dim)) ** freedom
     sure = np.flatnonzero(chance < FALSE_SEGMENTS_PER_REPORT)
+    if sure.size:
+        # Where false alarms gather, they line up far more often than where they are thin.
+        points = [part.position[k][index] for k, index in enumerate(pieces[sure].T)]
+        local = np.mean([frames.density_about(place) for place in points], axis=0)
+        chance[sure] *= np.maximum(local / density, 1.0) ** (freedom + 1)
+        sure = sure[chance[sure] < FALSE_SEGMENTS_PER_REPORT]
     return [
         _Segment(
             frames,

@@ -10,7 +10,6 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import (
     Chains,
-    ball_volume,
     chains_of,
     detection_share,
     speed_of_few,
@@ -24,6 +23,7 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.trees import ball_volume
 
 __all__ = ["WIDER", "estimate"]
 

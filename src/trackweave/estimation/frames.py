@@ -6,6 +6,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.trees import ball_volume, tree_of
 
 __all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period"]
 
@@ -18,6 +19,9 @@ N_BLOCKS = 3
 LONGEST_GAP = 3.5
 # Nearer in time than this [s], scans say nothing of speeds.
 SHORTEST_GAP = 1e-6
+# The density about a place is told by so many scans, and by as much space as holds so many
+# reports of each.
+SCANS_OF_DENSITY, OTHERS_AND_OWN = 20, 4
 # What looks so often [s] is seen to: not so few of its scans hold a report.
 BRIEF, LEAST_FILLED = 1e-3, 0.02
 
@@ -33,6 +37,17 @@ class Frames:
 
     def __len__(self) -> int:
         return len(self.position)
+
+    def density_about(self, place: FloatArray) -> FloatArray:
+        """Return how dense a scan's reports are about places [m], per m² (m³)."""
+        # One a scan is an object's own, wherever it stands, and none of those it could be mixed
+        # up with.
+        some = self.position[:: -(-len(self) // SCANS_OF_DENSITY)]
+        gathered = np.concatenate(some)
+        count = min(OTHERS_AND_OWN * len(some), gathered.shape[0])
+        distance = tree_of(gathered).query(place, k=count)[0].reshape(place.shape[0], -1)[:, -1]
+        volume = ball_volume(np.maximum(distance, 1e-9), place.shape[1])
+        return np.asarray((count / len(some) - 1.0) / volume)
 
 
 def scan_period(time: FloatArray) -> float | None:

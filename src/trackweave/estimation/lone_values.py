@@ -7,9 +7,9 @@ from typing import Any, Self
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.chains import ball_volume
 from trackweave.estimation.lone import LoneReports
 from trackweave.estimation.looking import Looking
+from trackweave.estimation.trees import ball_volume
 
 __all__ = ["LoneValues", "note_on_lone", "rhythm_of"]
 

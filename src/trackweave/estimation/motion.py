@@ -38,6 +38,9 @@ def reach(blocks: list[Frames]) -> tuple[float, float] | None:
     chance = _chance_counts(everything, radii)
     n_reports = sum(p.shape[0] for frames in blocks for p in frames.position[1:])
     found = _outermost(counts, chance, FEW * n_reports)
+    if found is not None and found[1] > n_reports:
+        # No report has more than one successor: false alarms gather, and do so in each scan.
+        found = _outermost(counts, _gathered_counts(blocks, radii), FEW * n_reports)
     return None if found is None else (float(radii[found[0]] / interval), found[1] / len(times))
 
 
@@ -76,11 +79,26 @@ def _chance_counts(position: FloatArray, radii: FloatArray) -> FloatArray:
         [np.sort(axis)[_scatter(axis.size, k)] for k, axis in enumerate(some.T)], axis=1
     )
     counts = pairs_within(tree_of(some), tree_of(mixed), radii).astype(float)
+    return _smooth_where_few(counts, radii, position.shape[1])
+
+
+def _smooth_where_few(counts: FloatArray, radii: FloatArray, dim: int) -> FloatArray:
+    """Return counts of pairs as the volume tells where there are few."""
     # Few pairs are near: below a thousand, the volume tells better.
     enough = min(int(np.searchsorted(counts, min(1000.0, counts[-1] / 4))), radii.size - 1)
     near = radii[:enough] / radii[enough]
-    counts[:enough] = counts[enough] * near ** position.shape[1]
+    counts[:enough] = counts[enough] * near**dim
     return np.asarray(np.maximum(counts, 1e-300))
+
+
+def _gathered_counts(blocks: list[Frames], radii: FloatArray) -> FloatArray:
+    """Return how many pairs of a scan's own reports, all unrelated, lie within each radius."""
+    counts = np.zeros(radii.size)
+    for frames in blocks:
+        for position in frames.position:
+            tree = tree_of(position)
+            counts += pairs_within(tree, tree, radii) - position.shape[0]
+    return _smooth_where_few(counts, radii, blocks[0].position[0].shape[1])
 
 
 def _scatter(size: int, axis: int) -> IntArray:

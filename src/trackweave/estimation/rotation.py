@@ -62,7 +62,10 @@ def _steady(
     rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
     if rate is None:
         return None
-    rate, phase = _followed(elapsed, azimuth, rate, count)
+    followed = _followed(elapsed, azimuth, rate, count)
+    if followed is None:
+        return None
+    rate, phase = followed
     if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
         return None
     if _share(elapsed, azimuth, np.array([rate]))[0] < LEAST_SHARE:
@@ -81,7 +84,10 @@ def _wandering(
         rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
         if rate is None:
             continue
-        rate, phase = _followed(elapsed[:count], azimuth[:count], rate, count)
+        followed = _followed(elapsed[:count], azimuth[:count], rate, count)
+        if followed is None:
+            continue
+        rate, phase = followed
         if rate == 0 or (direction or rate) * rate < 0:
             continue
         found = followed_rotation(time, azimuth, rate, phase)
@@ -168,8 +174,9 @@ def _share(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> Float
 
 def _followed(
     elapsed: FloatArray, azimuth: FloatArray, rate: float, count: int
-) -> tuple[float, float]:
+) -> tuple[float, float] | None:
     """Return rate [rad/s] and phase at the beginning [rad], refined over more and more reports."""
+    # None where too few agree: a clock that was set meanwhile puts the middle where nobody is.
     phase = 0.0
     while True:
         time, off = elapsed[:count], np.exp(1j * (azimuth[:count] - rate * elapsed[:count]))
@@ -177,6 +184,8 @@ def _followed(
         residual = np.angle(off * np.exp(-1j * middle))
         near = np.abs(residual) < 3 * NEAR
         for _ in range(3):
+            if np.count_nonzero(near) < FEWEST_REPORTS:
+                return None
             slope, level = np.polyfit(time[near], residual[near], 1)
             rest = residual - level - slope * time
             near = np.abs(rest) < max(3 * float(np.median(np.abs(rest))), 1e-6)

@@ -9,10 +9,22 @@ from trackweave.arrays import FloatArray, IntArray
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["FEW", "FewPoints", "Tree", "all_within", "n_within", "pairs_within", "tree_of"]
+__all__ = [
+    "FEW",
+    "FewPoints",
+    "Tree",
+    "all_within",
+    "ball_volume",
+    "n_within",
+    "pairs_within",
+    "tree_of",
+]
 
 FEW = 512
 """Of so many points all distances are sooner there than SciPy is imported."""
+
+# Length, area and volume of the ball of radius 1, by dimension.
+UNIT_BALL = {1: 2.0, 2: 3.141592653589793, 3: 4.188790204786391}
 
 Tree: TypeAlias = Union["FewPoints", "cKDTree"]
 
@@ -120,3 +132,8 @@ def _squares(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def _order(square: FloatArray) -> IntArray:
     return np.argsort(square, axis=1, kind="stable")
+
+
+def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
+    """Return the volume of a ball [m² or m³]."""
+    return np.asarray(UNIT_BALL[dim] * np.asarray(radius) ** dim)

@@ -45,7 +45,8 @@ def note_on_speed(configuration: Configuration, estimates: Estimates | None) -> 
         return []
     return [
         f"motion.max_speed is told as {told:g} m/s, but a few objects seem to move at "
-        f"{estimates.speed_of_few:.3g} m/s, and are lost if they do; correct it"
+        f"{estimates.speed_of_few:.3g} m/s, and are lost if they do; false alarms that line up "
+        "look so too: raise it only where something can be so fast"
     ]
 
 

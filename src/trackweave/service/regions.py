@@ -147,7 +147,8 @@ class RegionsTracker:
     ) -> tuple[tuple[Scan, ...], IntArray]:
         """Return what a region is given, and at which of it others look too."""
         parts = tuple(
-            part_of(scan, look[k], scan.report) for scan, look in zip(scans, looks, strict=True)
+            part_of(scan, self._sensors[scan.sensor], look[k], scan.report)
+            for scan, look in zip(scans, looks, strict=True)
         )
         both = [
             scan.report[look[k] & (look.sum(axis=0) > 1)]

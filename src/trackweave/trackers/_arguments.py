@@ -258,6 +258,9 @@ def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
         strength=both("strength", np.nan),
         covariance=_both_covariances(first, second, sensor),
         context=_both_contexts(first, second),
+        tells_silence=(
+            first.tells_silence if first.tells_silence == second.tells_silence else None
+        ),
     )
 
 

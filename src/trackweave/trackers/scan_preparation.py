@@ -24,7 +24,7 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
 from trackweave.trackers.window import OpenScan, OpenScans
 
-__all__ = ["ScanPreparation", "begun", "rooted", "rule_of"]
+__all__ = ["ScanPreparation", "begun", "longest_unseen", "rooted", "rule_of"]
 
 UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
 """For so long an object is followed that no sensor looks at [s], or for so many times the misses
@@ -125,6 +125,16 @@ class ScanPreparation:
         return min(max(last, float(rotation.when(turned - 1.0))), first)
 
 
+def longest_unseen(lifecycle: Lifecycle, sensors: Sequence[Sensor]) -> tuple[float, float]:
+    """Return for how long an object without reports is shown, and followed at most [s]."""
+    misses = lifecycle.delete_after_misses or USUAL_MISSES
+    periodic = any(sensor.scan_period is not None for sensor in sensors)
+    shown = UNSEEN_WITHOUT_PERIOD
+    if periodic:
+        shown = UNSEEN_PERIODS * misses * period_of(sensors)
+    return shown, lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
+
+
 def rule_of(
     motion: AnyMotion,
     lifecycle: Lifecycle,
@@ -143,10 +153,7 @@ def rule_of(
                 )
     period = period_of(sensors.values())
     shares = [each.hidden_share for each in _with_silences(sensors)]
-    misses = lifecycle.delete_after_misses or USUAL_MISSES
-    periodic = any(sensor.scan_period is not None for sensor in sensors.values())
-    shown = UNSEEN_PERIODS * misses * period if periodic else UNSEEN_WITHOUT_PERIOD
-    unseen = lifecycle.rejoin or max(shown, MOST_SILENCES * lifecycle.mean_silence)
+    shown, unseen = longest_unseen(lifecycle, list(sensors.values()))
     rule = window_rule(
         motion,
         (lifecycle.survival, GONE, lifecycle.delete_after_misses or np.inf, unseen, shown),

@@ -39,6 +39,27 @@ def lanes(n: int, *, east: bool) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row")
 
 
+def ships(n: int, pause: float) -> tuple[pl.DataFrame, dict]:
+    """Ships that report by themselves, and pass the cut both ways between two of their reports."""
+    rng = np.random.default_rng(1)
+    # Buoys keep the window short.
+    buoys = [(-25e3, -9e3), (25e3, 130e3), (-25e3, 130e3), (25e3, -9e3)]
+    rows = [(5.0 * k, *(buoys[k % 4] + rng.normal(0.0, 8.0, 2)).tolist(), -1 - k % 4)
+            for k in range(720)]  # fmt: skip
+    for number in range(n):
+        at, ahead = np.array([60e3 * number / (n - 1) - 30e3, 6e3 * number]), (-1) ** number
+        time = rng.uniform(0.0, pause)
+        while time < 3600.0:
+            way = np.array([15.0 * ahead * time, 0.0])
+            place = at + way + rng.normal(0.0, 8.0, 2)
+            rows.append((float(int(time)), *place.tolist(), number))
+            time += pause * rng.uniform(0.8, 1.2)
+    heard = {"sigma": 8.0, "detection_probability": 0.9, "clutter_density": 1e-13, "scans": False}
+    config = {"motion": {"process_noise": 0.01, "max_speed": 25.0}, "sensors": {"default": heard},
+              "lifecycle": {"new_target_density": 1e-12}, "window": {"depth": 2}}  # fmt: skip
+    return pl.DataFrame(sorted(rows), schema=["time", "x", "y", "target"], orient="row"), config
+
+
 @pytest.fixture
 def small(monkeypatch):
     """Regions of few reports."""
@@ -90,6 +111,16 @@ def test_the_same_bytes_for_any_number_of_workers_and_after_a_kill(small):
         assert first.files()[name] == second.files()[name]
 
 
+def test_ships_that_report_by_themselves_are_those_of_one_process(small):
+    reports, config = ships(20, pause=250.0)
+    alone, apart = tw.track(reports, config), tw.track(reports, config, engine="local", workers=2)
+    assert apart.run["regions"]["count"] > 1
+    assert apart.run["regions"]["joined"] > 0
+    assert len(partition(alone)) == 24
+    assert partition(apart) == partition(alone)
+    assert apart.tracks.height == alone.tracks.height
+
+
 def test_a_recording_of_one_region_is_as_without_an_engine():
     reports = lanes(12, east=False)
     alone, engine = tw.track(reports, CONFIG), tw.track(reports, CONFIG, engine="local", workers=2)
@@ -112,12 +143,30 @@ def test_regions_cover_the_plane_once_and_hold_alike_many():
 
 def test_a_scan_of_which_nothing_is_left_is_still_a_scan():
     scan = tw.Scan(3.0, "a", [[1.0, 2.0], [5.0, 6.0]], report=[7, 4], moments=[2.0, 3.0])
-    empty = cutting.part_of(scan, np.array([False, False]), np.array([0, 0]))
+    none, number = np.array([False, False]), np.array([0, 0])
+    empty = cutting.part_of(scan, tw.Sensor("a"), none, number)
     assert (len(empty), empty.time, empty.sensor) == (0, 3.0, "a")
-    one = cutting.part_of(scan, np.array([False, True]), np.array([0, 0]))
+    one = cutting.part_of(scan, tw.Sensor("a"), ~none & [False, True], number)
     assert one.report.tolist() == [0]
     assert one.measurement.tolist() == [[5.0, 6.0]]
     assert one.moments.tolist() == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("sensor", "n_reports", "tells"),
+    [
+        (tw.Sensor("a", scans=False), 2, False),
+        (tw.Sensor("a", scans=True), 1, True),
+        (tw.Sensor("a"), 1, False),
+        (tw.Sensor("a"), 2, True),
+    ],
+)
+def test_a_part_of_a_scan_says_what_all_of_it_said_of_who_was_missed(sensor, n_reports, tells):
+    scan = tw.Scan(3.0, "a", np.zeros((n_reports, 2)), report=np.arange(n_reports))
+    for n_kept in range(n_reports + 1):
+        keep = np.arange(n_reports) < n_kept
+        part = cutting.part_of(scan, sensor, keep, np.arange(n_reports))
+        assert (len(part), part.tells_silence) == (n_kept, tells)
 
 
 @pytest.mark.parametrize(

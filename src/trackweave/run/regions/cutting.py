@@ -13,9 +13,20 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.measurements import to_position
+from trackweave.models.sensors import Sensor
 from trackweave.run.polar_to_cartesian import platforms_of
+from trackweave.trackers._arguments import slowest_of
+from trackweave.trackers.scan_preparation import longest_unseen
 
-__all__ = ["Region", "cut", "margin_of", "part_of", "positions_of", "unplaced_sensors"]
+__all__ = [
+    "Region",
+    "cut",
+    "margin_of",
+    "part_of",
+    "positions_of",
+    "unplaced_sensors",
+    "why_whole",
+]
 
 LEAST = 5_000
 """Reports of its own that a region has at least: fewer are not worth a worker."""
@@ -102,6 +113,16 @@ def _halves(region: Region, position: FloatArray, margin: float) -> tuple[Region
     return Region(region.low, high), Region(low, region.high)
 
 
+def why_whole(position: FloatArray, margin: float) -> str:
+    """Return why a recording is not cut."""
+    if len(position) < 2 * LEAST:
+        return f"its halves would have fewer than {LEAST:,} reports"
+    return (
+        f"its halves would be narrower than {NARROWEST:g} margins of {margin / 1e3:.3g} km, which "
+        "an object may come while it is followed"
+    )
+
+
 def unplaced_sensors(reports: ReportTable) -> list[str]:
     """Return the sensors whose reports tell no place."""
     return [
@@ -134,12 +155,26 @@ def margin_of(
     reports: ReportTable, settings: Settings, steps: Sequence[tuple[Scan, ...]]
 ) -> float:
     """Return how far beyond itself a region looks [m]."""
-    periods = [each.scan_period for each in settings.sensors if each.scan_period is not None]
-    ends = np.unique([scans[-1].time for scans in steps])
-    usual = float(np.median(np.diff(ends))) if ends.size > 1 else 0.0
-    window = settings.window.depth * max(periods, default=usual)
+    # Where nobody looks, an object is expected for minutes at whatever place it comes to
+    # meanwhile: its last report has to be in sight as well.
+    _, unseen = longest_unseen(settings.lifecycle, settings.sensors)
+    is_lone = any(each.scans is False for each in settings.sensors)
+    reach = WINDOWS * _window(settings, steps, unseen) + (unseen if is_lone else 0.0)
     noise = max(_noise(reports, settings, index) for index in range(len(reports.sensors)))
-    return WINDOWS * settings.motion.max_speed * window + SIGMAS * noise
+    return settings.motion.max_speed * reach + SIGMAS * noise
+
+
+def _window(settings: Settings, steps: Sequence[tuple[Scan, ...]], unseen: float) -> float:
+    """Return how long the window is [s]; without scan periods, where it is longest."""
+    depth = settings.window.depth
+    slowest = slowest_of(settings.sensors)
+    if slowest is not None:
+        return depth * (slowest.scan_period or 0.0)
+    times = np.unique([scan.time for scans in steps for scan in scans])
+    # Of what was before a pause in which all objects are given up, nothing is left.
+    passed = np.r_[0.0, np.cumsum(np.minimum(np.diff(times), unseen))]
+    depth = min(depth, passed.size - 1)
+    return float(np.max(passed[depth:] - passed[: passed.size - depth]))
 
 
 def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
@@ -159,10 +194,13 @@ def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
     return float(np.quantile(np.hypot(sigma[:, 0], across), 0.99))
 
 
-def part_of(scan: Scan, keep: NDArray[np.bool_], number: NDArray[np.int64]) -> Scan:
+def part_of(
+    scan: Scan, sensor: Sensor, keep: NDArray[np.bool_], number: NDArray[np.int64]
+) -> Scan:
     """Return a scan with the reports that are kept; without any it is an empty scan.
 
-    ``number`` is that of each report from then on, of those that are not kept too.
+    ``number`` is that of each report from then on, of those that are not kept too. What all of
+    the scan says of objects that it does not report, its part says.
 
     Returns
     -------
@@ -180,4 +218,6 @@ def part_of(scan: Scan, keep: NDArray[np.bool_], number: NDArray[np.int64]) -> S
     if scan.platform is not None and scan.platform.ndim == 2:
         mean: FloatArray = scan.platform.mean(axis=0)
         own["platform"] = scan.platform[keep] if keep.any() else mean
+    if scan.tells_silence is None:
+        own["tells_silence"] = sensor.tells_silence(len(scan))
     return replace(scan, report=number[keep], **own)

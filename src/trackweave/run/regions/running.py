@@ -23,12 +23,14 @@ from trackweave.run.regions.cutting import (
     part_of,
     positions_of,
     unplaced_sensors,
+    why_whole,
 )
 from trackweave.run.regions.following import Followed, Part, ends_of, follow
 from trackweave.run.regions.joining import Found, Key, joined_rows, owned_tracks, same_objects
 
 __all__ = ["Engaged", "engaged", "require_cuttable"]
 
+ONE_REGION = "engine: the recording is one region, tracked without workers"
 Progress = Callable[[int, int], None]
 
 
@@ -56,7 +58,7 @@ class Engaged:
         self.record = {"engine": self.name, "count": len(regions), "margin": margin, "list": []}
         self.timing, self.notes = {}, []
         if len(regions) == 1:
-            self.notes = ["engine: the recording is one region, tracked without workers"]
+            self.notes = [f"{ONE_REGION}, as {why_whole(position, margin)}"]
             return None
         seed = int(rng.integers(2**62))
         found: list[Found] = []
@@ -154,8 +156,12 @@ def _part(
     wanted = np.zeros(len(attempt.table), dtype=bool)
     wanted[rows] = True
     place = np.cumsum(wanted) - 1
+    sensors = {each.name: each for each in attempt.settings.sensors}
     steps = [
-        tuple(part_of(each, wanted[each.report], place[each.report]) for each in scans)
+        tuple(
+            part_of(each, sensors[each.sensor], wanted[each.report], place[each.report])
+            for each in scans
+        )
         for scans in attempt.course.steps
     ]
     course = replace(attempt.course, steps=steps)
