@@ -120,6 +120,63 @@ def test_noise_that_reports_carry_themselves_is_not_doubted() -> None:
     assert track(reports, told(NOISE)).run["told"] == []
 
 
+def test_noise_that_reports_carry_themselves_is_not_called_told() -> None:
+    reports = lines().with_columns(sigma_x=pl.lit(NOISE / 4), sigma_y=pl.lit(NOISE / 4))
+    noted = track(reports).run["diagnostics"]
+    assert "sigma" not in [each["cause"] for each in noted]
+
+
+def buses(sigma: float) -> pl.DataFrame:
+    """Return what twelve buses report every 30 s, between stops and turns at every corner."""
+    rng = np.random.default_rng(1)
+    rows = []
+    for number in range(12):
+        corners, time, heading = [(0.0, 3000.0 * number, 0.0)], 0.0, int(rng.integers(4))
+        while time < 3600:
+            if rng.random() < 0.4:
+                heading += int(rng.choice([-1, 1]))
+            way = 400.0 * np.array([(0, 1), (1, 0), (0, -1), (-1, 0)][heading % 4])
+            time += 400.0 / rng.uniform(6, 12)
+            place = np.array(corners[-1][1:]) + way
+            corners.append((time, *place.tolist()))
+            time += rng.uniform(5, 40)
+            corners.append((time, *place.tolist()))
+        known = np.array(corners).T
+        for when in np.arange(rng.uniform(0, 30), 3600, 30.0):
+            place = [np.interp(when, known[0], axis) for axis in known[1:]]
+            rows.append((when, *(place + rng.normal(0, sigma, 2)), f"bus{number}"))
+    table = pl.DataFrame(rows, schema=["time", "x", "y", "identity"], orient="row")
+    return table.sort("time")
+
+
+def test_stops_and_turns_between_reports_are_not_taken_for_noise() -> None:
+    config = {
+        "motion": {"process_noise": 2.0, "max_speed": 14.0},
+        "sensors": {"default": {"sigma": 8.0, "scans": False}},
+    }
+    run = track(buses(8.0), config).run
+    assert sigma_in(run) == 8.0
+    assert "sigma" not in [each["cause"] for each in run["diagnostics"]]
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.5])
+def test_a_steep_elevations_noise_is_not_that_of_slant_ranges(factor: float) -> None:
+    rng = np.random.default_rng(1)
+    reports = lines(0.0)
+    east, north = 20 * reports["x"].to_numpy(), 20 * reports["y"].to_numpy() + 5e3
+    up, ground = 15e3, np.hypot(east, north)
+    polar = reports.select("time").with_columns(
+        range_m=np.hypot(ground, up) + rng.normal(0, 10, east.size),
+        azimuth_deg=np.degrees(np.arctan2(east, north)) + rng.normal(0, 0.05, east.size),
+        elevation_deg=np.degrees(np.arctan2(up, ground)) + rng.normal(0, 0.2, east.size),
+    )
+    sigma = {"range_m": 10.0 * factor, "azimuth_deg": 0.05, "elevation_deg": 0.2}
+    config = told(sigma, clutter_density=1e-9)
+    config["motion"]["max_speed"] = 300.0
+    used = sigma_in(track(polar, config).run)["range_m"]
+    assert used == (10.0 if factor == 1 else pytest.approx(10.0, rel=0.2))
+
+
 def test_too_few_reports_overrule_nothing() -> None:
     run = track(lines().head(60), told(NOISE / 2)).run
     assert sigma_in(run) == NOISE / 2

@@ -10,6 +10,7 @@ from trackweave.arrays import IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
+from trackweave.estimation.estimates import digits
 from trackweave.randomness import RandomSource
 from trackweave.run.history import smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
@@ -81,14 +82,14 @@ class Hindsight:
         if found:
             notes.append(
                 f"{counted(len(found), 'track')} joined with an earlier one through silences of up"
-                f" to {_longest(found):.0f} s (run.json: joins), as one object explains both"
+                f" to {_longest(found):g} s (run.json: joins), as one object explains both"
                 f" better than two; {_NUMBERS}"
             )
         if parted:
             notes.append(
                 f"{counted(len(parted), 'track')} parted at silences of up to "
-                f"{_longest(parted):.0f} s (run.json: joins), as two objects, of which one ends "
-                f"and one begins there, are more probable; {_NUMBERS}"
+                f"{_longest(parted):g} s (run.json: joins), as two objects, of which one "
+                f"ends and one begins there, are more probable; {_NUMBERS}"
             )
         return notes
 
@@ -101,7 +102,7 @@ class Hindsight:
 
 
 def _longest(joins: Sequence[Join]) -> float:
-    return max(join.silence for join in joins)
+    return digits(max(join.silence for join in joins), 3)
 
 
 def in_hindsight(

@@ -13,7 +13,12 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
-from trackweave.run.diagnostics.scatter import scatter_of, without_motion
+from trackweave.run.diagnostics.scatter import (
+    MOSTLY_NOISE,
+    may_be_motion,
+    scatter_of,
+    without_motion,
+)
 
 __all__ = ["NoiseDoubts"]
 
@@ -24,8 +29,6 @@ SHORT, LONG = 1, 3
 # What scatters so many times more than told is looked at again with gates that are wider: those of
 # a sigma that is too small leave out the very reports that tell. So much then is a contradiction.
 DOUBTFUL, WIDER, CLEAR = 1.3, 2.0, 1.4
-# Scatter that is mostly motion says little of noise.
-MOSTLY_NOISE = 0.3
 MOST_TRIALS = 3
 WEIGHT = 50.0
 
@@ -207,7 +210,9 @@ def _times(case: Case, index: int, least: int) -> Factors | None:
     if kind.is_position:
         near, far = near.mean(keepdims=True), far.mean(keepdims=True)
     own = without_motion(short, long, near, far)
-    own = np.where(own > MOSTLY_NOISE * near, own, np.minimum(near, 1.0))
+    moved = may_be_motion(case, index, short, long)[: own.size]
+    is_noise = (own > MOSTLY_NOISE * near) & ~moved
+    own = np.where(is_noise, own, np.minimum(near, 1.0))
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     return {column: float(np.sqrt(square)) for column, square in zip(columns, own, strict=False)}
 

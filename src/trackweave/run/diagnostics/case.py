@@ -92,19 +92,29 @@ class Case:
     @cached_property
     def platform(self) -> FloatArray:
         """Where each report's sensor was, x and y [m], shape (reports, 2)."""
+        return self.stand[:, :2]
+
+    @cached_property
+    def stand(self) -> FloatArray:
+        """Where each report's sensor was [m], shape (reports, dim)."""
         places = {s.name: s.position for s in self.sensors if s.position is not None}
-        return platforms_of(self.reports, places)[:, :2]
+        return platforms_of(self.reports, places)[:, : self.reports.dim]
 
     @cached_property
     def position(self) -> FloatArray:
         """Where each report puts its object [m], shape (reports, 2), NaN where it does not."""
+        return self.place[:, :2]
+
+    @cached_property
+    def place(self) -> FloatArray:
+        """Where each report puts its object [m], shape (reports, dim), NaN where it does not."""
         if not self.reports.kinds:
-            return self.reports.measurement[:, :2]
+            return self.reports.measurement
         places = {s.name: s.position for s in self.sensors if s.position is not None}
         telling = [kind.gives_position(self.reports.dim) for kind in self.reports.kinds]
-        found = np.full((len(self.reports), 2), np.nan)
+        found = np.full((len(self.reports), self.reports.dim), np.nan)
         rows = np.flatnonzero(np.array(telling)[self.reports.sensor])
-        found[rows] = placed(self.reports, places).measurement[:, :2]
+        found[rows] = placed(self.reports, places).measurement
         return found
 
     @cached_property

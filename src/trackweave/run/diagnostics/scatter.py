@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.run.diagnostics.case import Case
 
-__all__ = ["Scatter", "scatter_of", "without_motion"]
+__all__ = ["Scatter", "may_be_motion", "scatter_of", "without_motion"]
 
 MOST_PATHS, MOST_REPORTS = 120, 120
+# Scatter of which less is left is mostly motion, and says little of noise.
+MOSTLY_NOISE = 0.3
 # Two thirds of a normal distribution's median square to its variance; and its 95 % quantile.
 OF_MEDIAN, OF_TAIL = 0.45494, 3.8415
 
@@ -51,7 +55,7 @@ def scatter_of(
         rows = each[case.reports.sensor[each] == index][:MOST_REPORTS]
         if rows.size <= 2 * stride:
             continue
-        time, place = case.reports.time[rows], case.position[rows]
+        time, place = case.reports.time[rows], case.place[rows]
         before = time[stride:-stride] - time[: -2 * stride]
         after = time[2 * stride :] - time[stride:-stride]
         both = np.maximum(before + after, 1e-12)
@@ -59,9 +63,9 @@ def scatter_of(
         way = share * place[: -2 * stride] + (1 - share) * place[2 * stride :]
         off = place[stride:-stride] - way
         if is_polar:
-            off = _polar(off, (place - case.platform[rows])[stride:-stride])
+            off = _polar(off, (place - case.stand[rows])[stride:-stride])
         weight = 1 + (before**2 + after**2) / both**2
-        squares.append(off**2 / weight[:, None])
+        squares.append(off[:, :2] ** 2 / weight[:, None])
         drifts.append(before**2 * after**2 / (3 * both) / weight)
     return Scatter(np.concatenate(squares), np.concatenate(drifts))
 
@@ -75,10 +79,37 @@ def without_motion(short: Scatter, long: Scatter, near: FloatArray, far: FloatAr
     return np.asarray(near - process * grown[0])
 
 
+def may_be_motion(case: Case, index: int, short: Scatter, long: Scatter) -> NDArray[np.bool_]:
+    """Tell of which components motion alone may explain what is beside short steps."""
+    # Manoeuvres that are over within a step add as much over short steps as over long ones, which
+    # looks like noise. They may be all that is seen where the process noise in use foresees as
+    # much, and what is beside the way grows so much that, had it grown with the length of the
+    # steps alone, hardly any of it would be noise.
+    near, far = short.usual(), long.usual()
+    kind = case.reports.kind_of(index)
+    foreseen = np.full(near.shape, _process_noise(case) * np.median(short.drift))
+    if kind.has_range:
+        away = (case.place - case.stand)[case.rows[index], :2]
+        foreseen[1] /= np.median(np.sum(away**2, axis=1))
+    else:
+        near, far = (np.full(each.shape, each.mean()) for each in (near, far))
+    longer = np.cbrt(np.median(long.drift) / max(float(np.median(short.drift)), 1e-30))
+    left = near - np.maximum(far - near, 0.0) / max(longer - 1.0, 1e-30)
+    return np.asarray((foreseen >= near) & (left <= MOSTLY_NOISE * near))
+
+
+def _process_noise(case: Case) -> float:
+    """Return how much the velocity of what moves changes [m²/s³]; 0 where nothing tells."""
+    motion = case.settings.motion
+    models = motion.models if isinstance(motion, Imm) else (motion,)
+    return max((m.process_noise for m in models if isinstance(m, ConstantVelocity)), default=0.0)
+
+
 def _polar(off: FloatArray, relative: FloatArray) -> FloatArray:
     """Return offsets along the range [m] and across it [rad]."""
-    distance = np.maximum(np.linalg.norm(relative, axis=1), 1e-9)
-    unit = relative / distance[:, None]
+    # A range is a slant one: on the ground, a steep elevation's noise would look like its own.
+    unit = relative / np.maximum(np.linalg.norm(relative, axis=1), 1e-9)[:, None]
     along = np.einsum("ij,ij->i", off, unit)
-    across = (off[:, 0] * unit[:, 1] - off[:, 1] * unit[:, 0]) / distance
+    ground = np.maximum(np.sum(relative[:, :2] ** 2, axis=1), 1e-18)
+    across = (off[:, 0] * relative[:, 1] - off[:, 1] * relative[:, 0]) / ground
     return np.stack([along, across], axis=1)

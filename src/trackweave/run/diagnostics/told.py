@@ -10,7 +10,13 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.coverage import covered
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding, Path
-from trackweave.run.diagnostics.scatter import Scatter, scatter_of, without_motion
+from trackweave.run.diagnostics.scatter import (
+    MOSTLY_NOISE,
+    Scatter,
+    may_be_motion,
+    scatter_of,
+    without_motion,
+)  # fmt: skip
 from trackweave.run.observing import filled
 
 __all__ = [
@@ -169,7 +175,6 @@ SHORT, LONG = 1, 3
 # Noise so many times larger or smaller than told is a contradiction; what wanders slowly scatters
 # less from scan to scan than it is off.
 NOISE_LARGER, NOISE_SMALLER = 3.0, 3.0
-MOSTLY_NOISE = 0.3
 # Process noise, and what it does to the scatter over long steps.
 PROCESS_TIMES, SCATTER_TIMES, LEAST_PROCESS = 5.0, 3.0, 1e-12
 SPEED_OVER, SPEED_UNDER = 1.3, 8.0
@@ -223,10 +228,11 @@ def _components(
         near, far = (np.mean(each / told**2, keepdims=True) * usual for each in (near, far))
         told = np.sqrt([usual])
     own = without_motion(short, long, near, far)
+    moved = may_be_motion(case, index, short, long)
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     for k, sigma in enumerate(told[: near.size]):
         ratio = 1.0
-        if own[k] > MOSTLY_NOISE * near[k] and own[k] > sigma**2:
+        if own[k] > max(MOSTLY_NOISE * near[k], sigma**2) and not moved[k]:
             ratio = float(np.sqrt(own[k]) / sigma)
         elif far[k] < sigma**2:
             ratio = float(np.sqrt(max(far[k], 1e-30)) / sigma)
@@ -234,12 +240,10 @@ def _components(
 
 
 def _told_sigma(case: Case, index: int) -> FloatArray | None:
-    """Return the noise that was told, by component, None where it was estimated."""
-    sensor, rows = case.sensors[index], case.rows[index]
-    carried = case.reports.sigma[rows]
-    if np.isfinite(carried).any():
-        return np.asarray(np.nanmedian(carried[:, :2], axis=0))
-    if not case.is_told(f"sensors.{sensor.name}.sigma"):
+    """Return the noise that was told, by component, None where nobody told one of all reports."""
+    sensor, carried = case.sensors[index], case.reports.sigma[case.rows[index]]
+    # What reports carry is each one's own: no median of it was told.
+    if np.isfinite(carried).any() or not case.is_told(f"sensors.{sensor.name}.sigma"):
         return None
     return sensor.sigmas(case.reports.dim)[:2]
 
