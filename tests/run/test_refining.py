@@ -34,7 +34,6 @@ def test_a_crowd_is_told_better_than_by_reports_alone() -> None:
 def test_false_alarms_in_a_crowd_are_told_from_objects() -> None:
     # Six of seven reports are of nobody, and each lies where an object may have come to.
     reports = scene(n_targets=10, clutter=60.0, detection=0.8)
-    assert estimate(reports).sensors["A"].clutter_density * 2000**2 < 1.0
     found = estimates_for(reports, load_configuration(None))
     assert found is not None
     assert found.sensors["A"].clutter_density * 2000**2 == pytest.approx(60.0, rel=0.35)
