@@ -82,7 +82,7 @@ def without_motion(short: Scatter, long: Scatter, near: FloatArray, far: FloatAr
 def may_be_motion(case: Case, index: int, short: Scatter, long: Scatter) -> NDArray[np.bool_]:
     """Tell of which components motion alone may explain what is beside short steps."""
     # Manoeuvres that are over within a step add as much over short steps as over long ones, which
-    # looks like noise. They may be all that is seen where the process noise in use foresees as
+    # looks like noise. They may be all that is seen where the process noise told foresees as
     # much, and what is beside the way grows so much that, had it grown with the length of the
     # steps alone, hardly any of it would be noise.
     near, far = short.usual(), long.usual()
@@ -99,7 +99,10 @@ def may_be_motion(case: Case, index: int, short: Scatter, long: Scatter) -> NDAr
 
 
 def _process_noise(case: Case) -> float:
-    """Return how much the velocity of what moves changes [m²/s³]; 0 where nothing tells."""
+    """Return how much the velocity of what moves changes, as told [m²/s³]; 0 where nobody did."""
+    # An estimate is made for what is told of noise, and would explain any scatter.
+    if not case.is_told("motion.process_noise"):
+        return 0.0
     motion = case.settings.motion
     models = motion.models if isinstance(motion, Imm) else (motion,)
     return max((m.process_noise for m in models if isinstance(m, ConstantVelocity)), default=0.0)
