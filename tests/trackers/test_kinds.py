@@ -90,9 +90,9 @@ def test_a_name_holds_a_track_that_leaps():
 
 def test_two_that_swap_their_names_stay_where_they_are():
     """Kilometres apart they are sooner named wrongly than there at once."""
-    target = tracker(sensor(identity_error=1e-5))
+    target = tracker(sensor(identity_error=1e-7))
     scans = [
-        Scan(float(time), "radar", [[8.0 * time, 5000.0], [8.0 * time, -3000.0]],
+        Scan(float(time), "radar", [[8.0 * time, 0.0], [8.0 * time, -3000.0]],
              report=[2 * time, 2 * time + 1], identity=[3, 8] if time < 6 else [8, 3])
         for time in range(12)
     ]  # fmt: skip

@@ -155,13 +155,13 @@ class InactiveClusters:
         """Return the clusters of some rows as a room of their own, and the rows' places there."""
         known = self._components
         owner = np.searchsorted(known.first, rows, side="right") - 1
-        own = np.unique(owner)
+        own, number = np.unique(owner, return_inverse=True)
         first, count = known.first[own], known.count[own]
         held = _spans(first, count)
         room = allocate(held.shape[0], *sizes_of(self.nodes))
         copy_nodes(self.nodes, held, room, 0)
         shift = first - _starts(count)
-        return room, held.shape[0], rows - shift[np.searchsorted(own, owner)]
+        return room, held.shape[0], rows - shift[number]
 
     def certificate(self, awake: Certificate) -> Certificate:
         """Return the certificate of the whole, given that of what was looked at."""

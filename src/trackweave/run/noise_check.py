@@ -13,12 +13,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
-from trackweave.run.diagnostics.scatter import (
-    MOSTLY_NOISE,
-    may_be_motion,
-    scatter_of,
-    without_motion,
-)
+from trackweave.run.diagnostics.scatter import is_noise, scatter_of, without_motion
 
 __all__ = ["NoiseDoubts"]
 
@@ -210,9 +205,8 @@ def _times(case: Case, index: int, least: int) -> Factors | None:
     if kind.is_position:
         near, far = near.mean(keepdims=True), far.mean(keepdims=True)
     own = without_motion(short, long, near, far)
-    moved = may_be_motion(case, index, short, long)[: own.size]
-    is_noise = (own > MOSTLY_NOISE * near) & ~moved
-    own = np.where(is_noise, own, np.minimum(near, 1.0))
+    noisy = is_noise(case, index, (short, long), own, near)
+    own = np.where(noisy, own, np.minimum(near, 1.0))
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     return {column: float(np.sqrt(square)) for column, square in zip(columns, own, strict=False)}
 

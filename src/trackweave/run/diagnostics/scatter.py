@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.run.diagnostics.case import Case
 
-__all__ = ["Scatter", "may_be_motion", "scatter_of", "without_motion"]
+__all__ = ["Scatter", "is_noise", "scatter_of", "without_motion"]
 
 MOST_PATHS, MOST_REPORTS = 120, 120
 # Scatter of which less is left is mostly motion, and says little of noise.
@@ -79,7 +79,17 @@ def without_motion(short: Scatter, long: Scatter, near: FloatArray, far: FloatAr
     return np.asarray(near - process * grown[0])
 
 
-def may_be_motion(case: Case, index: int, short: Scatter, long: Scatter) -> NDArray[np.bool_]:
+def is_noise(
+    case: Case, index: int, scatter: tuple[Scatter, Scatter], own: FloatArray, near: FloatArray
+) -> NDArray[np.bool_]:
+    """Tell of which components noise is what is left of the scatter over short steps."""
+    # ``scatter`` is that over short and long steps, ``own`` what ``without_motion`` left of
+    # ``near``, which may be in another unit than the scatter, and as one component for all.
+    by_motion = _may_be_motion(case, index, *scatter)[: own.size]
+    return np.asarray((own > MOSTLY_NOISE * near) & ~by_motion)
+
+
+def _may_be_motion(case: Case, index: int, short: Scatter, long: Scatter) -> NDArray[np.bool_]:
     """Tell of which components motion alone may explain what is beside short steps."""
     # Manoeuvres that are over within a step add as much over short steps as over long ones, which
     # looks like noise. They may be all that is seen where the process noise told foresees as

@@ -10,13 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.coverage import covered
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.diagnostics.case import Case, Finding, Path
-from trackweave.run.diagnostics.scatter import (
-    MOSTLY_NOISE,
-    Scatter,
-    may_be_motion,
-    scatter_of,
-    without_motion,
-)  # fmt: skip
+from trackweave.run.diagnostics.scatter import Scatter, is_noise, scatter_of, without_motion
 from trackweave.run.observing import filled
 
 __all__ = [
@@ -228,11 +222,11 @@ def _components(
         near, far = (np.mean(each / told**2, keepdims=True) * usual for each in (near, far))
         told = np.sqrt([usual])
     own = without_motion(short, long, near, far)
-    moved = may_be_motion(case, index, short, long)
+    noisy = is_noise(case, index, (short, long), own, near)
     columns = kind.columns(case.reports.dim) if kind.has_range else ("",)
     for k, sigma in enumerate(told[: near.size]):
         ratio = 1.0
-        if own[k] > max(MOSTLY_NOISE * near[k], sigma**2) and not moved[k]:
+        if noisy[k] and own[k] > sigma**2:
             ratio = float(np.sqrt(own[k]) / sigma)
         elif far[k] < sigma**2:
             ratio = float(np.sqrt(max(far[k], 1e-30)) / sigma)
