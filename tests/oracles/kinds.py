@@ -266,16 +266,17 @@ def evidence(view, index):
 def leap(view, index, known, rule):
     """Return how likely a report is of an object that moves as none of its models, and its state.
 
-    One in a hundred is anywhere as far off as it is, or as its speed lets it come.
+    One in a hundred is anywhere as far as its speed lets it come, one in 10⁴ as far as it is.
     """
     (state, time), dim = known, rule.dim
     off = np.linalg.norm(place(view, index, dim)[0] - state.mean[0, :dim])
-    radius = max(off, rule.max_speed * abs(view.moment(index) - time))
+    reach = rule.max_speed * abs(view.moment(index) - time)
+    radius, share = max(off, reach), 0.01 if off <= reach else 1e-4
     volume = math.pi * radius**2 if dim == 2 else 4 / 3 * math.pi * radius**3
     cost, begun = begin(view, index, rule)
     log_volume = math.log(view.sensor.clutter_density / view.sensor.detection_probability)
     log_volume -= cost + view.log_density
-    return math.log(0.01 / volume) + log_volume, begun
+    return math.log(share / volume) + log_volume, begun
 
 
 def covered(view, state, rule, since):
