@@ -57,3 +57,17 @@ def test_a_sensor_that_is_turned_is_told_in_a_crowd_and_no_other(turn):
     found = [(name, np.degrees(seen)) for name, seen in said(in_ranges(crowd(), turn), config)]
 
     assert found == ([("b", pytest.approx(turn, abs=0.1))] if turn else [])
+
+
+@pytest.mark.parametrize("late", [-1.0, 1.0])
+def test_a_clock_that_differs_is_told_in_seconds(late):
+    # Each of the objects is off its own way, so that no place and no angle explains it.
+    sigma = {"range_m": 2.0, "azimuth_deg": 0.1}
+    own = {"sigma": sigma, "scan_period": 1.0}
+    config = {"sensors": {name: {**own, "position": [*at]} for name, at in SITES.items()}}
+    reports = in_ranges(crowd(), 0.0)
+    is_b = pl.col("sensor") == "b"
+    stamped = reports.with_columns(time=pl.col("time") + late * is_b.cast(pl.Float64))
+    ((sensor, seen),) = said(stamped.sort("time"), config)
+
+    assert seen == pytest.approx(late if sensor == "b" else -late, abs=0.1)

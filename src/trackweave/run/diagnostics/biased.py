@@ -20,6 +20,10 @@ FARTHEST, STEADY = 40.0, 3.0
 # times what they scatter by, and as much of the sensor's noise.
 FEWEST_TRACKS, LEAST_SHARE, CLEAR, LEAST = 6, 0.5, 2.0, 0.5
 LEAST_SPREAD = 0.05
+CLOCK = 2
+"""Which of the three that may be off is time."""
+# Velocities are of so many pauses between reports to both sides, and not below so much [m/s].
+LONG_STEP, SLOWEST = 2.0, 0.1
 OF_MEDIAN = 1.4826
 # As far apart as so many of their usual pauses nobody knows where an object was between reports.
 LONGEST_PAUSE = 4.0
@@ -53,7 +57,8 @@ def _finding(case: Case, index: int) -> Finding | None:
     off = _beside_others(case, index)
     if off.shape[0] < FEWEST_TRACKS:
         return None
-    # In standard deviations of what this sensor measures: along and across, or east and north.
+    # In standard deviations of what this sensor measures: along and across, or east and north;
+    # and along the flight, as a clock has it.
     middle = np.median(off, axis=0)
     spread = OF_MEDIAN * np.median(np.abs(off - middle), axis=0)
     ratio = np.abs(middle) / np.maximum(spread, LEAST_SPREAD)
@@ -63,9 +68,8 @@ def _finding(case: Case, index: int) -> Finding | None:
     part = int(np.argmax(ratio))
     if ratio[part] < CLEAR:
         return None
-    sigma = _sigma(case, index)[part]
-    seen, error = float(middle[part] * sigma), float(spread[part] * sigma)
-    error *= 1.25 / math.sqrt(off.shape[0])
+    sigma = _sigma(case, index)
+    seen, error = middle * sigma, 1.25 / math.sqrt(off.shape[0]) * spread * sigma
     return Finding(
         "bias",
         name,
@@ -74,13 +78,16 @@ def _finding(case: Case, index: int) -> Finding | None:
         f"the sensor, or give what is wrong in [sensors.{name}]",
         weight=WEIGHT + min(float(ratio[part]), MOST_WEIGHT),
         told=0.0,
-        seen=seen,
+        seen=float(seen[part]),
     )
 
 
-def _words(case: Case, index: int, part: int, off: tuple[float, float]) -> str:
-    """Return what is off by how much [m, rad], and how sure that is."""
-    value, error = off
+def _words(case: Case, index: int, part: int, off: tuple[FloatArray, FloatArray]) -> str:
+    """Return what is off by how much [m, rad, s], and how sure that is."""
+    value, error = (float(each[part]) for each in off)
+    if part == CLOCK:
+        way_of_clock = "later" if value > 0 else "earlier"
+        return f"its times are {abs(value):.3g} ± {error:.1g} s {way_of_clock}"
     if not case.reports.kind_of(index).has_range:
         way = (("farther west", "farther east"), ("farther south", "farther north"))
         return f"its positions are {abs(value):.3g} ± {error:.1g} m {way[part][int(value > 0)]}"
@@ -99,19 +106,22 @@ def _may_be_high(case: Case, index: int) -> bool:
         return False
     if case.reports.height is not None and np.isfinite(case.reports.height[rows]).mean() > 0.5:
         return False
-    return bool(np.median([np.median(path.speed) for path in case.paths]) > FASTEST_ON_GROUND)
+    return case.usual_speed > FASTEST_ON_GROUND
 
 
 def _sigma(case: Case, index: int) -> FloatArray:
     """Return the noise of a sensor: of range and azimuth [m, rad], or of a position [m]."""
-    return np.array(case.sensors[index].sigmas(case.reports.dim)[:2], dtype=np.float64)
+    # And the time in which objects usually come as far as its places are off [s].
+    noise = case.plane_sigma(index)
+    own = case.sensors[index].sigmas(case.reports.dim)[:2]
+    return np.array([*own, noise / max(case.usual_speed, SLOWEST)])
 
 
 def _beside_others(case: Case, index: int) -> FloatArray:
-    """Return how far a sensor's tracks lie beside others', in its noise, shape (tracks, 2)."""
+    """Return how far a sensor's tracks lie beside others', in its noise, shape (tracks, 3)."""
     own, others = _ways(case, index, is_own=True), _ways(case, index, is_own=False)
     if not own or not others:
-        return np.empty((0, 2))
+        return np.empty((0, 3))
     own = own[:: -(-len(own) // MOST_TRACKS)]
     middle = np.array([way.time[way.time.size // 2] for way in own])
     there = np.array([way.place[way.time.size // 2] for way in own])
@@ -126,8 +136,8 @@ def _beside_others(case: Case, index: int) -> FloatArray:
         told += bool(beside)
         if steady:
             # Whoever flies the same way at the same time is rarer than the object itself.
-            found.append(min(steady, key=lambda off: float(np.linalg.norm(off))))
-    return np.array(found) if len(found) > LEAST_SHARE * told else np.empty((0, 2))
+            found.append(min(steady, key=lambda off: float(np.linalg.norm(off[:CLOCK]))))
+    return np.array(found) if len(found) > LEAST_SHARE * told else np.empty((0, 3))
 
 
 def _ways(case: Case, index: int, *, is_own: bool) -> list[_Way]:
@@ -155,21 +165,26 @@ def _at(way: _Way, time: FloatArray) -> FloatArray:
 
 def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
     """Return how far a way lies beside another, in noise; None where that is not steady."""
-    expected = _at(other, own.time)
-    known = np.isfinite(expected[:, 0])
-    if np.count_nonzero(known) < FEWEST_REPORTS:
+    step = LONG_STEP * float(np.median(np.diff(other.time)))
+    before, expected, after = (_at(other, own.time + late) for late in (-step, 0.0, step))
+    known = np.isfinite(before[:, 0] + expected[:, 0] + after[:, 0])
+    if np.count_nonzero(known) < FEWEST_REPORTS or step <= 0.0:
         return None
+    expected, velocity = expected[known], (after - before)[known] / (2.0 * step)
     seen_from, sigma = case.platform[own.row[known]], _sigma(case, index)
-    off = own.place[known] - expected[known]
+    off = own.place[known] - expected
+    # What is stamped later by a second lies a second's way behind.
+    late = -np.sum(off * velocity, axis=1) / np.maximum(np.sum(velocity**2, axis=1), SLOWEST**2)
     if case.reports.kind_of(index).has_range:
         # Along the line of sight and across it, clockwise.
-        line = expected[known] - seen_from
+        line = expected - seen_from
         distance = np.maximum(np.linalg.norm(line, axis=1), 1e-9)
         east, north = (line / distance[:, None]).T
         along = off[:, 0] * east + off[:, 1] * north
         across = (off[:, 0] * north - off[:, 1] * east) / distance
-        off = np.stack([along, across], axis=1)
-    scaled = off / sigma
+        off = np.column_stack([along, across])
+    scaled = np.column_stack([off, late]) / sigma
     middle: FloatArray = np.median(scaled, axis=0)
     scatter = OF_MEDIAN * np.median(np.abs(scaled - middle), axis=0)
-    return middle if scatter.max() <= STEADY else None
+    is_steady = scatter <= STEADY
+    return middle if is_steady[:CLOCK].all() or is_steady[CLOCK] else None

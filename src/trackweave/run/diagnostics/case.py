@@ -72,6 +72,11 @@ class Case:
         return tuple(by_name[name] for name in self.reports.sensors)
 
     @cached_property
+    def usual_speed(self) -> float:
+        """How fast objects usually are [m/s]."""
+        return float(np.median([np.median(path.speed) for path in self.paths]))
+
+    @cached_property
     def rows(self) -> tuple[IntArray, ...]:
         """The rows of each sensor's reports."""
         of = self.reports.sensor
