@@ -13,8 +13,10 @@ while there are two; GOSPA is of order 2, cut at 2 km, at each turn's end after 
 import argparse
 import resource
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 import polars as pl
@@ -27,6 +29,8 @@ from ten_radars import told_of
 from text_tables import command, heading, table
 
 from trackweave import TrackingResult, track
+from trackweave.engine import pool
+from trackweave.engine.serving import packed_call, unpacked_reply
 
 NEAR = 2_000.0
 WARM_UP = 5
@@ -62,7 +66,8 @@ def main() -> None:
     print(heading(command("regions.py")), end="\n\n")
     shown = reports.drop("target")
     alone, cpu = timed(shown, told, None)
-    apart, driver = timed(shown, told, "local")
+    with traffic() as bytes_sent:
+        apart, driver = timed(shown, told, "local")
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     record = apart.run
     timing = record["timing"]["regions"]
@@ -91,6 +96,8 @@ def main() -> None:
     print(f"Cutting {timing['cutting_cpu_ms'] / 1e3:.2f} s, joining "
           f"{timing['joining_cpu_ms'] / 1e3:.2f} s; workers beside their regions (starting, "
           f"reading tasks, packing replies) {others:.1f} s.")  # fmt: skip
+    sent, returned = (each / len(reports) for each in bytes_sent)
+    print(f"Bytes per report: {sent:.0f} to the workers, {returned:.0f} back.")
     print(f"Gap at the end: alone {alone.run['scans'][-1]['gap']}, regions {last['gap']}, "
           f"status {last['status']}, reports of clusters that a border cuts: "
           f"{sum(each['cut_reports'] for each in scans)} over {len(scans)} scans.")  # fmt: skip
@@ -130,6 +137,24 @@ def timed(
     workers = None if engine is None else 1
     result = track(reports, told, rng=0, engine=engine, workers=workers)
     return result, time.process_time() - begun
+
+
+@contextmanager
+def traffic() -> Iterator[list[int]]:
+    """Count the bytes that go to workers and come back."""
+    counted = [0, 0]
+
+    def packed(*call: Any) -> bytes:
+        content = packed_call(*call)
+        counted[0] += len(content)
+        return content
+
+    def unpacked(content: bytes) -> Any:
+        counted[1] += len(content)
+        return unpacked_reply(content)
+
+    with patch.multiple(pool, packed_call=packed, unpacked_reply=unpacked):
+        yield counted
 
 
 def greatest_share(regions: np.ndarray, workers: int) -> float:

@@ -56,7 +56,9 @@ def main() -> None:
                 started(folder, out).wait()
             else:
                 run = started(folder, out)
-                n_workers += workers_killed(run, np.sort(rng.uniform(0.3, 1.0, AT_ONCE)) * lasts, rng)
+                n_workers += workers_killed(
+                    run, np.sort(rng.uniform(0.3, 1.0, AT_ONCE)) * lasts, rng
+                )
                 run.wait()
             odd = differing(folder / "whole", folder / out, BARE)
             wrong += [f"{out}: {each}" for each in odd]
