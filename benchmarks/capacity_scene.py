@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+import polars as pl
 
 from trackweave import FieldOfView, Lifecycle, Scan, Sensor
 from trackweave.domain.measurements import MeasurementKind
@@ -33,6 +34,16 @@ class Truth(NamedTuple):
     time: float
     name: Array
     position: Array
+
+
+class Plots(NamedTuple):
+    """What a radar tells of a turn, and of whom."""
+
+    time: Array
+    report: Array
+    """Range [m] and azimuth, clockwise from north [rad]."""
+    name: Array
+    """Whose each is, -1 for false alarms."""
 
 
 class Sky:
@@ -76,14 +87,19 @@ class Sky:
 
 
 class Radars:
-    """Ten radars, whose reports come sector by sector."""
+    """Ten radars, or as many over each of the sky's blocks, a row of ``blocks`` to a side.
 
-    def __init__(self, sky: Sky) -> None:
+    Reports come sector by sector.
+    """
+
+    def __init__(self, sky: Sky, blocks: int = 1) -> None:
         self.sky = sky
-        self.reach = REACH * sky.side
-        self.place = np.array(RADARS) * sky.side
-        self.phase = sky.rng.uniform(0.0, 2.0 * np.pi, len(RADARS))
-        seen = np.pi * REACH**2 * sky.speed.size * DETECTION
+        self.reach = REACH * sky.side / blocks
+        corners = [(east, north) for east in range(blocks) for north in range(blocks)]
+        units = np.concatenate([np.add(RADARS, corner) for corner in corners])
+        self.place = units * sky.side / blocks
+        self.phase = sky.rng.uniform(0.0, 2.0 * np.pi, len(units))
+        seen = np.pi * REACH**2 * sky.speed.size / blocks**2 * DETECTION
         self.n_false = FALSE_SHARE / (1.0 - FALSE_SHARE) * seen
         """Mean number of false alarms of a radar in a turn."""
 
@@ -105,10 +121,20 @@ class Radars:
 
     def scans(self) -> list[Scan]:
         """Return the sectors of a turn, which begins now, in order of time."""
-        found = [scan for number in range(len(RADARS)) for scan in self._turn(number)]
+        found = [scan for number in range(len(self.place)) for scan in self._turn(number)]
         return sorted(found, key=lambda scan: scan.time)
 
     def _turn(self, number: int) -> Iterator[Scan]:
+        plots, begin = self.plots(number), self.sky.time
+        after = plots.time - begin
+        sector = np.minimum((after / TURN * SECTORS).astype(int), SECTORS - 1)
+        for part in range(SECTORS):
+            own = sector == part
+            end = begin + (part + 1) * TURN / SECTORS
+            yield Scan(end, f"radar{number}", plots.report[own], moments=plots.time[own])
+
+    def plots(self, number: int) -> Plots:
+        """Return what a radar tells of the turn that begins now, those of aircraft first."""
         sky, rng = self.sky, self.sky.rng
         velocity = sky.velocity()
         moment = np.zeros(sky.speed.size)
@@ -130,11 +156,29 @@ class Radars:
              self.phase[number] + 2 * np.pi * false_at / TURN]
         ) % (2 * np.pi)  # fmt: skip
         report = np.column_stack([np.maximum(distance, 1.0), azimuth])
-        sector = np.minimum((moment / TURN * SECTORS).astype(int), SECTORS - 1)
-        for part in range(SECTORS):
-            own = sector == part
-            end = sky.time + (part + 1) * TURN / SECTORS
-            yield Scan(end, f"radar{number}", report[own], moments=sky.time + moment[own])
+        name = np.concatenate([sky.name[seen], np.full(n_false, -1)])
+        return Plots(sky.time + moment, report, name)
+
+
+def recorded(radars: Radars, turns: int) -> tuple[pl.DataFrame, list[Truth]]:
+    """Return the radars' reports with their ``target``, "" for false ones, and who was where.
+
+    In order of time; the truth is that at the end of each turn.
+    """
+    parts, truth = [], []
+    for _ in range(turns):
+        for number in range(len(radars.place)):
+            plots = radars.plots(number)
+            parts.append(pl.DataFrame({
+                "time": plots.time,
+                "sensor": [f"radar{number}"] * plots.time.size,
+                "range_m": plots.report[:, 0],
+                "azimuth_deg": np.degrees(plots.report[:, 1]),
+                "target": [f"{name}" if name >= 0 else "" for name in plots.name.tolist()],
+            }))  # fmt: skip
+        radars.sky.advance(TURN)
+        truth.append(radars.sky.truth())
+    return pl.concat(parts).sort("time", maintain_order=True), truth
 
 
 def lifecycle(sky: Sky) -> Lifecycle:

@@ -7,36 +7,9 @@ they stand, their periods, sigma and detection probability, and with ``--told`` 
 import argparse
 
 import numpy as np
-import polars as pl
-from capacity_scene import ANGLE_NOISE, DETECTION, RANGE_NOISE, TURN, Radars, Sky
+from capacity_scene import ANGLE_NOISE, DETECTION, RANGE_NOISE, TURN, Radars, Sky, recorded
 from names_kept import HEAD, judged
 from text_tables import command, heading, table
-
-NEAR = 5.0
-"""A report within so many standard deviations of an aircraft is that aircraft's."""
-
-
-def recorded(aircraft: int, turns: int, seed: int) -> tuple[pl.DataFrame, Radars]:
-    """Return the radars' reports with their target, "" for false ones, and the radars."""
-    sky = Sky(aircraft, seed)
-    radars, parts = Radars(sky), []
-    for _ in range(turns):
-        name, start, velocity = sky.name.copy(), sky.position.copy(), sky.velocity()
-        begun = sky.time
-        for scan in radars.scans():
-            place = radars.place[int(scan.sensor[5:])]
-            for time, (away, azimuth) in zip(scan.moments, scan.measurement, strict=True):
-                apart = start + velocity * (time - begun) - place
-                distance = np.hypot(*apart.T)
-                turned = (np.arctan2(*apart.T) - azimuth + np.pi) % (2 * np.pi) - np.pi
-                off = np.hypot((distance - away) / RANGE_NOISE, turned / ANGLE_NOISE)
-                own = int(np.argmin(off))
-                target = f"{name[own]}" if off[own] < NEAR else ""
-                degrees = float(np.degrees(azimuth))
-                parts.append((float(time), scan.sensor, float(away), degrees, target))
-        sky.advance(TURN)
-    names = ["time", "sensor", "range_m", "azimuth_deg", "target"]
-    return pl.DataFrame(parts, names, orient="row").sort("time", maintain_order=True), radars
 
 
 def told_of(radars: Radars, *, with_range: bool) -> dict[str, object]:
@@ -58,7 +31,8 @@ def main() -> None:
     arguments = parser.parse_args()
     lines = []
     for seed in range(arguments.first, arguments.first + arguments.seeds):
-        reports, radars = recorded(arguments.aircraft, arguments.turns, seed)
+        radars = Radars(Sky(arguments.aircraft, seed))
+        reports, _ = recorded(radars, arguments.turns)
         for word in ("no", "yes"):
             if arguments.told in (word, "both"):
                 told = told_of(radars, with_range=word == "yes")

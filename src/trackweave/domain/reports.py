@@ -1,6 +1,6 @@
 """Reports as columns, and their grouping into scans."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -202,17 +202,19 @@ class ReportTable:
         }
         return replace(self, carried={}, **columns)
 
-    def scans(self) -> Iterator[Scan]:
-        """Yield the scans in order of time, then sensor.
+    def scans(self, but: Collection[str] = ()) -> Iterator[Scan]:
+        """Yield the scans in order of time, then sensor, but those of some sensors.
 
         A scan is the reports of one sensor with one scan number where the table has scan
         numbers, otherwise the reports of one sensor at one time. ``Scan.report`` holds row
         numbers of this table.
         """
-        if len(self) == 0:
+        wanted = np.array([name not in but for name in self.sensors], dtype=np.bool_)
+        rows = np.flatnonzero(wanted[self.sensor])
+        if rows.size == 0:
             return
         key = self.time if self.scan is None else self.scan
-        order = np.lexsort((self.time, key, self.sensor))
+        order = rows[np.lexsort((self.time[rows], key[rows], self.sensor[rows]))]
         changes = (np.diff(self.sensor[order]) != 0) | (np.diff(key[order]) != 0)
         groups = np.split(order, np.flatnonzero(changes) + 1)
         groups.sort(key=lambda rows: (self.time[rows].max(), self.sensor[rows[0]]))

@@ -4,8 +4,9 @@ Models from outside the package are called once for all tracks at the first mome
 at the second, and so on; and back from the last moment of each in the same way.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,9 +23,13 @@ from trackweave.models.motion import MotionRule
 from trackweave.run.beginnings import Evidence, begun, first_state, readings_of
 from trackweave.run.scans import scan_ends
 
-__all__ = ["smoothed_history", "smoothed_together"]
+__all__ = ["Smoothing", "shown_times", "smoothed_at", "smoothed_history", "smoothed_together"]
 
 Way = tuple[MotionRule, ForeignMotion | None]
+Smoothing: TypeAlias = Callable[
+    [ReportTable, Mapping[int, int], TrackTable, Settings, TrackTable | None], TrackTable
+]
+"""What `smoothed_history` does, wherever it is done."""
 
 
 @dataclass(slots=True)
@@ -188,18 +193,24 @@ def smoothed_history(
     priors: TrackTable | None = None,
 ) -> TrackTable:
     """Return every track at every scan between its first and last report, by time, then track."""
+    times = shown_times(reports, tracks, settings)
+    return smoothed_at((reports, assignment, tracks), times, settings, priors)
+
+
+def smoothed_at(
+    found: tuple[ReportTable, Mapping[int, int], TrackTable],
+    times: tuple[FloatArray, FloatArray],
+    settings: Settings,
+    priors: TrackTable | None = None,
+) -> TrackTable:
+    """Return the history of tracks, which may be a part of those that have such `shown_times`."""
+    (reports, assignment, tracks), (ends, moments) = found, times
     # Where rows are wanted once in a period only, at those between the two, or at the last report.
     # Each state is conditioned on all of the track's reports, later ones included. Status and
     # score are taken from the tracks as they were known scan by scan.
     rule = settings.motion.rule(reports.dim, unscented=settings.unscented)
     motion = rule, settings.motion if isinstance(settings.motion, ForeignMotion) else None
     evidence = Evidence.of(reports, settings.sensors)
-    ends = scan_ends(
-        reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
-    )
-    moments = np.unique(np.concatenate([tracks.time, ends]))
-    if settings.period is not None and len(tracks):
-        moments = np.unique(tracks.time)
     paths, first_rows = (
         list(_paths(evidence, (ends, moments), assignment, priors)),
         _first_rows(tracks),
@@ -213,6 +224,18 @@ def smoothed_history(
     table = TrackTable.concatenate(parts, reports.dim)
     table = _with_status(table, tracks)
     return table.at(np.lexsort((table.track, table.time)))
+
+
+def shown_times(
+    reports: ReportTable, tracks: TrackTable, settings: Settings
+) -> tuple[FloatArray, FloatArray]:
+    """Return when each report's scan ended, and the moments at which tracks are shown [s]."""
+    ends = scan_ends(
+        reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
+    )
+    if settings.period is not None and len(tracks):
+        return ends, np.unique(tracks.time)
+    return ends, np.unique(np.concatenate([tracks.time, ends]))
 
 
 def _states(

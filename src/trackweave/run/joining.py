@@ -12,7 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.estimation.estimates import digits
 from trackweave.randomness import RandomSource
-from trackweave.run.history import smoothed_history
+from trackweave.run.history import Smoothing, smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
 from trackweave.summaries import counted
@@ -110,9 +110,11 @@ def in_hindsight(
     found: tuple[TrackTable, Assigned],
     settings: Settings,
     priors: TrackTable | None,
-    rng: RandomSource,
+    by: tuple[RandomSource, Smoothing],
 ) -> Hindsight:
     """Return a run's tracks as known then, its history and assignments, under their last names."""
+    # ``by`` is what is drawn from, and what smooths all tracks at once, which workers may do.
+    rng, _ = by
     joined = None
     # Of objects that divide, what begins may be a daughter, but where a merge explains it.
     if settings.join and settings.divide and settings.merge is not None:
@@ -122,7 +124,7 @@ def in_hindsight(
             reports, (tracks, history, assigned), settings, priors, rng
         )
         found = tracks, assigned
-    tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, rng)
+    tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, by)
     if settings.join and not settings.divide:
         history, assigned, joined = with_joins(
             reports, (tracks, history, assigned), settings, priors, rng

@@ -12,7 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.randomness import RandomSource
 from trackweave.run.course import rotations_in
-from trackweave.run.history import smoothed_history
+from trackweave.run.history import Smoothing, smoothed_history
 from trackweave.run.record import Assigned
 from trackweave.run.scans import scan_ends
 from trackweave.trackers.divisions import Division, Divisions, divisions_of
@@ -73,11 +73,11 @@ def with_divisions(
     found: tuple[TrackTable, Assigned],
     settings: Settings,
     priors: TrackTable | None,
-    rng: RandomSource,
+    by: tuple[RandomSource, Smoothing],
 ) -> tuple[TrackTable, TrackTable, Assigned, Lineage | None]:
     """Return tracks, history and assignments of a run, and who came of whom where it is asked."""
-    tracks, assigned = found
-    history = smoothed_history(table, assigned.by_row(), tracks, settings, priors)
+    (tracks, assigned), (rng, smooth) = found, by
+    history = smooth(table, assigned.by_row(), tracks, settings, priors)
     if not settings.divide:
         return tracks, history, assigned, None
     lineage = lineage_of(history, tracks, settings, priors, rng)

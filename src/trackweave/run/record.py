@@ -54,6 +54,15 @@ class Rows:
             self._write()
         return following is None or (following > time and self._is_due(time))
 
+    def due(self, ends: Sequence[float]) -> list[bool]:
+        """Tell of steps that end at some times whether rows are written of each."""
+        due, nothing = [], TrackTable.empty(2)
+        for end, following in zip(ends, [*ends[1:], None], strict=True):
+            due.append(self.wants(end, following))
+            if due[-1]:
+                self.add(nothing, end)
+        return due
+
     def add(self, tracks: TrackTable, time: float) -> None:
         """Take the rows after a scan that ends at ``time``."""
         if self._waiting is not None and time > self._time:

@@ -169,10 +169,9 @@ def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> I
     """Yield the scans of sensors of whose turns nothing is known."""
     # Reports that the table puts into one scan keep their own times where these differ: in a turn
     # of a radar an aircraft flies a kilometre.
-    for scan in reports.scans():
-        if scan.sensor not in turning:
-            moments = reports.time[scan.report]
-            yield scan if np.all(moments == scan.time) else replace(scan, moments=moments)
+    for scan in reports.scans(but=turning):
+        moments = reports.time[scan.report]
+        yield scan if np.all(moments == scan.time) else replace(scan, moments=moments)
 
 
 def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:

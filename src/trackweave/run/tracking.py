@@ -26,6 +26,7 @@ from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
+from trackweave.run.history import smoothed_history
 from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
 from trackweave.run.merging import merged_reports
@@ -167,28 +168,28 @@ def track(  # noqa: PLR0913 the one function that users call with everything
             (generator, deadline, regions),
             progress,
         )
-    rows, log, assigned = done
-    doubles, table, course = attempt.doubles, attempt.table, attempt.course
-    settings = registration.entered(doubts.entered(attempt.settings))
-    notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes())
-    settings = replace(settings, notes=(*notes, *(regions.notes if regions else ())))
-    seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, generator)
-    tracks, history, assigned = seen.tracks, seen.history, seen.assigned
-    assignment = assigned.by_row()
+        (rows, log, assigned), table, course = done, attempt.table, attempt.course
+        settings = registration.entered(doubts.entered(attempt.settings))
+        notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes())
+        settings = replace(settings, notes=(*notes, *(regions.notes if regions else ())))
+        by = generator, regions.smoothed if regions else smoothed_history
+        seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, by)
+    assigned, assignment = seen.assigned, seen.assigned.by_row()
     # Tracks by a document's letter are no judges of what was told.
     found = doubts.findings()
     if is_judged:
         found = diagnose(
             Case(
-                table, settings, assigned.track, history, course.looks(),
+                table, settings, assigned.track, seen.history, course.looks(),
                 registration.unregistered(),
             ),
             found,
         )  # fmt: skip
     contradicted = (each.sentence for each in found)
     settings = replace(settings, notes=(*contradicted, *settings.notes, *seen.notes()))
-    merged = merged_reports(table, assignment, history, settings.sensors, settings.merge)
+    merged = merged_reports(table, assignment, seen.history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
+    doubles = attempt.doubles
     table, assigned = doubles.restored(table), assigned.at(doubles.place)
     assignment = assigned.by_row()
     record = with_doubles(record, doubles, len(assignment))
@@ -203,7 +204,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     }
     shared = doubles.shared(merged) if settings.merge is not None else None
     values = RunValues(
-        table, tracks, history, assignment, settings, assigned.probability, seen.parent, shared
+        table,
+        seen.tracks,
+        seen.history,
+        assignment,
+        settings,
+        assigned.probability,
+        seen.parent,
+        shared,
     )
     seed = seed_of(rng)
     record = with_seed(

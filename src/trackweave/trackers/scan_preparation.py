@@ -24,7 +24,14 @@ from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
 from trackweave.trackers.window import OpenScan, OpenScans
 
-__all__ = ["ScanPreparation", "begun", "longest_unseen", "rooted", "rule_of"]
+__all__ = [
+    "ScanPreparation",
+    "begin_of_sweep",
+    "begun",
+    "longest_unseen",
+    "rooted",
+    "rule_of",
+]
 
 UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
 """For so long an object is followed that no sensor looks at [s], or for so many times the misses
@@ -109,20 +116,43 @@ class ScanPreparation:
         turning = rotation_by(known, sensor.rotation)
         return sensor if turning is sensor.rotation else replace(sensor, rotation=turning)
 
+    def pass_over(self, sensor: str, until: float) -> None:
+        """Take it that a sensor looked elsewhere until a time [s]."""
+        self._ends[sensor] = max(until, self._ends.get(sensor, -np.inf))
+
     def _start(self, scan: Scan, rotation: Rotation | None) -> float | None:
         """Return when the sweep of a turning sensor began that ends with a scan."""
-        if scan.moments is None or rotation is None:
-            return None
         last = self._ends.get(scan.sensor, -np.inf)
-        if scan.time <= last:
-            return None
-        self._ends[scan.sensor] = scan.time
-        first = float(scan.moments.min(initial=scan.time))
-        # What was not handed over was not looked at; a turn is as much as there is.
-        turned = float(rotation.turned(scan.time))
-        if not np.isfinite(last) or turned - float(rotation.turned(last)) > MOST_TURNED:
-            return first
-        return min(max(last, float(rotation.when(turned - 1.0))), first)
+        begin = begin_of_sweep(scan, rotation, last)
+        if begin is not None:
+            self._ends[scan.sensor] = scan.time
+        return begin
+
+
+def begin_of_sweep(scan: Scan, rotation: Rotation | None, last: float) -> float | None:
+    """Return when the sweep of a turning sensor began that ends with a scan [s].
+
+    Parameters
+    ----------
+    scan
+        The scan.
+    rotation
+        How its sensor turns, None where it does not.
+    last
+        When the sensor's scan before it ended [s], minus infinity for none.
+
+    Returns
+    -------
+    The time, None where nothing is known of a sweep.
+    """
+    if scan.moments is None or rotation is None or scan.time <= last:
+        return None
+    first = float(scan.moments.min(initial=scan.time))
+    # What was not handed over was not looked at; a turn is as much as there is.
+    turned = float(rotation.turned(scan.time))
+    if not np.isfinite(last) or turned - float(rotation.turned(last)) > MOST_TURNED:
+        return first
+    return min(max(last, float(rotation.when(turned - 1.0))), first)
 
 
 def longest_unseen(lifecycle: Lifecycle, sensors: Sequence[Sensor]) -> tuple[float, float]:

@@ -40,10 +40,11 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     # Each by itself would be shown where that is more probable than not; where objects may be
     # each other's, the same is asked of how many there are. Who stands alone is never too many.
     is_shown, is_surplus = chance >= FOLLOWED, np.zeros(chance.shape[0], dtype=np.bool_)
-    here, start = _places(position, covariance)
-    for weakest in np.argsort(chance, kind="stable"):
-        beside = here[start[weakest] : start[weakest + 1]]
-        if not is_shown[weakest] or beside.shape[0] < 2:
+    rows = np.flatnonzero(is_shown)
+    here, start = _places(position, covariance, rows)
+    for row in np.argsort(chance[rows], kind="stable").tolist():
+        weakest, beside = rows[row], here[start[row] : start[row + 1]]
+        if beside.shape[0] < 2:
             continue
         shown = beside[is_shown[beside]]
         # Who is stronger than another that stays is not what is too much.
@@ -54,22 +55,23 @@ def surplus(position: FloatArray, covariance: FloatArray, chance: FloatArray) ->
     return is_surplus
 
 
-def _places(position: FloatArray, covariance: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return who may be at the place of each, itself included, and where each one's begin."""
-    count = position.shape[0]
+def _places(
+    position: FloatArray, covariance: FloatArray, rows: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Return who may be at the place of each row, itself included, and where each one's begin."""
     limit = quantile_of(position.shape[1], APART)
     # No direction is wider than all together: most are out of the question at once.
     width = np.trace(covariance, axis1=1, axis2=2)
     found = [np.empty((2, 0), dtype=np.int64)]
-    for begin in range(0, count, AT_ONCE):
-        rows = slice(begin, begin + AT_ONCE)
+    for begin in range(0, rows.size, AT_ONCE):
+        some = rows[begin : begin + AT_ONCE]
         # An axis at a time: sums over two or three numbers take longer than all else here.
-        square = sum(np.subtract.outer(axis[rows], axis) ** 2 for axis in position.T)
-        own, other = np.nonzero(square <= limit * (width[rows, None] + width))
-        own += begin
-        away = position[other] - position[own]
-        spread = covariance[other] + covariance[own]
+        square = sum(np.subtract.outer(axis[some], axis) ** 2 for axis in position.T)
+        own, other = np.nonzero(square <= limit * (width[some, None] + width))
+        away = position[other] - position[some[own]]
+        spread = covariance[other] + covariance[some[own]]
         scaled = np.linalg.solve(spread, away[:, :, None])[:, :, 0]
-        found.append(np.array([own, other])[:, np.sum(away * scaled, axis=1) <= limit])
+        is_near = np.sum(away * scaled, axis=1) <= limit
+        found.append(np.array([own + begin, other])[:, is_near])
     own, other = np.concatenate(found, axis=1)
-    return other, np.searchsorted(own, np.arange(count + 1))
+    return other, np.searchsorted(own, np.arange(rows.size + 1))

@@ -64,6 +64,7 @@ def ships(n: int, pause: float) -> tuple[pl.DataFrame, dict]:
 def small(monkeypatch):
     """Regions of few reports."""
     monkeypatch.setattr(cutting, "LEAST", 100)
+    monkeypatch.setattr(cutting, "CROWD", 0)
 
 
 def partition(result):
@@ -193,3 +194,17 @@ def test_refuses_reports_without_a_place():
               }  # fmt: skip
     with pytest.raises(InvalidInputError, match="tells no places"):
         tw.track(reports, config, engine="local", workers=1)
+
+
+def test_few_reports_a_step_are_not_parted():
+    rng = np.random.default_rng(1)
+    position = rng.uniform(0.0, 1e6, (60_000, 2))
+    crowded = np.repeat(np.arange(60), 1_000)
+    assert len(cutting.cut(position, 100.0, crowded)) > 4
+    lone = np.arange(60_000) // cutting.CROWD
+    assert len(cutting.cut(position, 100.0, lone)) == 1
+    assert "reports a step" in cutting.why_whole(position, 100.0, lone)
+    # As many in a step as there have to be, in each of two halves.
+    halves = np.where(position[:, 0] < np.median(position[:, 0]), 0, 30_000)
+    own = (halves + np.argsort(np.argsort(position[:, 0])) % 30_000) // cutting.CROWD
+    assert len(cutting.cut(position, 100.0, own)) == 2

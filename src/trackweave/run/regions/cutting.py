@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
@@ -30,6 +30,8 @@ __all__ = [
 
 LEAST = 5_000
 """Reports of its own that a region has at least: fewer are not worth a worker."""
+CROWD = 50
+"""… and so many in each step in which it has any: of fewer, a step takes as long as of none."""
 MOST_REGIONS = 256
 NARROWEST = 4.0
 """Margins that a region is wide at least, that most of what it tracks is its own."""
@@ -62,7 +64,12 @@ class Region:
 
 
 def cut(
-    position: FloatArray, margin: float, *, least: int | None = None, most: int = MOST_REGIONS
+    position: FloatArray,
+    margin: float,
+    step: IntArray | None = None,
+    *,
+    least: int | None = None,
+    most: int = MOST_REGIONS,
 ) -> list[Region]:
     """Return regions that cover the plane, each position in one of them.
 
@@ -77,6 +84,9 @@ def cut(
         Where reports are on the plane [m], shape (reports, 2).
     margin
         How far beyond itself a region looks [m].
+    step
+        In which step of the tracker each report is taken, shape (reports,); None where steps
+        do not matter.
     least
         Reports of its own that a region has at least; left out, `LEAST`.
     most
@@ -94,11 +104,17 @@ def cut(
         halves = None
         if len(found) + len(waiting) + 2 <= most and rows.size >= 2 * least:
             halves = _halves(region, position[rows], margin)
-        if halves is None:
+        parts = [(half, rows[half.holds(position[rows])]) for half in halves or ()]
+        if parts and (step is None or all(_is_crowd(step[own]) for _, own in parts)):
+            waiting += parts
+        else:
             found.append(region)
-            continue
-        waiting += [(half, rows[half.holds(position[rows])]) for half in halves]
     return found
+
+
+def _is_crowd(step: IntArray) -> bool:
+    """Tell whether steps hold reports enough each, where they hold any."""
+    return step.size >= CROWD * np.unique(step).size
 
 
 def _halves(region: Region, position: FloatArray, margin: float) -> tuple[Region, Region] | None:
@@ -113,10 +129,12 @@ def _halves(region: Region, position: FloatArray, margin: float) -> tuple[Region
     return Region(region.low, high), Region(low, region.high)
 
 
-def why_whole(position: FloatArray, margin: float) -> str:
+def why_whole(position: FloatArray, margin: float, step: IntArray) -> str:
     """Return why a recording is not cut."""
     if len(position) < 2 * LEAST:
         return f"its halves would have fewer than {LEAST:,} reports"
+    if len(cut(position, margin)) > 1:
+        return f"its halves would have fewer than {CROWD} reports a step, which then saves nothing"
     return (
         f"its halves would be narrower than {NARROWEST:g} margins of {margin / 1e3:.3g} km, which "
         "an object may come while it is followed"

@@ -3,12 +3,13 @@
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import IntArray
+from trackweave.association.certificate import Status
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.run.course import Course
@@ -20,11 +21,20 @@ from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 __all__ = ["Followed", "Part", "ends_of", "follow"]
 
 
+QUIET: dict[str, Any] = {
+    "pruned": 0, "pruned_by_deadline": 0, "pruned_probability": None, "evaluations": 0,
+}  # fmt: skip
+"""What a step says in which nothing looked at the region."""
+NOTHING = Owned(0.0, 0.0, Status.OPTIMAL, ())
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """All that a worker needs: the tracker before its first step, and every scan of the run."""
+    """All that a worker needs: the tracker before its first step, and what looks at the region."""
 
-    course: Course
+    course: Course  # Of all steps of the run, some of which look elsewhere and have no scans
+    passed: Sequence[tuple[tuple[str, float], ...]]  # Sensors that do in each step, until when [s]
+    ends: Sequence[float]  # Of the steps [s]
     region: Region
     rows: IntArray  # The numbers in the run of its reports, which have numbers from 0 here
     is_own: NDArray[np.bool_]  # Whether each lies in the region
@@ -51,8 +61,16 @@ def follow(part: Part) -> Followed:
     rows, log = Rows(part.period), ScanLog()
     assigned, own = Assigned.nothing(part.is_own.size), list[Owned]()
     tracker = cast("MultiHypothesisTracker", course.tracker)
-    ends = ends_of(course.steps)
-    for scans, end, following in zip(course.steps, ends, [*ends[1:], None], strict=True):
+    after = [*part.ends[1:], None]
+    steps = zip(course.steps, part.passed, part.ends, after, strict=True)
+    for scans, elsewhere, end, following in steps:
+        for sensor, until in elsewhere:
+            tracker.pass_over(sensor, until)
+        if not scans:
+            log.scans.append({**QUIET, "sequences": log.scans[-1]["sequences"] if own else 0})
+            log.timing.append({"cpu_ms": 0.0, "wall_ms": 0.0})
+            own.append(own[-1] if own else NOTHING)
+            continue
         cpu, wall = clock.process_time(), clock.perf_counter()
         wanted = rows.wants(end, following)
         hypothesis = course.take(scans, part.rng, None, tracks=wanted)

@@ -4,16 +4,22 @@ import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.engine import EngineError, Pool, engine_of
 from trackweave.errors import InvalidInputError
 from trackweave.randomness import generator_for
 from trackweave.run.course import Attempt
+from trackweave.run.history import smoothed_history
 from trackweave.run.record import Assigned, Rows, ScanLog
 from trackweave.run.regions.bounding import UNKNOWN, together
 from trackweave.run.regions.cutting import (
@@ -27,6 +33,8 @@ from trackweave.run.regions.cutting import (
 )
 from trackweave.run.regions.following import Followed, Part, ends_of, follow
 from trackweave.run.regions.joining import Found, Key, joined_rows, owned_tracks, same_objects
+from trackweave.run.regions.sight import Looks
+from trackweave.run.regions.smoothing import smoothed_on
 
 __all__ = ["Engaged", "engaged", "require_cuttable"]
 
@@ -54,19 +62,27 @@ class Engaged:
         table, steps = attempt.table, attempt.course.steps
         position = positions_of(table, attempt.settings)
         margin = margin_of(table, attempt.settings, steps)
-        regions = cut(position, margin)
+        step, scan = _taken_in(steps, len(table))
+        regions = cut(position, margin, step)
         self.record = {"engine": self.name, "count": len(regions), "margin": margin, "list": []}
         self.timing, self.notes = {}, []
         if len(regions) == 1:
-            self.notes = [f"{ONE_REGION}, as {why_whole(position, margin)}"]
+            self.notes = [f"{ONE_REGION}, as {why_whole(position, margin, step)}"]
             return None
         seed = int(rng.integers(2**62))
         found: list[Found] = []
         done: list[Followed] = []
         looked = [np.flatnonzero(each.wider(margin).holds(position)) for each in regions]
-        for number, rows in enumerate(looked):
+        looks = Looks.of([each for scans in steps for each in scans], attempt.settings.sensors)
+        # Rows are of all regions at once.
+        looks.is_needed[_due(attempt)] = True
+        for number, (region, rows) in enumerate(zip(regions, looked, strict=True)):
             chance = generator_for(seed, f"region {number}")
-            self.pool.submit(follow, _part(attempt, rows, regions[number], position, chance))
+            # A track may stray beyond the margin; its object is another region's by then.
+            seen = looks.into(region.wider(2.0 * margin))
+            seen[scan[rows]] = True
+            part = _part(attempt, (rows, seen), region, position, chance)
+            self.pool.submit(follow, part)
         cut_cpu = clock.process_time() - begin
         for number, outcome in enumerate(self.pool.gather()):
             self._note(number, looked[number].size, outcome.error)
@@ -89,6 +105,22 @@ class Engaged:
             "joining_cpu_ms": round((clock.process_time() - begin) * 1e3, 3),
         }
         return joined[:3]
+
+    def smoothed(
+        self,
+        reports: ReportTable,
+        assignment: Mapping[int, int],
+        tracks: TrackTable,
+        settings: Settings,
+        priors: TrackTable | None,
+    ) -> TrackTable:
+        """Return the history of tracks as `smoothed_history` does, on the workers of regions."""
+        if self.record["count"] == 1:
+            return smoothed_history(reports, assignment, tracks, settings, priors)
+        found = reports, assignment, tracks
+        history, cpu = smoothed_on(self.pool, self.record["count"], found, settings)
+        self.timing["smoothing_cpu_ms"] = [round(each * 1e3, 3) for each in cpu]
+        return history
 
     def entered(self, record: dict[str, Any]) -> dict[str, Any]:
         """Return a run's record with what there is to tell of its regions."""
@@ -145,28 +177,57 @@ def _require_places(attempt: Attempt) -> None:
         )
 
 
+def _taken_in(steps: Sequence[tuple[Scan, ...]], n_reports: int) -> tuple[IntArray, IntArray]:
+    """Return in which step each report is taken, and the number of its scan in order."""
+    step, scan = np.zeros((2, n_reports), dtype=np.int64)
+    count = 0
+    for number, scans in enumerate(steps):
+        for each in scans:
+            step[each.report], scan[each.report] = number, count
+            count += 1
+    return step, scan
+
+
+def _due(attempt: Attempt) -> NDArray[np.bool_]:
+    """Tell of each scan whether it is the last of a step after which rows are written."""
+    steps, ends = attempt.course.steps, ends_of(attempt.course.steps)
+    due = Rows(attempt.settings.period).due(ends)
+    return np.array([
+        is_due and each.time == end
+        for scans, end, is_due in zip(steps, ends, due, strict=True)
+        for each in scans
+    ], dtype=np.bool_)  # fmt: skip
+
+
 def _part(
     attempt: Attempt,
-    rows: IntArray,
+    kept: tuple[IntArray, NDArray[np.bool_]],
     region: Region,
     position: FloatArray,
     rng: np.random.Generator,
 ) -> Part:
-    """Return a region's part of a run: all scans, each with the reports that it looks at."""
+    """Return a region's part of a run: the scans that look there, with its reports."""
+    # ``kept`` are its reports, and whether each scan looks there or counts all the same.
+    rows, seen = kept
     wanted = np.zeros(len(attempt.table), dtype=bool)
     wanted[rows] = True
     place = np.cumsum(wanted) - 1
     sensors = {each.name: each for each in attempt.settings.sensors}
-    steps = [
-        tuple(
-            part_of(each, sensors[each.sensor], wanted[each.report], place[each.report])
-            for each in scans
-        )
-        for scans in attempt.course.steps
-    ]
+    steps, passed, looks = [], [], iter(seen.tolist())
+    for scans in attempt.course.steps:
+        at = [next(looks) for _ in scans]
+        steps.append(tuple(
+            part_of(scan, sensors[scan.sensor], wanted[scan.report], place[scan.report])
+            for scan in compress(scans, at)
+        ))  # fmt: skip
+        passed.append(tuple(
+            (scan.sensor, scan.time) for scan, is_at in zip(scans, at, strict=True) if not is_at
+        ))  # fmt: skip
     course = replace(attempt.course, steps=steps)
     is_own = region.holds(position[rows])
-    return Part(course, region, rows, is_own, attempt.settings.period, attempt.table.dim, rng)
+    told = attempt.settings.period, attempt.table.dim
+    ends = ends_of(attempt.course.steps)
+    return Part(course, passed, ends, region, rows, is_own, *told, rng)
 
 
 def _owner(regions: Sequence[Region], position: FloatArray) -> IntArray:
@@ -249,10 +310,17 @@ def _log(
     ):
         each = [own.log.scans[number] for own in done]
         shares = [one["pruned_probability"] for one in each if one["pruned_probability"]]
-        entry = {**each[0], "reports": sum(len(scan) for scan in scans)}
+        entry: dict[str, Any] = {
+            "time": end,
+            "sensor": "+".join(dict.fromkeys(scan.sensor for scan in scans)),
+            "reports": sum(len(scan) for scan in scans),
+            "tracks": None,
+        }  # fmt: skip
         entry |= {key: sum(one[key] for one in each) for key in ("sequences", "pruned",
-                  "pruned_by_deadline", "evaluations")}  # fmt: skip
+                  "pruned_by_deadline")}  # fmt: skip
+        entry |= {"pruned_probability": None, "evaluations": sum(o["evaluations"] for o in each)}
         entry |= together([own.owned[number] for own in done]) if is_all else UNKNOWN
+        entry["deadline_gap"] = None
         there = int(np.diff(np.searchsorted(rows.time, [end, np.nextafter(end, np.inf)]))[0])
         # Between two rows nobody has counted them.
         entry["tracks"] = None if attempt.settings.period and not there else there
