@@ -21,6 +21,7 @@ from trackweave.trackers.checkpoint import Saved
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
 from trackweave.trackers.from_config import from_config
 from trackweave.trackers.hypothesis import Assignments, Hypothesis, gathered, unchanged
+from trackweave.trackers.scan_preparation import ScanPreparation
 from trackweave.trackers.used_numbers import UsedNumbers
 
 __all__ = ["HELD", "LATE", "UNDONE", "Haste", "LiveTracker", "ScanByScan"]
@@ -57,6 +58,7 @@ class LiveTracker(Saved, ABC):
     CHANGING: ClassVar[tuple[str, ...]] = ()
     SETTINGS: ClassVar[tuple[str, ...]] = ()
     _guard: ClockGuard
+    _preparation: ScanPreparation
 
     def __copy__(self) -> Self:
         known = [self.__dict__[name] for name in self.SETTINGS]
@@ -96,6 +98,24 @@ class LiveTracker(Saved, ABC):
     def parts(self) -> tuple["LiveTracker", ...]:
         """Return the trackers that a step changes."""
         return (self,)
+
+    def pass_over(self, sensor: str, until: float) -> None:
+        """Take it that a sensor's beam was elsewhere until a time, where nothing is tracked.
+
+        As an empty scan that does not look where any object may be, but without a step.
+
+        Parameters
+        ----------
+        sensor
+            Its name.
+        until
+            When its next sweep begins at the earliest [s].
+        """
+        inside = self.parts()[-1]
+        if inside is not self:
+            inside.pass_over(sensor, until)
+        else:
+            self._preparation.pass_over(sensor, until)
 
     def _step(self, scans: Sequence[Scan], haste: Haste) -> Hypothesis:
         """Take in what its time allows, whole or not at all."""

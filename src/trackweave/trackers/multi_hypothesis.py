@@ -234,20 +234,6 @@ class MultiHypothesisTracker(ScanByScan):
         rng = require_haste(rng, deadline, stop)
         return self._step(in_order(scan), Haste(rng, deadline, stop, tracks))
 
-    def pass_over(self, sensor: str, until: float) -> None:
-        """Take it that a sensor's beam was elsewhere until a time, where nothing is tracked.
-
-        As an empty scan that does not look where any object may be, but without a step.
-
-        Parameters
-        ----------
-        sensor
-            Its name.
-        until
-            When its next sweep begins at the earliest [s].
-        """
-        self._preparation.pass_over(sensor, until)
-
     def take(self, arrival: Arrival, haste: Haste) -> Hypothesis:
         """Take in a checked scan whenever it is of; see `LiveTracker`."""
         pace, scans = self._pacer.start(haste.deadline, haste.stop), arrival.scans
