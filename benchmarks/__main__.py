@@ -84,6 +84,7 @@ SCRIPTS = {
     "performance-bench": ["beside_peers.py"],
     "performance-deadlines": ["deadlines.py"],
     "performance-islands": ["islands.py"],
+    "performance-regions": ["regions.py"],
     "performance-gains": ["gains.py"],
     "performance-cold": ["cold_start.py"],
     "performance-hostile": ["hostile.py"],

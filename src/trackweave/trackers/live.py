@@ -58,7 +58,6 @@ class LiveTracker(Saved, ABC):
     CHANGING: ClassVar[tuple[str, ...]] = ()
     SETTINGS: ClassVar[tuple[str, ...]] = ()
     _guard: ClockGuard
-    _preparation: ScanPreparation
 
     def __copy__(self) -> Self:
         known = [self.__dict__[name] for name in self.SETTINGS]
@@ -98,24 +97,6 @@ class LiveTracker(Saved, ABC):
     def parts(self) -> tuple["LiveTracker", ...]:
         """Return the trackers that a step changes."""
         return (self,)
-
-    def pass_over(self, sensor: str, until: float) -> None:
-        """Take it that a sensor's beam was elsewhere until a time, where nothing is tracked.
-
-        As an empty scan that does not look where any object may be, but without a step.
-
-        Parameters
-        ----------
-        sensor
-            Its name.
-        until
-            When its next sweep begins at the earliest [s].
-        """
-        inside = self.parts()[-1]
-        if inside is not self:
-            inside.pass_over(sensor, until)
-        else:
-            self._preparation.pass_over(sensor, until)
 
     def _step(self, scans: Sequence[Scan], haste: Haste) -> Hypothesis:
         """Take in what its time allows, whole or not at all."""
@@ -174,6 +155,21 @@ class ScanByScan(LiveTracker):
     _tree: AssociationTree | None
     _search: Solver
     _limits: GrowthLimits
+    _preparation: ScanPreparation
+
+    def pass_over(self, sensor: str, until: float) -> None:
+        """Take it that a sensor's beam was elsewhere until a time, where nothing is tracked.
+
+        As an empty scan that does not look where any object may be, but without a step.
+
+        Parameters
+        ----------
+        sensor
+            Its name.
+        until
+            When its next sweep begins at the earliest [s].
+        """
+        self._preparation.pass_over(sensor, until)
 
     @classmethod
     def from_config(cls, config: Any, reports: Any = None) -> Self:

@@ -203,7 +203,7 @@ def test_few_reports_a_step_are_not_parted():
     assert len(cutting.cut(position, 100.0, crowded)) > 4
     lone = np.arange(60_000) // cutting.CROWD
     assert len(cutting.cut(position, 100.0, lone)) == 1
-    assert "reports a step" in cutting.why_whole(position, 100.0, lone)
+    assert "reports a step" in cutting.why_whole(position, 100.0)
     # As many in a step as there have to be, in each of two halves.
     halves = np.where(position[:, 0] < np.median(position[:, 0]), 0, 30_000)
     own = (halves + np.argsort(np.argsort(position[:, 0])) % 30_000) // cutting.CROWD

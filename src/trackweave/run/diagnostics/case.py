@@ -73,7 +73,9 @@ class Case:
 
     @cached_property
     def usual_speed(self) -> float:
-        """How fast objects usually are [m/s]."""
+        """How fast objects usually are [m/s], 0 where no track is known."""
+        if not self.paths:
+            return 0.0
         return float(np.median([np.median(path.speed) for path in self.paths]))
 
     @cached_property

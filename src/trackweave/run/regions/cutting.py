@@ -129,7 +129,7 @@ def _halves(region: Region, position: FloatArray, margin: float) -> tuple[Region
     return Region(region.low, high), Region(low, region.high)
 
 
-def why_whole(position: FloatArray, margin: float, step: IntArray) -> str:
+def why_whole(position: FloatArray, margin: float) -> str:
     """Return why a recording is not cut."""
     if len(position) < 2 * LEAST:
         return f"its halves would have fewer than {LEAST:,} reports"

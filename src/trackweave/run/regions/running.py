@@ -67,7 +67,7 @@ class Engaged:
         self.record = {"engine": self.name, "count": len(regions), "margin": margin, "list": []}
         self.timing, self.notes = {}, []
         if len(regions) == 1:
-            self.notes = [f"{ONE_REGION}, as {why_whole(position, margin, step)}"]
+            self.notes = [f"{ONE_REGION}, as {why_whole(position, margin)}"]
             return None
         seed = int(rng.integers(2**62))
         found: list[Found] = []

@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,12 +16,10 @@ from trackweave.run.history import shown_times, smoothed_at
 __all__ = ["smoothed_on"]
 
 
-class _Share(NamedTuple):
-    """Some tracks of a run, with all that their history asks for."""
-
-    found: tuple[ReportTable, dict[int, int], TrackTable]
-    times: tuple[FloatArray, FloatArray]
-    settings: Settings
+Share: TypeAlias = tuple[
+    tuple[ReportTable, dict[int, int], TrackTable], tuple[FloatArray, FloatArray], Settings
+]
+"""Some tracks of a run, when they are shown, and the run's settings, as `smoothed_at` has them."""
 
 
 def smoothed_on(
@@ -51,16 +49,16 @@ def smoothed_on(
     ends, moments = shown_times(reports, tracks, settings)
     rows = np.array(sorted(assignment), dtype=np.int64)
     name = np.array([assignment[row] for row in rows.tolist()], dtype=np.int64)
-    shares = []
+    shares: list[Share] = []
     for own in _shares(name, count):
         mine = np.isin(name, own)
         assigned = dict(enumerate(name[mine].tolist()))
         some = reports.part(rows[mine]), assigned, tracks.at(np.isin(tracks.track, own))
-        shares.append(_Share(some, (ends[rows[mine]], moments), settings))
-        pool.submit(_smoothed, shares[-1])
+        shares.append((some, (ends[rows[mine]], moments), settings))
+        pool.submit(_smoothed, *shares[-1])
     # A share whose workers were lost is done here.
     done = [
-        _smoothed(share) if outcome.error else outcome.value
+        _smoothed(*share) if outcome.error else outcome.value
         for share, outcome in zip(shares, pool.gather(), strict=True)
     ]
     table = TrackTable.concatenate([part for part, _ in done], reports.dim)
@@ -74,8 +72,7 @@ def _shares(name: IntArray, count: int) -> list[IntArray]:
     return [own for own in np.split(names, cuts) if own.size]
 
 
-def _smoothed(share: _Share) -> tuple[TrackTable, float]:
+def _smoothed(*share: Any) -> tuple[TrackTable, float]:
     """Return a share's history and the CPU that it took [s]."""
     begin = clock.process_time()
-    table = smoothed_at(share.found, share.times, share.settings)
-    return table, clock.process_time() - begin
+    return smoothed_at(*share), clock.process_time() - begin
