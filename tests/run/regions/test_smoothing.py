@@ -19,7 +19,7 @@ class Here:
     def __init__(self, lost: int = -1) -> None:
         self.tasks, self.lost = [], lost
 
-    def submit(self, work, share):
+    def submit(self, work, *share):
         self.tasks.append((work, share))
 
     def gather(self):
@@ -27,7 +27,7 @@ class Here:
             if number == self.lost:
                 yield Outcome(number, error="killed", is_lost=True)
             else:
-                yield Outcome(number, work(share))
+                yield Outcome(number, work(*share))
 
 
 @pytest.fixture(scope="module")
