@@ -85,14 +85,14 @@ class Here:
         self.tasks = []
         self.n_failed = 0
 
-    def submit(self, work, part):
-        self.tasks.append((work, part))
+    def submit(self, work, *given):
+        self.tasks.append((work, given))
 
     def gather(self):
         tasks, self.tasks = self.tasks, []
-        for number, (work, part) in enumerate(tasks):
+        for number, (work, given) in enumerate(tasks):
             if self.n_failed:
-                yield Outcome(number, work(part))
+                yield Outcome(number, work(*given))
             else:
                 self.n_failed = 1
                 yield Outcome(number, error="ArithmeticError: no")
