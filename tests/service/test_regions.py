@@ -59,6 +59,7 @@ def boats(*, is_cut: bool = True) -> tuple[pl.DataFrame, Spec]:
 @pytest.mark.parametrize("what", ["positions", "turning radar"])
 def test_rows_are_those_of_track_on_an_engine(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cutting, "LEAST", 60)
+    monkeypatch.setattr(cutting, "CROWD", 0)
     monkeypatch.setattr(cutting, "NARROWEST", 0.05)
     made: list[Any] = []
 
