@@ -59,11 +59,10 @@ def boats(*, is_cut: bool = True) -> tuple[pl.DataFrame, Spec]:
 @pytest.mark.parametrize("what", ["positions", "turning radar"])
 def test_rows_are_those_of_track_on_an_engine(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cutting, "LEAST", 60)
-    monkeypatch.setattr(cutting, "CROWD", 0)
     monkeypatch.setattr(cutting, "NARROWEST", 0.05)
     made: list[Any] = []
 
-    def cut(position: Any, margin: float) -> list[Region]:
+    def cut(position: Any, margin: float, _: Any = None) -> list[Region]:
         made[:] = [cutting.cut(position, margin), margin]
         return made[0]
 
