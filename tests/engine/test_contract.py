@@ -76,6 +76,15 @@ def test_a_head_that_is_not_there_is_told_at_once(place: str) -> None:
 class TestTasks:
     """Functions carried out by whichever worker is free."""
 
+    def test_are_refused_once_the_engine_is_closed(self, make: Make) -> None:
+        engine = make()
+        engine.close()
+
+        with pytest.raises(EngineError, match=r"closed; expected work before close\(\)"):
+            engine.submit(abs, -1)
+        with pytest.raises(EngineError, match=r"closed; expected work before close\(\)"):
+            engine.place(list)
+
     def test_come_back_in_the_order_in_which_they_were_entered(self, make: Make) -> None:
         engine = make()
         for number in range(6):

@@ -71,6 +71,7 @@ class Pool:
         self._found: dict[int, Outcome] = {}
         self._due: list[int] = []
         self._tickets = self._stillborn = 0
+        self._is_closed = False
 
     def __enter__(self) -> Self:
         return self
@@ -85,6 +86,7 @@ class Pool:
 
     def submit(self, work: Callable[..., Any], *args: Any) -> int:
         """Enter a task; return its ticket."""
+        self._require_open()
         task = _Task(self._tickets, packed_call("do", work, args))
         self._tickets += 1
         self._due.append(task.ticket)
@@ -111,6 +113,7 @@ class Pool:
         waits: bool = True,
     ) -> Actor:
         """Make an object in a worker of its own."""
+        self._require_open()
         call = packed_call("make", make, args)
         post = _Post(self._host.hire())
         post.actor = _Placed(self, post.worker, lost)
@@ -127,6 +130,7 @@ class Pool:
 
     def close(self) -> None:
         """End all workers at once."""
+        self._is_closed = True
         while self._posts:
             _, post = self._posts.popitem()
             post.worker.kill()
@@ -146,6 +150,11 @@ class Pool:
             self._wait(None)
         if post is not None:
             post.until = None
+
+    def _require_open(self) -> None:
+        """Refuse what would bring workers that nobody ends."""
+        if self._is_closed:
+            raise EngineError("engine: closed; expected work before close()")
 
     def _give_out(self) -> None:
         """Give tasks to idle workers, and hire as many as there is work for."""

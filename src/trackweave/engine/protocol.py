@@ -109,7 +109,7 @@ class Engine(Protocol):
         """See for at most so long whether an actor has died, and tell those who asked."""
 
     def close(self) -> None:
-        """End all workers at once."""
+        """End all workers at once; who submits or places after that is refused."""
 
 
 @dataclass(frozen=True, slots=True)

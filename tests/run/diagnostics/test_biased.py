@@ -71,3 +71,34 @@ def test_a_clock_that_differs_is_told_in_seconds(late):
     ((sensor, seen),) = said(stamped.sort("time"), config)
 
     assert seen == pytest.approx(late if sensor == "b" else -late, abs=0.1)
+
+
+def test_a_radar_that_stands_elsewhere_is_told_where_its_objects_seem_to_be():
+    own = {"sigma": {"range_m": 2.0, "azimuth_deg": 0.1}, "scan_period": 1.0}
+    told = {"a": SITES["a"], "b": (308.0, -1200.0)}
+    config = {"sensors": {name: {**own, "position": [*at]} for name, at in told.items()}}
+    ((sensor, seen),) = said(in_ranges(crowd(), 0.0), config)
+
+    assert (sensor, seen) == ("b", pytest.approx(8.0, abs=0.5))
+
+
+def test_a_wrong_place_is_no_wrong_clock_where_all_fly_one_way():
+    """What flies east lies as far off under a clock that is behind."""
+    rng = np.random.default_rng(3)
+    start = rng.uniform(-60e3, 60e3, (24, 2))
+    velocity = rng.uniform((130.0, -80.0), (230.0, 80.0), (24, 2))
+    sites, parts = {"a": (0.0, 30e3), "b": (5e3, -25e3)}, []
+    for name, begin in (("a", 0.0), ("b", 2.0)):
+        for time in begin + np.arange(0.0, 300.0, 5.0):
+            away = (start + velocity * time - sites[name])[rng.random(24) < 0.95]
+            azimuth = np.degrees(np.arctan2(*away.T)) + rng.normal(0, 0.08, len(away))
+            measured = np.hypot(*away.T) + rng.normal(0, 70, len(away)), azimuth % 360.0
+            columns = dict(zip(("range_m", "azimuth_deg"), measured, strict=True))
+            parts.append(pl.DataFrame({"time": time, "sensor": name, **columns}))
+    own = {"sigma": {"range_m": 70.0, "azimuth_deg": 0.08}, "scan_period": 5.0}
+    told = {"a": {**own, "position": [0.0, 30e3]}, "b": {**own, "position": [6300.0, -25e3]}}
+    found = track(pl.concat(parts).sort("time"), {"sensors": told}).run["diagnostics"]
+    (first,) = [each for each in found if each["cause"] in {"clock", "offset", "bias"}]
+
+    assert first["cause"] != "clock"
+    assert abs(first["seen"]) == pytest.approx(1300.0, abs=100.0)

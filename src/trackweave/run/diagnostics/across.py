@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.estimates import digits
 from trackweave.run.diagnostics.case import Case, Finding, Path
 from trackweave.run.diagnostics.units import sense_of, senses_of
 
 __all__ = [
+    "Fit",
     "Sample",
     "best_clock",
     "best_shift",
@@ -24,11 +27,21 @@ OWN_SHARE, FEWEST_OF_OTHERS = 0.3, 4
 # A report is near a track within so many standard deviations, as noise may be told wrongly in no
 # less and no more than these shares of the space.
 NEAR_SIGMAS, NEAREST, FARTHEST = 3.0, 0.004, 0.02
+# And so many times less far off is close to it: what is not the cause may be near.
+CLOSE = 0.25
 # Reports moved by so much of the space, in so many directions, are near a track by chance.
 AWAY, DIRECTIONS = (0.13, 0.21, 0.29), 5
 # Nobody follows with a clock what moves less than so many times what is near.
 LEAST_MOVED = 8.0
 MOST_STATES = 4000
+
+
+class Fit(NamedTuple):
+    """How well reports fit with tracks."""
+
+    share: float  # Of the reports, near a track
+    close: float  # Of the reports, close to one
+    tracks: int  # Near how many some reports are
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,22 +68,23 @@ class Sample:
             place.append(at[alive])
         return np.concatenate(report), np.concatenate(track), np.concatenate(place)
 
-    def hits(
-        self, pairs: tuple[IntArray, IntArray, FloatArray], place: FloatArray
-    ) -> tuple[float, int]:
-        """Return the share of reports near a track, and near how many tracks some are."""
+    def fit(self, pairs: tuple[IntArray, IntArray, FloatArray], place: FloatArray) -> Fit:
+        """Return how well reports fit that are taken to be at some places [m]."""
         report, track, there = pairs
         off = there - place[report]
-        is_near = np.einsum("ij,ij->i", off, off) <= self.near**2
+        away = np.einsum("ij,ij->i", off, off)
+        is_near, is_close = away <= self.near**2, away <= (CLOSE * self.near) ** 2
         near_one = np.unique(track[is_near], return_counts=True)[1]
-        share = np.unique(report[is_near]).size / max(self.time.size, 1)
-        return share, int(np.count_nonzero(near_one >= 3))
+        share, close = (
+            np.unique(report[some]).size / max(self.time.size, 1) for some in (is_near, is_close)
+        )
+        return Fit(share, close, int(np.count_nonzero(near_one >= 3)))
 
     def chance(self, pairs: tuple[IntArray, IntArray, FloatArray], place: FloatArray) -> float:
         """Return the share of reports that are near a track wherever they are."""
         angle = 0.7 + 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         steps = self.extent * np.stack([np.sin(angle), np.cos(angle)], axis=1)
-        return max(self.hits(pairs, place + away * step)[0] for away in AWAY for step in steps)
+        return max(self.fit(pairs, place + away * step).share for away in AWAY for step in steps)
 
 
 def sample_of(case: Case, index: int) -> Sample | None:
@@ -148,7 +162,7 @@ def best_clock(sample: Sample) -> float:
     found, count = np.unique(np.concatenate([votes, votes + 1]), return_counts=True)
     around = (float(found[np.argmax(count)]) - 0.5) * width
     tried = around + width * np.linspace(-1.5, 1.5, 7)
-    shares = [sample.hits(sample.there(later), sample.place)[0] for later in tried]
+    shares = [sample.fit(sample.there(later), sample.place).share for later in tried]
     best = np.flatnonzero(np.array(shares) >= 0.98 * max(shares))
     return float(tried[best].mean())
 
@@ -192,8 +206,7 @@ class _Cause:
     """A hypothesis, what share of reports fits with it, and the words for it."""
 
     word: str
-    share: float
-    tracks: int
+    fit: Fit
     what: str
     change: str
     seen: float | None = None
@@ -231,7 +244,7 @@ def disagreeing_sensors(case: Case) -> Iterator[Finding]:
     if len(telling) < 2 or case.settings.period is not None:
         return
     samples = [sample for i in telling if (sample := sample_of(case, i)) is not None]
-    fitting = [sample.hits(sample.there(), sample.place)[0] for sample in samples]
+    fitting = [sample.fit(sample.there(), sample.place).share for sample in samples]
     if not samples:
         return
     odd = [k for k in np.argsort(fitting) if fitting[k] <= ODD_ONE * max(*fitting, 0.2)]
@@ -249,11 +262,11 @@ def disagreeing_sensors(case: Case) -> Iterator[Finding]:
         yield Finding(
             found.word,
             name,
-            f"sensor {name}: {found.what} ({found.share:.0%} of its reports then lie on {others} "
+            f"sensor {name}: {found.what} ({found.fit.share:.0%} of its reports then lie on {others} "
             f"tracks, {fitting[k]:.0%} as they are); {found.change}",
-            weight=WEIGHT + found.share,
+            weight=WEIGHT + found.fit.share,
             told=fitting[k],
-            seen=found.seen if found.seen is not None else found.share,
+            seen=found.seen if found.seen is not None else found.fit.share,
         )
 
 
@@ -270,12 +283,13 @@ def _cause(sample: Sample, before: float, case: Case) -> _Cause | None:
     clear = [
         cause
         for cause in causes
-        if cause.share >= least
-        and (cause.share - before) * sample.time.size >= FEWEST_FITTING
-        and cause.tracks >= min(FEWEST_TRACKS, len(sample.paths))
+        if cause.fit.share >= least
+        and (cause.fit.share - before) * sample.time.size >= FEWEST_FITTING
+        and cause.fit.tracks >= min(FEWEST_TRACKS, len(sample.paths))
     ]
-    best = max((cause.share for cause in clear), default=0.0)
-    return next((cause for cause in clear if cause.share >= NEARLY * best), None)
+    # Where most fly one way, a wrong clock brings near what a wrong place brings close.
+    best = max((cause.fit.close for cause in clear), default=0.0)
+    return next((cause for cause in clear if cause.fit.close >= NEARLY * best), None)
 
 
 def _of_units(sample: Sample, case: Case) -> Iterator[_Cause]:
@@ -285,11 +299,9 @@ def _of_units(sample: Sample, case: Case) -> Iterator[_Cause]:
     what = "ranges" if is_polar else "positions"
     base = sample.platform if is_polar else 0.0
     for factor, unit in ((1e3, "kilometres"), (1e-3, "millimetres")):
-        share, tracks = sample.hits(pairs, base + factor * (sample.place - base))
         yield _Cause(
             "kilometres" if factor > 1 else "millimetres",
-            share,
-            tracks,
+            sample.fit(pairs, base + factor * (sample.place - base)),
             f"its {what} seem to be in {unit}",
             "give them in metres",
             factor,
@@ -301,15 +313,13 @@ def _of_clock(sample: Sample) -> Iterator[_Cause]:
     ahead = best_clock(sample)
     if ahead == 0.0:
         return
-    share, tracks = sample.hits(sample.there(ahead), sample.place)
     shown = f"{abs(ahead):.3g} s"
     if abs(ahead) >= 120:
         shown = f"{abs(ahead):.0f} s ({abs(ahead) / 3600:.3g} h)"
     way = "ahead of" if ahead > 0 else "behind"
     yield _Cause(
         "clock",
-        share,
-        tracks,
+        sample.fit(sample.there(ahead), sample.place),
         f"its clock seems to be {way} the others' by {shown}",
         "correct its times",
         ahead,
@@ -330,10 +340,10 @@ def _of_senses(sample: Sample, case: Case) -> Iterator[_Cause]:
     distance, angle = np.hypot(*relative.T), np.arctan2(*relative.T)
     for sense, turned in senses_of(angle).items():
         place = distance[:, None] * np.stack([np.sin(turned), np.cos(turned)], axis=1)
-        share, tracks = sample.hits(pairs, sample.platform + place)
+        fit = sample.fit(pairs, sample.platform + place)
         what = f"its azimuths fit the others when {_counted(sense)}"
         word = "radians" if sense == "radians" else "sense"
-        yield _Cause(word, share, tracks, what, f"expected {EXPECTED}")
+        yield _Cause(word, fit, what, f"expected {EXPECTED}")
 
 
 def _of_axes(sample: Sample) -> Iterator[_Cause]:
@@ -341,11 +351,11 @@ def _of_axes(sample: Sample) -> Iterator[_Cause]:
     pairs, change = sample.there(), "give x east and y north"
     for word, (turned, what) in _AXES.items():
         place = turned(sample.place)
-        share, tracks = sample.hits(pairs, place)
-        yield _Cause(word, share, tracks, what, change)
-        share, tracks = sample.hits(pairs, place + best_shift(sample, pairs, place))
+        yield _Cause(word, sample.fit(pairs, place), what, change)
+        moved = sample.fit(pairs, place + best_shift(sample, pairs, place))
         # Half of all moved anywhere may fit by chance; a mirror that is told must fit better.
-        yield _Cause(word, NEARLY * share, tracks, f"{what}, and moved", change)
+        fit = Fit(NEARLY * moved.share, NEARLY * moved.close, moved.tracks)
+        yield _Cause(word, fit, f"{what}, and moved", change)
 
 
 def _of_place(sample: Sample, is_polar: bool) -> Iterator[_Cause]:
@@ -353,11 +363,11 @@ def _of_place(sample: Sample, is_polar: bool) -> Iterator[_Cause]:
     pairs = sample.there()
     shift = best_shift(sample, pairs, sample.place)
     far = float(np.linalg.norm(shift))
-    if far > 2 * sample.near:
-        share, tracks = sample.hits(pairs, sample.place + shift)
-        what = f"its reports seem to lie {far:.3g} m {_direction(-shift)} of where they should"
+    if far > sample.near:
+        fit = sample.fit(pairs, sample.place + shift)
+        what = f"its reports seem to lie {digits(far, 3):g} m {_direction(-shift)} of where they should"
         change = "correct its position" if is_polar else "correct its x and y"
-        yield _Cause("offset", share, tracks, what, change, far)
+        yield _Cause("offset", fit, what, change, far)
 
 
 def _direction(step: FloatArray) -> str:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.estimates import digits
 from trackweave.run.diagnostics.case import Case, Finding
 
 __all__ = ["biased_sensors"]
@@ -20,8 +21,8 @@ FARTHEST, STEADY = 40.0, 3.0
 # times what they scatter by, and as much of the sensor's noise.
 FEWEST_TRACKS, LEAST_SHARE, CLEAR, LEAST = 6, 0.5, 2.0, 0.5
 LEAST_SPREAD = 0.05
-CLOCK = 2
-"""Which of the three that may be off is time."""
+PLACE, CLOCK, LINE = slice(0, 2), 2, slice(3, 5)
+"""What may be off: places to the east and north, time, and of ranging sensors range and azimuth."""
 # Velocities are of so many pauses between reports to both sides, and not below so much [m/s].
 LONG_STEP, SLOWEST = 2.0, 0.1
 OF_MEDIAN = 1.4826
@@ -57,14 +58,13 @@ def _finding(case: Case, index: int) -> Finding | None:
     off = _beside_others(case, index)
     if off.shape[0] < FEWEST_TRACKS:
         return None
-    # In standard deviations of what this sensor measures: along and across, or east and north;
-    # and along the flight, as a clock has it.
+    # In standard deviations of what this sensor measures.
     middle = np.median(off, axis=0)
     spread = OF_MEDIAN * np.median(np.abs(off - middle), axis=0)
     ratio = np.abs(middle) / np.maximum(spread, LEAST_SPREAD)
     ratio[np.abs(middle) < LEAST] = 0.0
     if _may_be_high(case, index):
-        ratio[0] = 0.0
+        ratio[LINE.start] = 0.0
     part = int(np.argmax(ratio))
     if ratio[part] < CLEAR:
         return None
@@ -85,15 +85,16 @@ def _finding(case: Case, index: int) -> Finding | None:
 def _words(case: Case, index: int, part: int, off: tuple[FloatArray, FloatArray]) -> str:
     """Return what is off by how much [m, rad, s], and how sure that is."""
     value, error = (float(each[part]) for each in off)
+    size = digits(abs(value), 3)
     if part == CLOCK:
         way_of_clock = "later" if value > 0 else "earlier"
-        return f"its times are {abs(value):.3g} ± {error:.1g} s {way_of_clock}"
-    if not case.reports.kind_of(index).has_range:
+        return f"its times are {size:g} ± {error:.1g} s {way_of_clock}"
+    if part < CLOCK:
         way = (("farther west", "farther east"), ("farther south", "farther north"))
-        return f"its positions are {abs(value):.3g} ± {error:.1g} m {way[part][int(value > 0)]}"
-    if part == 0:
+        return f"its positions are {size:g} ± {error:.1g} m {way[part][int(value > 0)]}"
+    if part == LINE.start:
         way_of_range = "greater" if value > 0 else "smaller"
-        return f"its ranges are {abs(value):.3g} ± {error:.1g} m {way_of_range}"
+        return f"its ranges are {size:g} ± {error:.1g} m {way_of_range}"
     way_of_azimuth = "greater" if value > 0 else "smaller"
     turned, unsure = abs(value) * DEGREES, error * DEGREES
     return f"its azimuths are {turned:.3g} ± {unsure:.1g}° {way_of_azimuth}"
@@ -110,18 +111,21 @@ def _may_be_high(case: Case, index: int) -> bool:
 
 
 def _sigma(case: Case, index: int) -> FloatArray:
-    """Return the noise of a sensor: of range and azimuth [m, rad], or of a position [m]."""
-    # And the time in which objects usually come as far as its places are off [s].
-    noise = case.plane_sigma(index)
-    own = case.sensors[index].sigmas(case.reports.dim)[:2]
-    return np.array([*own, noise / max(case.usual_speed, SLOWEST)])
+    """Return the noise of a sensor in all that may be off [m, m, s, m, rad]."""
+    noise, own = case.plane_sigma(index), case.sensors[index].sigmas(case.reports.dim)[:2]
+    # And the time in which objects usually come as far as its places are off.
+    late = noise / max(case.usual_speed, SLOWEST)
+    if case.reports.kind_of(index).has_range:
+        return np.array([noise, noise, late, *own])
+    return np.array([*own, late])
 
 
 def _beside_others(case: Case, index: int) -> FloatArray:
-    """Return how far a sensor's tracks lie beside others', in its noise, shape (tracks, 3)."""
+    """Return how far a sensor's tracks lie beside others', in its noise, shape (tracks, parts)."""
     own, others = _ways(case, index, is_own=True), _ways(case, index, is_own=False)
+    nothing = np.empty((0, 0))
     if not own or not others:
-        return np.empty((0, 3))
+        return nothing
     own = own[:: -(-len(own) // MOST_TRACKS)]
     middle = np.array([way.time[way.time.size // 2] for way in own])
     there = np.array([way.place[way.time.size // 2] for way in own])
@@ -136,8 +140,8 @@ def _beside_others(case: Case, index: int) -> FloatArray:
         told += bool(beside)
         if steady:
             # Whoever flies the same way at the same time is rarer than the object itself.
-            found.append(min(steady, key=lambda off: float(np.linalg.norm(off[:CLOCK]))))
-    return np.array(found) if len(found) > LEAST_SHARE * told else np.empty((0, 3))
+            found.append(min(steady, key=lambda off: float(np.linalg.norm(off[PLACE]))))
+    return np.array(found) if len(found) > LEAST_SHARE * told else nothing
 
 
 def _ways(case: Case, index: int, *, is_own: bool) -> list[_Way]:
@@ -175,6 +179,7 @@ def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
     off = own.place[known] - expected
     # What is stamped later by a second lies a second's way behind.
     late = -np.sum(off * velocity, axis=1) / np.maximum(np.sum(velocity**2, axis=1), SLOWEST**2)
+    parts = [off, late]
     if case.reports.kind_of(index).has_range:
         # Along the line of sight and across it, clockwise.
         line = expected - seen_from
@@ -182,9 +187,10 @@ def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
         east, north = (line / distance[:, None]).T
         along = off[:, 0] * east + off[:, 1] * north
         across = (off[:, 0] * north - off[:, 1] * east) / distance
-        off = np.column_stack([along, across])
-    scaled = np.column_stack([off, late]) / sigma
+        parts += [along, across]
+    scaled = np.column_stack(parts) / sigma
     middle: FloatArray = np.median(scaled, axis=0)
     scatter = OF_MEDIAN * np.median(np.abs(scaled - middle), axis=0)
     is_steady = scatter <= STEADY
-    return middle if is_steady[:CLOCK].all() or is_steady[CLOCK] else None
+    told = (PLACE, CLOCK, LINE) if case.reports.kind_of(index).has_range else (PLACE, CLOCK)
+    return middle if any(np.all(is_steady[part]) for part in told) else None
