@@ -262,8 +262,8 @@ def disagreeing_sensors(case: Case) -> Iterator[Finding]:
         yield Finding(
             found.word,
             name,
-            f"sensor {name}: {found.what} ({found.fit.share:.0%} of its reports then lie on {others} "
-            f"tracks, {fitting[k]:.0%} as they are); {found.change}",
+            f"sensor {name}: {found.what} ({found.fit.share:.0%} of its reports then lie on "
+            f"{others} tracks, {fitting[k]:.0%} as they are); {found.change}",
             weight=WEIGHT + found.fit.share,
             told=fitting[k],
             seen=found.seen if found.seen is not None else found.fit.share,
@@ -365,7 +365,8 @@ def _of_place(sample: Sample, is_polar: bool) -> Iterator[_Cause]:
     far = float(np.linalg.norm(shift))
     if far > sample.near:
         fit = sample.fit(pairs, sample.place + shift)
-        what = f"its reports seem to lie {digits(far, 3):g} m {_direction(-shift)} of where they should"
+        where = f"{digits(far, 3):g} m {_direction(-shift)}"
+        what = f"its reports seem to lie {where} of where they should"
         change = "correct its position" if is_polar else "correct its x and y"
         yield _Cause("offset", fit, what, change, far)
 

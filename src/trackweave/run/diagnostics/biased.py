@@ -22,7 +22,7 @@ FARTHEST, STEADY = 40.0, 3.0
 FEWEST_TRACKS, LEAST_SHARE, CLEAR, LEAST = 6, 0.5, 2.0, 0.5
 LEAST_SPREAD = 0.05
 PLACE, CLOCK, LINE = slice(0, 2), 2, slice(3, 5)
-"""What may be off: places to the east and north, time, and of ranging sensors range and azimuth."""
+"""What may be off: places, east and north; time; of ranging sensors range and azimuth."""
 # Velocities are of so many pauses between reports to both sides, and not below so much [m/s].
 LONG_STEP, SLOWEST = 2.0, 0.1
 OF_MEDIAN = 1.4826
