@@ -28,10 +28,10 @@ def crowd(shift=0.0):
     return pl.concat(parts).sort("time")
 
 
-def in_ranges(reports, turn):
+def in_ranges(reports, turn, sites=SITES):
     """Return the same as ranges and azimuths, those of one sensor too great by an angle [deg]."""
     east, north = (
-        pl.col(axis) - pl.col("sensor").replace_strict({n: at[i] for n, at in SITES.items()})
+        pl.col(axis) - pl.col("sensor").replace_strict({n: at[i] for n, at in sites.items()})
         for i, axis in enumerate("xy")
     )
     wrong = turn * (pl.col("sensor") == "b").cast(pl.Float64)
@@ -75,11 +75,12 @@ def test_a_clock_that_differs_is_told_in_seconds(late):
 
 def test_a_radar_that_stands_elsewhere_is_told_where_its_objects_seem_to_be():
     own = {"sigma": {"range_m": 2.0, "azimuth_deg": 0.1}, "scan_period": 1.0}
-    told = {"a": SITES["a"], "b": (308.0, -1200.0)}
+    # In the midst of their objects, so that no range and no azimuth explains it.
+    right, told = {"a": (0.0, 250.0), "b": (600.0, 350.0)}, {"a": (0.0, 250.0), "b": (608.0, 350.0)}
     config = {"sensors": {name: {**own, "position": [*at]} for name, at in told.items()}}
-    ((sensor, seen),) = said(in_ranges(crowd(), 0.0), config)
+    ((sensor, seen),) = said(in_ranges(crowd(), 0.0, right), config)
 
-    assert (sensor, seen) == ("b", pytest.approx(8.0, abs=0.5))
+    assert seen == pytest.approx(8.0 if sensor == "b" else -8.0, abs=0.5)
 
 
 def test_a_wrong_place_is_no_wrong_clock_where_all_fly_one_way():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
-from trackweave.trackers.joining.segments import Paths, segments_of, whose
+from trackweave.trackers.joining.segments import USUAL, Paths, segments_of, whose
 
 
 def cut(*tracks: list[float]) -> tuple[list[int], list[list[float]]]:
@@ -75,3 +75,19 @@ def test_a_segment_is_who_most_of_its_reports_say():
     of = np.array([0, 0, 0, 1, 1, -1, 2, 1])
     identity = np.array([4, 4, 7, 5, -1, 6, -1, 5])
     np.testing.assert_array_equal(whose(of, identity, 4), [4, 5, -1, -1])
+
+
+def test_each_track_is_judged_by_its_own_pauses():
+    """As numpy's quantile of each has them, and of a few by those of all."""
+    rng = np.random.default_rng(4)
+    tracks = [np.cumsum(rng.exponential(1.0 + n, n + 1)).tolist() for n in range(12)]
+    rows = sorted((time, number) for number, times in enumerate(tracks) for time in times)
+    time, track = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    segments, _ = segments_of(track, time, range(len(tracks)))
+    usual = float(np.median(np.concatenate([np.diff(times) for times in tracks])))
+    for number, times in enumerate(tracks):
+        waits = np.diff(times)
+        few = max(usual, float(waits.max(initial=0.0)))
+        expected = float(np.quantile(waits, USUAL)) if waits.size > 2 else few
+        found = segments.interval[segments.track == number]
+        np.testing.assert_allclose(found, expected, rtol=1e-12)

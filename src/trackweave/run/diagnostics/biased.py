@@ -13,7 +13,7 @@ from trackweave.run.diagnostics.case import Case, Finding
 __all__ = ["biased_sensors"]
 
 # Of a sensor so many tracks are looked at, and one tells with so many reports.
-MOST_TRACKS, FEWEST_REPORTS = 80, 4
+MOST_TRACKS, FEWEST_REPORTS = 30, 4
 # What is farther off than so many standard deviations is another object, and so is what moves
 # about by more than so many.
 FARTHEST, STEADY = 40.0, 3.0
@@ -130,13 +130,14 @@ def _beside_others(case: Case, index: int) -> FloatArray:
     middle = np.array([way.time[way.time.size // 2] for way in own])
     there = np.array([way.place[way.time.size // 2] for way in own])
     gate = FARTHEST * case.plane_sigma(index)
+    sigma = _sigma(case, index)
     near: list[list[_Way]] = [[] for _ in own]
     for other in others:
         for number in np.flatnonzero(np.linalg.norm(_at(other, middle) - there, axis=1) < gate):
             near[number].append(other)
     told, found = 0, []
     for way, beside in zip(own, near, strict=True):
-        steady = [off for other in beside if (off := _apart(case, index, way, other)) is not None]
+        steady = [off for other in beside if (off := _apart(case, way, other, sigma)) is not None]
         told += bool(beside)
         if steady:
             # Whoever flies the same way at the same time is rarer than the object itself.
@@ -167,7 +168,7 @@ def _at(way: _Way, time: FloatArray) -> FloatArray:
     return place
 
 
-def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
+def _apart(case: Case, own: _Way, other: _Way, sigma: FloatArray) -> FloatArray | None:
     """Return how far a way lies beside another, in noise; None where that is not steady."""
     step = LONG_STEP * float(np.median(np.diff(other.time)))
     before, expected, after = (_at(other, own.time + late) for late in (-step, 0.0, step))
@@ -175,14 +176,13 @@ def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
     if np.count_nonzero(known) < FEWEST_REPORTS or step <= 0.0:
         return None
     expected, velocity = expected[known], (after - before)[known] / (2.0 * step)
-    seen_from, sigma = case.platform[own.row[known]], _sigma(case, index)
     off = own.place[known] - expected
     # What is stamped later by a second lies a second's way behind.
     late = -np.sum(off * velocity, axis=1) / np.maximum(np.sum(velocity**2, axis=1), SLOWEST**2)
     parts = [off, late]
-    if case.reports.kind_of(index).has_range:
+    if sigma.size > LINE.start:
         # Along the line of sight and across it, clockwise.
-        line = expected - seen_from
+        line = expected - case.platform[own.row[known]]
         distance = np.maximum(np.linalg.norm(line, axis=1), 1e-9)
         east, north = (line / distance[:, None]).T
         along = off[:, 0] * east + off[:, 1] * north
@@ -192,5 +192,5 @@ def _apart(case: Case, index: int, own: _Way, other: _Way) -> FloatArray | None:
     middle: FloatArray = np.median(scaled, axis=0)
     scatter = OF_MEDIAN * np.median(np.abs(scaled - middle), axis=0)
     is_steady = scatter <= STEADY
-    told = (PLACE, CLOCK, LINE) if case.reports.kind_of(index).has_range else (PLACE, CLOCK)
+    told = (PLACE, CLOCK, LINE) if sigma.size > LINE.start else (PLACE, CLOCK)
     return middle if any(np.all(is_steady[part]) for part in told) else None

@@ -71,8 +71,7 @@ def segments_of(
     names, at = np.unique(owner, return_index=True)
     later = ~begins & (wait > 0.0)
     usual = float(np.median(wait[later])) if later.any() else np.inf
-    waits = [wait[part][later[part]] for part in map(slice, at, [*at[1:], len(rows)])]
-    interval = np.array([_usual(own, usual) for own in waits])
+    interval = _usual(np.searchsorted(names, owner[later]), wait[later], names.size, usual)
     pace = interval[np.searchsorted(names, owner)]
     cut = begins | (wait > LONG * pace)
     first = np.flatnonzero(cut)
@@ -116,11 +115,22 @@ def whose(of: IntArray, identity: IntArray, count: int) -> IntArray:
     return most
 
 
-def _usual(waits: FloatArray, of_all: float) -> float:
-    """Return how far a track's reports usually are apart; of a few, nothing tells that."""
-    if waits.size > 2:
-        return float(np.quantile(waits, USUAL))
-    return max(of_all, float(waits.max(initial=0.0)))
+def _usual(track: IntArray, wait: FloatArray, count: int, of_all: float) -> FloatArray:
+    """Return how far each track's reports usually are apart; of a few, nothing tells that."""
+    # All quantiles at once, each between its two neighbours in order.
+    wait = wait[np.lexsort((wait, track))]
+    n_waits = np.bincount(track, minlength=count)
+    begin = np.cumsum(n_waits) - n_waits
+    place = USUAL * np.maximum(n_waits - 1, 0)
+    below = place.astype(np.int64)
+    padded = np.r_[wait, 0.0]
+    low = padded[begin + below]
+    high = padded[begin + np.minimum(below + 1, np.maximum(n_waits - 1, 0))]
+    longest = np.where(n_waits > 0, padded[begin + np.maximum(n_waits - 1, 0)], 0.0)
+    usual: FloatArray = np.where(
+        n_waits > 2, low + (place - below) * (high - low), np.maximum(of_all, longest)
+    )
+    return usual
 
 
 class Paths:
