@@ -171,16 +171,18 @@ def _has_report(
     wait = np.array([0.0 if s.rotation is None else s.rotation.period / 2 for s in own])
     # Half a turn before and after: sectors of a turn come one by one.
     when = np.where(wait[reports.sensor] > 0, reports.time, ends)
-    times: dict[tuple[int, int], list[float]] = {}
-    for row, track in assignment.items():
-        times.setdefault((track, int(reports.sensor[row])), []).append(float(when[row]))
-    arrays = {of: np.array(found) for of, found in times.items()}
-    never = np.empty(0)
+    rows = np.array(sorted(assignment), dtype=np.int64)
+    track = np.array([assignment[row] for row in rows.tolist()], dtype=np.int64)
+    of = track * len(own) + reports.sensor[rows]
+    order = np.argsort(of, kind="stable")
+    of, moment = of[order], when[rows[order]]
+    sensor, then = reports.sensor[pairs.report], when[pairs.report]
+    wanted = known.track[pairs.other] * len(own) + sensor
     seen = np.zeros(pairs.report.size, dtype=np.bool_)
-    for place, (row, other) in enumerate(zip(pairs.report, pairs.other, strict=True)):
-        sensor = int(reports.sensor[row])
-        found = arrays.get((int(known.track[other]), sensor), never)
-        seen[place] = bool(np.any(np.abs(found - when[row]) <= wait[sensor]))
+    first, last = np.searchsorted(of, wanted), np.searchsorted(of, wanted, "right")
+    for place in np.flatnonzero(last > first).tolist():
+        there = moment[first[place] : last[place]]
+        seen[place] = bool(np.any(np.abs(there - then[place]) <= wait[sensor[place]]))
     return seen
 
 

@@ -60,8 +60,10 @@ class Sectors:
 
     def ends(self, number: IntArray) -> FloatArray:
         """Return when sectors end [s]."""
-        moved = [self._moved.get(each + 1, each + 1) for each in number.tolist()]
-        return self._rotation.when(np.asarray(moved, dtype=np.float64) * (1.0 / N_SECTORS))
+        sectors, place = np.unique(number, return_inverse=True)
+        moved = [self._moved.get(each + 1, each + 1) for each in sectors.tolist()]
+        ends = self._rotation.when(np.asarray(moved, dtype=np.float64) * (1.0 / N_SECTORS))
+        return np.asarray(ends[place.reshape(-1)])
 
 
 def _cuts(swept: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -182,14 +184,14 @@ def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[
         if sensor not in turning or rows.size == 0:
             continue
         sectors = Sectors(turning[sensor], reports.time[rows])
-        seen: dict[int, list[int]] = {}
-        for row, sector in zip(rows.tolist(), sectors.number.tolist(), strict=True):
-            seen.setdefault(sector, []).append(row)
-        found = sorted(seen)
-        for before, sector in zip([None, *found[:-1]], found, strict=True):
+        order = np.argsort(sectors.number, kind="stable")
+        found, begin = np.unique(sectors.number[order], return_index=True)
+        of_each = np.split(rows[order], begin[1:])
+        before = None
+        for sector, own in zip(found.tolist(), of_each, strict=True):
             for empty in _between(before, sector):
                 yield _empty_sector(reports, index, sectors.end(empty))
-            own = np.array(seen[sector], dtype=np.int64)
+            before = sector
             end = max(sectors.end(sector), float(reports.time[own].max()))
             yield reports.scan_of(own, end, own_times=True)
 

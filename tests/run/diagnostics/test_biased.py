@@ -76,7 +76,8 @@ def test_a_clock_that_differs_is_told_in_seconds(late):
 def test_a_radar_that_stands_elsewhere_is_told_where_its_objects_seem_to_be():
     own = {"sigma": {"range_m": 2.0, "azimuth_deg": 0.1}, "scan_period": 1.0}
     # In the midst of their objects, so that no range and no azimuth explains it.
-    right, told = {"a": (0.0, 250.0), "b": (600.0, 350.0)}, {"a": (0.0, 250.0), "b": (608.0, 350.0)}
+    right = {"a": (0.0, 250.0), "b": (600.0, 350.0)}
+    told = {**right, "b": (608.0, 350.0)}
     config = {"sensors": {name: {**own, "position": [*at]} for name, at in told.items()}}
     ((sensor, seen),) = said(in_ranges(crowd(), 0.0, right), config)
 

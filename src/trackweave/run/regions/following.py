@@ -25,7 +25,7 @@ QUIET: dict[str, Any] = {
     "pruned": 0, "pruned_by_deadline": 0, "pruned_probability": None, "evaluations": 0,
 }  # fmt: skip
 """What a step says in which nothing looked at the region."""
-NOTHING = Owned(0.0, 0.0, Status.OPTIMAL, ())
+NOTHING = Owned(0.0, 0.0, Status.OPTIMAL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

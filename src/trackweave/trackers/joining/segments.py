@@ -68,7 +68,7 @@ def segments_of(
     owner, when = track[rows], time[rows]
     wait = np.diff(when, prepend=-np.inf)
     begins = np.diff(owner, prepend=-1) != 0
-    names, at = np.unique(owner, return_index=True)
+    names = np.unique(owner)
     later = ~begins & (wait > 0.0)
     usual = float(np.median(wait[later])) if later.any() else np.inf
     interval = _usual(np.searchsorted(names, owner[later]), wait[later], names.size, usual)
