@@ -30,6 +30,7 @@ class Heard(Voice):
 
     def __init__(self) -> None:
         super().__init__(quiet=False)
+        self.on_terminal = True
         self.rows: dict[str, str] = {}
 
     def table(self, title: str, rows: list[tuple[str, str]]) -> None:
@@ -91,7 +92,7 @@ def test_an_empty_position_says_that_a_target_is_away(run: Run, tmp_path: Path) 
 def test_half_a_position_is_refused(run: Run, tmp_path: Path, cells: str, column: str) -> None:
     truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
     truth.write_text(f"time,target,x,y\n0,a,0,0\n1,a,{cells}\n")
-    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n8,1,0,0\n")
     done = run("evaluate", "--truth", truth, "--tracks", tracks)
     assert done.exit_code == 2
     assert f"truth.csv, row 2, column {column}: " in done.stderr
@@ -101,7 +102,7 @@ def test_says_where_targets_have_times_of_their_own(run: Run, tmp_path: Path) ->
     truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
     rows = [f"{time + 0.25 * target},T{target},0,0" for time in range(9) for target in range(4)]
     truth.write_text("\n".join(["time,target,x,y", *rows]) + "\n")
-    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n8,1,0,0\n")
     done = run("evaluate", "--truth", truth, "--tracks", tracks)
     assert "truth: a target is there at 27 % of the times within its life" in done.stderr
     found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)
@@ -129,7 +130,7 @@ def test_judges_reports_alone_where_they_tell_their_targets(run: Run, tmp_path: 
 def test_says_how_reports_without_positions_are_judged(run: Run, tmp_path: Path) -> None:
     truth, tracks = tmp_path / "reports.csv", tmp_path / "tracks.csv"
     truth.write_text("time,range_m,azimuth_deg,target\n0,1000,3,a\n")
-    tracks.write_text("time,track,x,y\n0,1,0,0\n")
+    tracks.write_text("time,track,x,y\n0,1,0,0\n8,1,0,0\n")
     done = run("evaluate", "--truth", truth, "--tracks", tracks)
     assert done.exit_code == 2
     assert "reports.csv, columns x and y: missing" in done.stderr
@@ -144,3 +145,33 @@ def test_a_truth_or_tracks_by_itself_is_bad_usage(
     done = run("evaluate", f"--{given}", truth if given == "truth" else tracks)
     assert done.exit_code == 2
     assert f"{missing}: missing; expected --truth and --tracks, or --assignments" in done.stderr
+
+
+def test_one_line_is_said_where_nobody_looks_at_tables(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 3)
+    done = run("evaluate", "--truth", truth, "--tracks", tracks)
+    assert done.stdout == ""
+    assert done.stderr.startswith("idf1 0.4, 0 switches, gospa 52.04 m; --json tells")
+    assert run("evaluate", "--truth", truth, "--tracks", tracks, "--quiet").stderr == ""
+
+
+def test_a_truth_of_frames_is_told_its_rate_and_doubted_without(run: Run, tmp_path: Path) -> None:
+    """People at ten frames a second, where 25 are usual."""
+    truth, tracks = tmp_path / "gt.txt", tmp_path / "tracks.txt"
+    boxes = [f"{frame},{who},{100 * who + frame},50,20,40,1,1,1.0"
+             for frame in range(1, 41) for who in (1, 2)]  # fmt: skip
+    truth.write_text("\n".join(boxes) + "\n")
+    tracks.write_text("\n".join(boxes) + "\n")
+    assert "idf1 1, 0 switches" in run("evaluate", "--truth", truth, "--tracks", tracks).stderr
+
+    times = tmp_path / "tracks.csv"
+    rows = [f"{(frame - 1) / 10},{who},{100 * who + frame + 10},70"
+            for frame in range(1, 41) for who in (1, 2)]  # fmt: skip
+    times.write_text("time,track,x,y\n" + "\n".join(rows) + "\n")
+    given = ["evaluate", "--truth", truth, "--tracks", times, "--cutoff", "5"]
+    said = run(*given).stderr
+    assert "mot: 25 frames a second" in said
+    assert "truth is from 0 to 1.56 s and tracks from 0 to 3.9 s" in said
+    right = run(*given, "--from", "mot?frame_rate=10").stderr
+    assert "idf1 1, 0 switches" in right
+    assert "truth is from" not in right

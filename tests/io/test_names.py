@@ -131,3 +131,15 @@ def test_the_corners_of_boxes_alone_are_no_positions():
         DataFormatError, match=r"x and y: missing; .* of boxes, give their middle as"
     ):
         tw.read_reports(pl.DataFrame(table))
+
+
+@pytest.mark.parametrize(
+    ("column", "ours", "what"),
+    [("Radar", "sensor", "which sensor reports"), ("mmsi", "identity", "whose report it is")],
+)
+def test_what_seems_to_be_meant_as_a_column_of_ours_is_asked_back(column, ours, what):
+    table = pl.DataFrame({"time": [5.0], "x": [1], "y": [3], column: [7]})
+    said = f"column {column}: carried along and not read; if it tells {what}, call it {ours}"
+    assert said in tw.read_reports(table).notes
+    told = table.with_columns(pl.lit("a").alias(ours))
+    assert said not in tw.read_reports(told).notes

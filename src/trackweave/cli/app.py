@@ -192,7 +192,7 @@ def simulate(
 @app.command()
 @done_by("evaluate.run_evaluate")
 def evaluate(
-    truth: Annotated[Path | None, typer.Option(help="Truth: time, target, x, y[, z].")] = None,
+    truth: Annotated[Path | None, typer.Option(help="Truth: time, target, x, y[, z], or of a format with targets.")] = None,
     tracks: Annotated[Path | None, typer.Option(help="Tracks, as `track` writes them.")] = None,
     assignments: Annotated[
         Path | None,
@@ -214,6 +214,7 @@ def evaluate(
     window: Annotated[
         int, typer.Option(min=1, help="Number of the truth's times over which OSPA(2) is taken.")
     ] = 10,
+    told: FromOption = None,
     json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:

@@ -8,8 +8,9 @@ import numpy as np
 from trackweave.cli.edge import Voice, shown
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
+from trackweave.formats.reading import load
 from trackweave.metrics import evaluate
-from trackweave.run.judging import compared, quality_in
+from trackweave.run.judging import compared, doubts_on_times, quality_in
 from trackweave.run.judging import evaluate as evaluate_reports
 
 __all__ = ["run_evaluate", "show_evaluation"]
@@ -24,8 +25,13 @@ LENGTHS = ("gospa", "ospa", "motp", "rmse", "cutoff")
 OF_REPORTS = ("right_share", "report_idf1", "report_purity", "report_mota", "report_switches")
 
 
-def run_evaluate(
-    voice: Voice, truth: Path | None, tracks: Path | None, assignments: Path | None, **how: Any
+def run_evaluate(  # noqa: PLR0913 the options of a command
+    voice: Voice,
+    truth: Path | None,
+    tracks: Path | None,
+    assignments: Path | None,
+    told: str | None = None,
+    **how: Any,
 ) -> dict[str, Any]:
     """Return every measure of tracks against the truth by its name, and show them."""
     if truth is None and tracks is None and assignments is not None:
@@ -37,11 +43,13 @@ def run_evaluate(
             f"{'--truth' if truth is None else '--tracks'}: missing; expected --truth and "
             "--tracks, or --assignments alone, with a column target, for the measures of reports"
         )
-    true, claimed = compared(truth, tracks)
+    table = load(truth, told)
+    true, claimed = compared(table, tracks, told)
     measures = evaluate(true, claimed, **how)
     if assignments is not None:
         measures = measures.with_assignments(quality_in(assignments))
-    found = {**measures.as_dict(), "notes": _notes(true)}
+    notes = [*table.notes, *doubts_on_times(true, claimed), *_notes(true)]
+    found = {**measures.as_dict(), "notes": notes}
     show_evaluation(found, voice)
     return found
 
@@ -72,6 +80,9 @@ def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
         for name, value in found.items()
         if not isinstance(value, list) and (name in OF_REPORTS or not is_of_reports)
     ]
+    if not voice.on_terminal:
+        _say_briefly(found, voice)
+        return
     if is_of_reports:
         voice.table("Reports against targets", measures)
         return
@@ -83,6 +94,18 @@ def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     voice.table(title, rows)
     if more:
         voice.say(f"{more} more targets: see --json")
+    for note in found["notes"]:
+        voice.say(note)
+
+
+def _say_briefly(found: dict[str, Any], voice: Voice) -> None:
+    """Say the measures that count most, where nobody looks at tables."""
+    if found["n_times"] is None:
+        told = f"report_idf1 {shown(found['report_idf1'])}, {found['report_switches']} switches"
+    else:
+        gospa = shown(found["gospa"], "m")
+        told = f"idf1 {shown(found['idf1'])}, {found['switches']} switches, gospa {gospa}"
+    voice.say(f"{told}; --json tells every measure")
     for note in found["notes"]:
         voice.say(note)
 

@@ -1,6 +1,6 @@
 """Tables of reports, from files and from other libraries."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, get_args
 
@@ -39,6 +39,12 @@ MOMENTS_OF_SCANS = 3
 _SCAN = Range(-(2.0**53), 2.0**53, expected="a whole number")
 _HEIGHT = Range(-1e5, 1e8)
 _STRENGTH = Range(-1e300, 1e300)
+
+MEANT = {
+    "sensor": (("sensor_id", "sensor_name", "radar", "radar_id"), "which sensor reports"),
+    "identity": (("mmsi", "icao24", "icao", "mode_s"), "whose report it is"),
+}
+"""Columns that are often called so, in small letters, and what they may be meant to tell."""
 
 
 def reports_in(  # noqa: PLR0913 each says another thing of the same table
@@ -94,6 +100,7 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
         skipped=skipped,
         notes=(
             *table.notes,
+            *_notes_on_meant(checks.names),
             *measured.notes,
             *_note_on_two_places(checks, measured),
             *moved,
@@ -179,6 +186,17 @@ def _reports_of(
         report_type=_type_of_identifiers(table),
         context=None if measured.context is None else measured.context[rows],
     )
+
+
+def _notes_on_meant(names: Collection[str]) -> list[str]:
+    """Return a sentence for each column that seems to tell what no column of ours does."""
+    named = {name.lower(): name for name in names}
+    return [
+        f"column {named[other]}: carried along and not read; if it tells {what}, call it {ours}"
+        for ours, (others, what) in MEANT.items()
+        for other in others
+        if ours not in names and other in named
+    ]
 
 
 def _note_on_unavailable(checks: RowChecks) -> list[str]:

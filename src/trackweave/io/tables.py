@@ -190,6 +190,11 @@ def file_ending(path: Path) -> str:
     raise DataFormatError(f"{path}: unknown file ending; expected {', '.join(ENDINGS)}")
 
 
+def is_table_file(path: Path) -> bool:
+    """Tell by its name whether a file is a table, which has a header."""
+    return path.name.lower().endswith(ENDINGS)
+
+
 def read_bytes(path: Path) -> bytes:
     """Return a file's content, or say why it cannot be had."""
     with opened(path):

@@ -1,6 +1,9 @@
 """Tracks against the truth, whatever they come as."""
 
 import os
+import warnings
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from trackweave.domain.frames import LocalFrame
@@ -10,16 +13,20 @@ from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.fields import checked_count, checked_number
 from trackweave.formats.reading import load
 from trackweave.io.frames_out import tracks_frame
-from trackweave.io.tables import TableSource
+from trackweave.io.tables import TableSource, is_table_file
 from trackweave.io.truth import read_assignments, read_tracks, read_truth_on_plane
 from trackweave.metrics import AssignmentQuality, Evaluation, assignment_quality
 from trackweave.metrics import evaluate as measure
 from trackweave.run.result import Result, TrackingResult
 
-__all__ = ["Claimed", "Truth", "compared", "evaluate", "quality_in", "truth_on"]
+__all__ = [
+    "Claimed", "Truth", "compared", "doubts_on_times", "evaluate", "quality_in", "truth_on",
+]  # fmt: skip
 
 Truth: TypeAlias = TableSource | TruthTable
 Claimed: TypeAlias = TableSource | TrackTable | TruthTable | Result
+SHARED = 0.5
+"""Of the time of truth and tracks both usually have so much."""
 
 
 def evaluate(  # noqa: PLR0913 the one function that users call with everything
@@ -42,8 +49,9 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     ----------
     truth
         Where targets really were: a path of a CSV or Parquet file, a pandas, polars or Arrow
-        table with ``time,target,x,y`` or ``time,target,lat,lon``, or a ``TruthTable``. None for
-        the measures of reports alone.
+        table with ``time,target,x,y`` or ``time,target,lat,lon``, or a ``TruthTable``; a file of
+        another format as ``trackweave formats`` lists them. None for the measures of reports
+        alone.
     tracks
         What ``track`` or ``fuse`` returned, its ``tracks`` or ``history``, a path or table of
         tracks, a ``TrackTable``, or a ``TruthTable`` whose targets are the tracks' names. Without
@@ -72,6 +80,11 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
         If a table cannot be used, dimensions or times do not fit together, or a parameter is out
         of range.
 
+    Warns
+    -----
+    UserWarning
+        Where truth and tracks share hardly any time.
+
     Examples
     --------
     >>> import polars as pl
@@ -88,6 +101,8 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     if truth is None:
         return _of_reports(quality if tracks is None or isinstance(tracks, Result) else None)
     true, claimed = compared(truth, tracks)
+    for doubt in doubts_on_times(true, claimed):
+        warnings.warn(doubt, UserWarning, stacklevel=2)
     found = measure(true, claimed, cutoff=cutoff, order=order, max_gap=max_gap, window=window)
     return found if quality is None else found.with_assignments(quality)
 
@@ -102,8 +117,11 @@ def _of_reports(quality: AssignmentQuality | None) -> Evaluation:
     return Evaluation().with_assignments(quality)
 
 
-def compared(truth: Truth, tracks: Claimed | None) -> tuple[TruthTable, TrackTable | TruthTable]:
+def compared(
+    truth: Truth, tracks: Claimed | None, told: str | None = None
+) -> tuple[TruthTable, TrackTable | TruthTable]:
     """Return truth and tracks as values, on one plane; refuse them where their times differ."""
+    # ``told`` is the format of tracks that are no table, as ``load`` takes it.
     if isinstance(truth, TruthTable):
         true, frame = truth, None
     else:
@@ -121,7 +139,7 @@ def compared(truth: Truth, tracks: Claimed | None) -> tuple[TruthTable, TrackTab
             )
         claimed: TrackTable | TruthTable = found
     else:
-        claimed = read_tracks(found, frame)
+        claimed = read_tracks(_tracks_loaded(found, told), frame)
     _require_common_time(_named(truth, "truth"), true, _named(tracks, "tracks"), claimed)
     return true, claimed
 
@@ -142,6 +160,17 @@ def truth_on(truth: Truth, frame: LocalFrame | None, place: str) -> TruthTable:
 def _loaded(truth: Any) -> Any:
     """Return the table of a truth that is a file of any format, anything else as it is."""
     return load(truth) if isinstance(truth, str | os.PathLike) else truth
+
+
+def _tracks_loaded(tracks: Any, told: str | None) -> Any:
+    """Return the table of tracks in a file of a format of reports, anything else as it is."""
+    # As trackers of video write them; what stands for the target there is the track.
+    if not isinstance(tracks, str | os.PathLike) or is_table_file(Path(tracks)):
+        return tracks
+    table = load(tracks, told)
+    if "track" in table.columns.columns or "target" not in table.columns.columns:
+        return table
+    return replace(table, columns=table.columns.rename({"target": "track"}))
 
 
 def quality_in(assignments: TableSource) -> AssignmentQuality:
@@ -171,6 +200,22 @@ def _own_quality(tracks: Claimed | None) -> AssignmentQuality | None:
 def _named(source: object, otherwise: str) -> str:
     """Return what messages call a table."""
     return str(source) if isinstance(source, str | os.PathLike) else otherwise
+
+
+def doubts_on_times(true: TruthTable, claimed: TrackTable | TruthTable) -> list[str]:
+    """Return a sentence where truth and tracks share less than half of the time of either."""
+    if len(true) == 0 or len(claimed) == 0:
+        return []
+    spans = [(float(table.time.min()), float(table.time.max())) for table in (true, claimed)]
+    (begin, end), (first, last) = spans
+    shared = min(end, last) - max(begin, first)
+    if shared >= SHARED * max(end - begin, last - first):
+        return []
+    return [
+        f"truth is from {begin:.15g} to {end:.15g} s and tracks from {first:.15g} to {last:.15g} "
+        "s: if both are of the same, one counts its times otherwise, such as 25 frames a second "
+        "for 10"
+    ]
 
 
 def _require_common_time(
