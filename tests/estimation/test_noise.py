@@ -95,3 +95,18 @@ def test_reports_without_noise_are_given_some_and_their_turns_are_followed() -> 
         assert sigma >= least
         assert 1e-3 < process < 1.0
     assert noise_of_chains(time, place, 7e-4, 1e-8, fixed=True)[0] == 7e-4
+
+
+def test_what_is_noisier_far_away_is_no_turn() -> None:
+    """Ships under a radar: across its line of sight noise grows with the distance."""
+    rng = np.random.default_rng(5)
+    time = np.tile(3.0 * np.arange(50.0), (24, 1))
+    across = np.repeat([12.0, 45.0], [16, 8])[:, None, None]
+    noise = np.concatenate([np.full_like(across, 8.0), across], axis=2)
+    start, velocity = rng.uniform(-5e3, 5e3, (24, 1, 2)), rng.uniform(-8.0, 8.0, (24, 1, 2))
+    place = start + time[..., None] * velocity + noise * rng.normal(size=(24, 50, 2))
+    sigma, process = noise_of_chains(time, place, 15.0, 1e-5)
+    assert process < 0.1
+    assert noise_in_turns(time, place, (sigma, process), 1e-5) == process
+    crowded = noise_of_chains(time, place, 15.0, 1e-4)
+    assert noise_in_turns(time, place, crowded, 1e-4) < 1.0

@@ -223,22 +223,24 @@ def test_what_a_format_cannot_say_is_refused_before_anything_is_tracked():
     plane = tw.read_reports(boxes().drop("left"))
     for name, expected in (("kml", "no latitudes"), ("mot", "no left"), ("kitti", "no left")):
         with pytest.raises(InvalidInputError, match=expected):
-            try_on(writers_named(name), plane)
+            try_on(writers_named([name]), plane)
     assert (
-        try_on(writers_named("mot,kitti,trackmate,ctc,geff,csv,jsonl"), tw.read_reports(boxes()))
+        try_on(writers_named(["mot,kitti,trackmate,ctc,geff,csv,jsonl"]), tw.read_reports(boxes()))
         is None
     )
     earth = tw.read_reports(pl.DataFrame({"time": [0.0], "lat": [1.0], "lon": [2.0]}))
-    assert try_on(writers_named("kml,geojson,czml,cot"), earth) is None
+    assert try_on(writers_named(["kml,geojson,czml,cot"]), earth) is None
 
 
 def test_further_formats_are_named_once_and_known():
-    assert [each.name for each in writers_named("geojson, kml")] == ["geojson", "kml"]
-    assert set(written(writers_named("geojson,kml"), states())) == {"tracks.geojson", "tracks.kml"}
+    for several in (["geojson, kml"], ["geojson", "kml"]):
+        assert [each.name for each in writers_named(several)] == ["geojson", "kml"]
+    files = written(writers_named(["geojson,kml"]), states())
+    assert set(files) == {"tracks.geojson", "tracks.kml"}
     with pytest.raises(InvalidInputError, match="twice"):
-        writers_named("kml,kml")
+        writers_named(["kml,kml"])
     with pytest.raises(InvalidInputError, match="expected one that can be written"):
-        writers_named("ais")
+        writers_named(["ais"])
 
 
 def test_every_writer_writes_under_the_name_of_tracks():

@@ -148,7 +148,7 @@ def track(
     ] = "fail",
     told: FromOption = None,
     also: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(help="Further formats to write, such as geojson,kml; `formats` lists them."),
     ] = None,
     engine: Annotated[
@@ -192,7 +192,9 @@ def simulate(
 @app.command()
 @done_by("evaluate.run_evaluate")
 def evaluate(
-    truth: Annotated[Path | None, typer.Option(help="Truth: time, target, x, y[, z], or of a format with targets.")] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="Truth: time, target, x, y[, z], or as --from says.")
+    ] = None,
     tracks: Annotated[Path | None, typer.Option(help="Tracks, as `track` writes them.")] = None,
     assignments: Annotated[
         Path | None,

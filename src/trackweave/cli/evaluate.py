@@ -25,7 +25,7 @@ LENGTHS = ("gospa", "ospa", "motp", "rmse", "cutoff")
 OF_REPORTS = ("right_share", "report_idf1", "report_purity", "report_mota", "report_switches")
 
 
-def run_evaluate(  # noqa: PLR0913 the options of a command
+def run_evaluate(
     voice: Voice,
     truth: Path | None,
     tracks: Path | None,

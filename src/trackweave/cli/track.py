@@ -32,7 +32,7 @@ def run_track(
     deadline_ms: float | None,
     on_bad_row: OnBadRow,
     told: str | None = None,
-    also: str | None = None,
+    also: list[str] | None = None,
     learned: Path | None = None,
     engine: str | None = None,
     workers: int | None = None,

@@ -21,6 +21,9 @@ LEAST_OF_STEP = 1e-3
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
 MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
+# Of a chain whose reports are noisier than most, as far from a radar, the variance may be so many
+# times the usual.
+NOISIER = np.array([1.0, 1.5, 2.25, 3.4, 5.0])
 # A chain is lost where more reports seem to come from elsewhere than so many, and than this share
 # of it; such a share of all chains may be two objects in one.
 LOST_REPORTS, LOST_PART, LOST_CHAINS = 3.0, 0.1, 0.05
@@ -55,8 +58,9 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     if sigma < least and not fixed:
         sigma, process = _fitted((step, places), least, density, fixed=True)
     # Sharp turns are rare, and yet no track should be lost in one.
+    variances = _variances(step, places, (sigma**2, process, density))
     for _ in range(MOST_DOUBLINGS if follows_turns else 0):
-        far, all_own = _far_off(step, places, (sigma**2, process, density))
+        far, all_own = _far_off(step, places, (variances, process, density))
         # A single one of few reports tells nothing.
         if far <= max(FAR_SHARE * all_own, 1.0):
             break
@@ -80,11 +84,13 @@ def noise_in_turns(
     # above 0.
     sigma, process = noise
     step, places = _gathered(time, position)
+    variances = _variances(step, places, (sigma**2, process, density))
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
-        if _all_followed(step, places, (sigma**2, process, density)):
-            break
+        if _all_followed(step, places, (variances, process, density)):
+            return process
         process *= 2
-    return process
+    # What no process noise mends is no turn.
+    return noise[1]
 
 
 def calm_noise(
@@ -107,7 +113,8 @@ def calm_noise(
     is_calmer = found[1] * CALMER < first[1] and first[0] < found[0] < WIDER * first[0]
     longer = _thinned(time, position, 2 * STRIDE)
     # Where errors wander, what hardly moves by itself is followed; where objects turn, it is lost.
-    if not is_calmer or not _all_followed(step, places, (found[0] ** 2, found[1], density)):
+    variances = np.full(len(step), found[0] ** 2)
+    if not is_calmer or not _all_followed(step, places, (variances, found[1], density)):
         return None
     if longer is None:
         return found
@@ -173,22 +180,43 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
     return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
 
 
-def _far_off(
+def _variances(
     step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
+) -> FloatArray:
+    """Return the likeliest variance of each chain, the usual one or a greater."""
+    # What is noisier all along is no turn, however far off it seems by the noise of most.
+    variance, process, density = noise
+    told = WRONG * density, np.inf
+    surprise = [
+        [follow_chains(*chain, times * variance, process, *told)[0] for times in NOISIER]
+        for row in range(step.shape[0])
+        for chain in [(step[row : row + 1], places[row : row + 1])]
+    ]
+    likeliest: FloatArray = variance * NOISIER[np.argmin(surprise, axis=1)]
+    return likeliest
+
+
+def _far_off(
+    step: FloatArray, places: FloatArray, noise: tuple[FloatArray, float, float]
 ) -> tuple[float, float]:
     """Return how many of the objects' own reports lie where one in a hundred does, and all."""
-    variance, process, density = noise
-    limit = quantile_of(places.shape[2], 0.99)
-    _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
+    variances, process, density = noise
+    told = process, WRONG * density, quantile_of(places.shape[2], 0.99)
+    far = trusted = 0.0
+    for row, variance in enumerate(variances):
+        _, beyond, own = follow_chains(step[row : row + 1], places[row : row + 1], variance, *told)
+        far, trusted = far + beyond, trusted + own
     return far, trusted
 
 
-def _all_followed(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> bool:
+def _all_followed(
+    step: FloatArray, places: FloatArray, noise: tuple[FloatArray, float, float]
+) -> bool:
     """Tell whether a filter follows all chains to their ends, but for few."""
     # Behind a turn that is too sharp for it, what an object reports seems to come from elsewhere.
-    variance, process, density = noise
+    variances, process, density = noise
     n_lost = 0
-    for row in range(step.shape[0]):
+    for row, variance in enumerate(variances):
         chain = step[row : row + 1], places[row : row + 1]
         own = follow_chains(*chain, variance, process, WRONG * density, np.inf)[2]
         n_reports = int(np.count_nonzero(np.isfinite(step[row]))) - 1

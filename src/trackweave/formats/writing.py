@@ -1,6 +1,6 @@
 """Tracks in further formats."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import polars as pl
@@ -15,11 +15,9 @@ from trackweave.plugin_faults import is_ours, told_as_theirs
 __all__ = ["try_on", "writers_named", "written"]
 
 
-def writers_named(names: str | None) -> list[Format]:
-    """Return the formats that a list with commas names, each of which can be written."""
-    if names is None:
-        return []
-    each = [name.strip() for name in names.split(",")]
+def writers_named(names: Sequence[str] | None) -> list[Format]:
+    """Return the formats that lists with commas name, each of which can be written."""
+    each = [name.strip() for some in names or () for name in some.split(",")]
     twice = next((name for name in each if each.count(name) > 1), None)
     if twice is not None:
         raise InvalidInputError(f"format {twice!r:.60}: twice; expected each name once")

@@ -13,7 +13,7 @@ from trackweave.errors import DataFormatError, InvalidInputError
 from trackweave.fields import checked_count, checked_number
 from trackweave.formats.reading import load
 from trackweave.io.frames_out import tracks_frame
-from trackweave.io.tables import TableSource, is_table_file
+from trackweave.io.tables import RawTable, TableSource, is_table_file
 from trackweave.io.truth import read_assignments, read_tracks, read_truth_on_plane
 from trackweave.metrics import AssignmentQuality, Evaluation, assignment_quality
 from trackweave.metrics import evaluate as measure
@@ -23,7 +23,7 @@ __all__ = [
     "Claimed", "Truth", "compared", "doubts_on_times", "evaluate", "quality_in", "truth_on",
 ]  # fmt: skip
 
-Truth: TypeAlias = TableSource | TruthTable
+Truth: TypeAlias = TableSource | RawTable | TruthTable
 Claimed: TypeAlias = TableSource | TrackTable | TruthTable | Result
 SHARED = 0.5
 """Of the time of truth and tracks both usually have so much."""
