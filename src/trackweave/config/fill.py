@@ -163,7 +163,8 @@ def fill(
     merge = sources.choose(("lifecycle", "merge"), None)
     search, deadline = _search(sources, configuration)
     max_ahead = sources.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
-    period = sources.choose(("output", "period"), estimates and estimates.period)
+    usual = estimates and (estimates.period or _beside_lone(sensors))
+    period = sources.choose(("output", "period"), usual)
     tracker, doubts = tracker_of_sources(sources)
     plots = plots_of_sources(sources, sensors, lifecycle)
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
@@ -223,6 +224,16 @@ def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
             yield from (((key, *path), leaf) for path, leaf in _leaves(value))
         else:
             yield (key,), value
+
+
+def _beside_lone(sensors: Sequence[Sensor]) -> float | None:
+    """Return the time between rows where some sensors look and objects also report by themselves.
+
+    Each of their reports is a moment at which all tracks could be shown.
+    """
+    looking = [each.scan_period for each in sensors if each.scan_period is not None]
+    is_lone = any(each.scans is False for each in sensors)
+    return min(looking) if is_lone and looking else None
 
 
 def _lifecycle(sources: Sources, estimates: Estimates | None) -> Lifecycle:
