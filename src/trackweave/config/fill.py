@@ -227,10 +227,8 @@ def _leaves(values: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
 
 
 def _beside_lone(sensors: Sequence[Sensor]) -> float | None:
-    """Return the time between rows where some sensors look and objects also report by themselves.
-
-    Each of their reports is a moment at which all tracks could be shown.
-    """
+    """Return the time between rows beside sensors that hear objects report themselves, if any."""
+    # Each such report is a moment at which all tracks could be shown.
     looking = [each.scan_period for each in sensors if each.scan_period is not None]
     is_lone = any(each.scans is False for each in sensors)
     return min(looking) if is_lone and looking else None
