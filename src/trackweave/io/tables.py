@@ -24,6 +24,7 @@ __all__ = [
     "RawTable",
     "TableSource",
     "file_ending",
+    "is_table_file",
     "load_table",
     "opened",
     "read_bytes",
