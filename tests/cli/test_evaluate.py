@@ -98,6 +98,13 @@ def test_half_a_position_is_refused(run: Run, tmp_path: Path, cells: str, column
     assert f"truth.csv, row 2, column {column}: " in done.stderr
 
 
+def test_tables_of_other_times_are_called_by_their_names(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 3)
+    tracks.write_text("time,track,x,y\n900,1,0,0\n")
+    said = run("evaluate", "--truth", truth, "--tracks", tracks).stderr
+    assert f"{tracks}: from 900 to 900 s, {truth}: from 0 to 3 s" in said
+
+
 def test_says_where_targets_have_times_of_their_own(run: Run, tmp_path: Path) -> None:
     truth, tracks = tmp_path / "truth.csv", tmp_path / "tracks.csv"
     rows = [f"{time + 0.25 * target},T{target},0,0" for time in range(9) for target in range(4)]
@@ -164,9 +171,14 @@ def test_a_truth_of_frames_is_told_its_rate_and_doubted_without(run: Run, tmp_pa
     tracks.write_text("\n".join(boxes) + "\n")
     assert "idf1 1, 0 switches" in run("evaluate", "--truth", truth, "--tracks", tracks).stderr
 
-    times = tmp_path / "tracks.csv"
+    beside = tmp_path / "truth.csv"
     rows = [f"{(frame - 1) / 10},{who},{100 * who + frame + 10},70"
             for frame in range(1, 41) for who in (1, 2)]  # fmt: skip
+    beside.write_text("time,target,x,y\n" + "\n".join(rows) + "\n")
+    given = "evaluate", "--truth", beside, "--tracks", tracks, "--from", "mot?frame_rate=10"
+    assert "idf1 1, 0 switches" in run(*given, "--cutoff", "5").stderr
+
+    times = tmp_path / "tracks.csv"
     times.write_text("time,track,x,y\n" + "\n".join(rows) + "\n")
     given = ["evaluate", "--truth", truth, "--tracks", times, "--cutoff", "5"]
     said = run(*given).stderr

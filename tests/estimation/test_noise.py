@@ -97,6 +97,11 @@ def test_reports_without_noise_are_given_some_and_their_turns_are_followed() -> 
     assert noise_of_chains(time, place, 7e-4, 1e-8, fixed=True)[0] == 7e-4
 
 
+def test_too_few_reports_tell_of_no_turns() -> None:
+    nothing = np.full((2, 5), np.nan), np.full((2, 5, 2), np.nan)
+    assert noise_in_turns(*nothing, (5.0, 0.1), 1e-6) == 0.1
+
+
 def test_what_is_noisier_far_away_is_no_turn() -> None:
     """Ships under a radar: across its line of sight noise grows with the distance."""
     rng = np.random.default_rng(5)

@@ -195,7 +195,9 @@ def evaluate(
     truth: Annotated[
         Path | None, typer.Option(help="Truth: time, target, x, y[, z], or as --from says.")
     ] = None,
-    tracks: Annotated[Path | None, typer.Option(help="Tracks, as `track` writes them.")] = None,
+    tracks: Annotated[
+        Path | None, typer.Option(help="Tracks, as `track` writes them, or as --from says.")
+    ] = None,
     assignments: Annotated[
         Path | None,
         typer.Option(

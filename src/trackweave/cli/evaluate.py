@@ -9,6 +9,7 @@ from trackweave.cli.edge import Voice, shown
 from trackweave.domain.truth import TruthTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import load
+from trackweave.io.tables import is_table_file
 from trackweave.metrics import evaluate
 from trackweave.run.judging import compared, doubts_on_times, quality_in
 from trackweave.run.judging import evaluate as evaluate_reports
@@ -43,7 +44,9 @@ def run_evaluate(
             f"{'--truth' if truth is None else '--tracks'}: missing; expected --truth and "
             "--tracks, or --assignments alone, with a column target, for the measures of reports"
         )
-    table = load(truth, told)
+    # A truth that is a table stands beside tracks of the format.
+    is_beside = is_table_file(truth) and not is_table_file(tracks)
+    table = load(truth, None if is_beside else told)
     true, claimed = compared(table, tracks, told)
     measures = evaluate(true, claimed, **how)
     if assignments is not None:
@@ -74,15 +77,15 @@ def _notes(truth: TruthTable) -> list[str]:
 
 def show_evaluation(found: dict[str, Any], voice: Voice) -> None:
     """Show every measure, then the targets that were followed worst."""
+    if not voice.on_terminal:
+        _say_briefly(found, voice)
+        return
     is_of_reports = found["n_times"] is None
     measures = [
         (name, shown(value, "m" if name.startswith(LENGTHS) else ""))
         for name, value in found.items()
         if not isinstance(value, list) and (name in OF_REPORTS or not is_of_reports)
     ]
-    if not voice.on_terminal:
-        _say_briefly(found, voice)
-        return
     if is_of_reports:
         voice.table("Reports against targets", measures)
         return

@@ -58,8 +58,10 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     if sigma < least and not fixed:
         sigma, process = _fitted((step, places), least, density, fixed=True)
     # Sharp turns are rare, and yet no track should be lost in one.
+    if not follows_turns:
+        return sigma, process
     variances = _variances(step, places, (sigma**2, process, density))
-    for _ in range(MOST_DOUBLINGS if follows_turns else 0):
+    for _ in range(MOST_DOUBLINGS):
         far, all_own = _far_off(step, places, (variances, process, density))
         # A single one of few reports tells nothing.
         if far <= max(FAR_SHARE * all_own, 1.0):
@@ -192,7 +194,8 @@ def _variances(
         for row in range(step.shape[0])
         for chain in [(step[row : row + 1], places[row : row + 1])]
     ]
-    likeliest: FloatArray = variance * NOISIER[np.argmin(surprise, axis=1)]
+    table = np.array(surprise).reshape(-1, NOISIER.size)
+    likeliest: FloatArray = variance * NOISIER[np.argmin(table, axis=1)]
     return likeliest
 
 

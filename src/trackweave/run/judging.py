@@ -199,6 +199,8 @@ def _own_quality(tracks: Claimed | None) -> AssignmentQuality | None:
 
 def _named(source: object, otherwise: str) -> str:
     """Return what messages call a table."""
+    if isinstance(source, RawTable):
+        return source.name
     return str(source) if isinstance(source, str | os.PathLike) else otherwise
 
 
