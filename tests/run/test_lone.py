@@ -47,21 +47,33 @@ def test_rows_of_tracks_are_as_far_apart_as_reports_of_an_object():
     assert 3.0 <= np.median(np.diff(times)) <= 13.0
 
 
-def test_beside_a_sensor_that_scans_rows_are_as_far_apart_as_its_scans():
-    """Not one at each of the others' reports."""
+def beside_a_radar(moved=0.0):
+    """Return the same objects also seen by one that scans, whose places are off to the east."""
     rng = np.random.default_rng(2)
     moments = np.arange(0.5, 240.0, 3.0)
     row, number = np.repeat(np.arange(moments.size), 8), np.tile(np.arange(8), moments.size)
-    x = 5.0 * (number % 2) * moments[row] + rng.normal(0, 5, row.size)
+    x = moved + 5.0 * (number % 2) * moments[row] + rng.normal(0, 5, row.size)
     y = 900.0 * number + rng.normal(0, 5, row.size)
     radar = pl.DataFrame({"time": moments[row], "x": x, "y": y, "sensor": "radar"})
     heard = table().drop("target").with_columns(sensor=pl.lit("ais"))
-    result = track(pl.concat([radar, heard], how="diagonal").sort("time"))
+    return pl.concat([radar, heard], how="diagonal").sort("time")
+
+
+def test_beside_a_sensor_that_scans_rows_are_as_far_apart_as_its_scans():
+    """Not one at each of the others' reports."""
+    result = track(beside_a_radar())
 
     assert result.run["configuration"]["sensors"]["ais"]["scans"] is False
     assert result.run["configuration"]["output"]["period"] == pytest.approx(3.0)
     times = np.unique(result.tracks["time"].to_numpy())
     assert np.diff(times)[:-1].min() >= 2.0  # but for those at the end
+
+
+def test_a_radar_that_is_off_is_told_beside_those_that_report_themselves():
+    found = track(beside_a_radar(moved=400.0)).run["diagnostics"]
+    (offset,) = [each for each in found if each["cause"] == "offset"]
+
+    assert offset["seen"] == pytest.approx(400.0, abs=20.0)
 
 
 def test_what_is_told_of_a_sensor_counts_before_what_its_reports_show():

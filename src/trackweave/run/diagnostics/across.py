@@ -238,10 +238,17 @@ def _counted(sense: str) -> str:
     return "taken for radians" if sense == "radians" else f"counted {sense}"
 
 
+def _is_coarse(case: Case) -> bool:
+    """Tell whether rows of tracks are farther apart than scans, so that paths are too coarse."""
+    period = case.settings.period
+    scans = [each.scan_period for each in case.sensors if each.scan_period is not None]
+    return period is not None and period > min(scans, default=0.0)
+
+
 def disagreeing_sensors(case: Case) -> Iterator[Finding]:
     """Yield sensors whose reports fit the others' tracks under a simple transformation only."""
     telling = [index for index in case.examined if case.tells_place(index)]
-    if len(telling) < 2 or case.settings.period is not None:
+    if len(telling) < 2 or _is_coarse(case):
         return
     samples = [sample for i in telling if (sample := sample_of(case, i)) is not None]
     fitting = [sample.fit(sample.there(), sample.place).share for sample in samples]
