@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 
-__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most", "noise_beside_curves"]
+__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most", "noise_beside_curves", "noises_of_chains"]
 
 # Neighbours are no farther apart than so many usual intervals.
 LONGEST_SPAN = 6.0
@@ -20,7 +20,7 @@ FEWEST = 6
 def is_as_most(time: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
     """Tell which chains are not far noisier than most, or too short to tell."""
     # Chains as in ``noise_of_chains``.
-    noise = _beside_curves(time, place)
+    noise = noises_of_chains(time, place)
     told = noise[np.isfinite(noise)]
     most = float(np.median(told)) if told.size else np.inf
     return ~(noise > WILD * most)
@@ -29,14 +29,14 @@ def is_as_most(time: FloatArray, place: FloatArray) -> NDArray[np.bool_]:
 def noise_beside_curves(time: FloatArray, place: FloatArray) -> float:
     """Return the standard deviation of chains' reports along an axis [m], whatever the turns."""
     # Chains as in ``noise_of_chains``; 0 where all are too short to tell.
-    noise = _beside_curves(time, place)
+    noise = noises_of_chains(time, place)
     told = noise[np.isfinite(noise)]
     if not told.size:
         return 0.0
     return float(np.sqrt(np.mean(told**2) / quantile_of(place.shape[2], 0.5)))
 
 
-def _beside_curves(time: FloatArray, place: FloatArray) -> FloatArray:
+def noises_of_chains(time: FloatArray, place: FloatArray) -> FloatArray:
     """Return how far off each chain's reports are [m], as a median; NaN where too few tell."""
     # Beside the curve through two reports before and two after neither a turn nor a change of
     # speed leaves anything, as it does beside a filter.

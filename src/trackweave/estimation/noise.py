@@ -7,6 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 from trackweave.estimation._noise import WRONG, follow_chains
+from trackweave.estimation.neighbours import noises_of_chains
 from trackweave.estimation.simplex import least_by_simplex
 
 __all__ = ["calm_noise", "least_noise", "noise_in_turns", "noise_of_chains"]
@@ -23,7 +24,7 @@ FAR_SHARE = 0.014
 MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
 # Of a chain whose reports are noisier than most, as far from a radar, the variance may be so many
 # times the usual.
-NOISIER = np.array([1.0, 1.5, 2.25, 3.4, 5.0])
+NOISIER = 5.0
 # A chain is lost where more reports seem to come from elsewhere than so many, and than this share
 # of it; such a share of all chains may be two objects in one.
 LOST_REPORTS, LOST_PART, LOST_CHAINS = 3.0, 0.1, 0.05
@@ -60,7 +61,7 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     # Sharp turns are rare, and yet no track should be lost in one.
     if not follows_turns:
         return sigma, process
-    variances = _variances(step, places, (sigma**2, process, density))
+    variances = _variances(step, places, sigma**2)
     for _ in range(MOST_DOUBLINGS):
         far, all_own = _far_off(step, places, (variances, process, density))
         # A single one of few reports tells nothing.
@@ -86,7 +87,7 @@ def noise_in_turns(
     # above 0.
     sigma, process = noise
     step, places = _gathered(time, position)
-    variances = _variances(step, places, (sigma**2, process, density))
+    variances = _variances(step, places, sigma**2)
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
         if _all_followed(step, places, (variances, process, density)):
             return process
@@ -182,21 +183,16 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
     return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
 
 
-def _variances(
-    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
-) -> FloatArray:
-    """Return the likeliest variance of each chain, the usual one or a greater."""
-    # What is noisier all along is no turn, however far off it seems by the noise of most.
-    variance, process, density = noise
-    told = WRONG * density, np.inf
-    surprise = [
-        [follow_chains(*chain, times * variance, process, *told)[0] for times in NOISIER]
-        for row in range(step.shape[0])
-        for chain in [(step[row : row + 1], places[row : row + 1])]
-    ]
-    table = np.array(surprise).reshape(-1, NOISIER.size)
-    likeliest: FloatArray = variance * NOISIER[np.argmin(table, axis=1)]
-    return likeliest
+def _variances(step: FloatArray, places: FloatArray, variance: float) -> FloatArray:
+    """Return the variance of each chain's reports: the usual one or a greater."""
+    # What is noisier all along is no turn, however far off it seems by the noise of most; beside
+    # the curve through their neighbours reports of a turn are no farther off than others.
+    time = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
+    noise = noises_of_chains(time, places)
+    told = noise[np.isfinite(noise)]
+    most = float(np.median(told)) if told.size else np.inf
+    ratio = np.nan_to_num(noise / max(most, 1e-300), nan=1.0) ** 2
+    return variance * np.clip(ratio, 1.0, NOISIER)
 
 
 def _far_off(

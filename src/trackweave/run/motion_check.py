@@ -24,6 +24,9 @@ LINKS = 800
 # noise so many times larger, which mends so many, leaves half of them at most, and no more tracks.
 # What leads from an end to a beginning is that many standard deviations of a manoeuvre's noise.
 FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
+# … and of tracks, where it was learned: a second model costs twice the time, and where few break
+# off it gains nothing that joins do not mend.
+LEAST_SHARE = 0.03
 TIMES, LEFT, DEVIATIONS = 4.0, 0.5, 2.0
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
@@ -121,6 +124,8 @@ class MotionDoubts:
         if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
             return False
         if self._is_told and _crowd(case) > CROWDED:
+            return False
+        if not self._is_told and found.number < LEAST_SHARE * len(case.groups):
             return False
         self._doubted, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
