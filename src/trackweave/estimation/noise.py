@@ -22,9 +22,11 @@ LEAST_OF_STEP = 1e-3
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
 MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
-# Of a chain whose reports are noisier than most, as far from a radar, the variance may be so many
-# times the usual.
-NOISIER = 5.0
+# Of a chain whose reports are noisier than most, as far from a radar, noise is so many times the
+# usual at most.
+NOISIER = 2.2
+# So many doublings leave half of them at most, but for so many standard deviations of a count.
+TRIAL, BY_CHANCE = 3, 2.0
 # A chain is lost where more reports seem to come from elsewhere than so many, and than this share
 # of it; such a share of all chains may be two objects in one.
 LOST_REPORTS, LOST_PART, LOST_CHAINS = 3.0, 0.1, 0.05
@@ -58,16 +60,8 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
     if sigma < least and not fixed:
         sigma, process = _fitted((step, places), least, density, fixed=True)
-    # Sharp turns are rare, and yet no track should be lost in one.
-    if not follows_turns:
-        return sigma, process
-    variances = _variances(step, places, sigma**2)
-    for _ in range(MOST_DOUBLINGS):
-        far, all_own = _far_off(step, places, (variances, process, density))
-        # A single one of few reports tells nothing.
-        if far <= max(FAR_SHARE * all_own, 1.0):
-            break
-        process *= 2
+    if follows_turns:
+        process = _grown(step, places, (sigma**2, process, density))
     return sigma, process
 
 
@@ -87,7 +81,12 @@ def noise_in_turns(
     # above 0.
     sigma, process = noise
     step, places = _gathered(time, position)
-    variances = _variances(step, places, sigma**2)
+    # What is noisier all along is no turn, however far off it seems by the noise of most; beside
+    # the curve through their neighbours reports of a turn are no farther off than others.
+    begun = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
+    own = noises_of_chains(begun, places)
+    most = float(np.nanmedian(own)) if np.isfinite(own).any() else np.inf
+    variances = (sigma * np.clip(np.nan_to_num(own) / most, 1.0, NOISIER)) ** 2
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
         if _all_followed(step, places, (variances, process, density)):
             return process
@@ -183,28 +182,33 @@ def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, f
     return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
 
 
-def _variances(step: FloatArray, places: FloatArray, variance: float) -> FloatArray:
-    """Return the variance of each chain's reports: the usual one or a greater."""
-    # What is noisier all along is no turn, however far off it seems by the noise of most; beside
-    # the curve through their neighbours reports of a turn are no farther off than others.
-    time = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
-    noise = noises_of_chains(time, places)
-    told = noise[np.isfinite(noise)]
-    most = float(np.median(told)) if told.size else np.inf
-    ratio = np.nan_to_num(noise / max(most, 1e-300), nan=1.0) ** 2
-    return variance * np.clip(ratio, 1.0, NOISIER)
+def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
+    """Return the process noise with which hardly any report lies far off [m²/s³]."""
+    # Sharp turns are rare, and yet no track should be lost in one. What is far off for another
+    # reason, as reports are noisier far from a radar, stays where it is however much it grows.
+    variance, process, density = noise
+    before = math.inf
+    for number in range(MOST_DOUBLINGS):
+        grown = process * 2.0**number
+        far, all_own = _far_off(step, places, (variance, grown, density))
+        # A single one of few reports tells nothing.
+        if far <= max(FAR_SHARE * all_own, 1.0):
+            return grown
+        if number % TRIAL == 0:
+            half = before / 2.0
+            if far > half + BY_CHANCE * math.sqrt(half):
+                return process
+            before = far
+    return process * 2.0**MOST_DOUBLINGS
 
 
 def _far_off(
-    step: FloatArray, places: FloatArray, noise: tuple[FloatArray, float, float]
+    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
 ) -> tuple[float, float]:
     """Return how many of the objects' own reports lie where one in a hundred does, and all."""
-    variances, process, density = noise
-    told = process, WRONG * density, quantile_of(places.shape[2], 0.99)
-    far = trusted = 0.0
-    for row, variance in enumerate(variances):
-        _, beyond, own = follow_chains(step[row : row + 1], places[row : row + 1], variance, *told)
-        far, trusted = far + beyond, trusted + own
+    variance, process, density = noise
+    limit = quantile_of(places.shape[2], 0.99)
+    _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
     return far, trusted
 
 
