@@ -17,6 +17,7 @@ from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
+from trackweave.run.heights import found_heights
 from trackweave.run.observing import settle
 from trackweave.run.registering import registration_of
 from trackweave.run.told_places import with_facts
@@ -51,13 +52,21 @@ def run_init(
 def _estimate(
     voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
 ) -> dict[str, Any]:
-    registration = registration_of(table, with_facts(load_configuration(None), table))
+    placed = with_facts(load_configuration(None), table)
+    heights = found_heights(table, placed)
+    registration = registration_of(heights.reports, placed)
     table, configuration = registration.reports, registration.configuration
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
     )
     # What a run takes where nobody says a seed.
-    notes = (*table.notes, *registration.notes(), *doubles.notes(), *settings.notes)
+    notes = (
+        *table.notes,
+        *heights.notes(),
+        *registration.notes(),
+        *doubles.notes(),
+        *settings.notes,
+    )
     settings = replace(
         registration.entered(settings), values={**settings.values, "seed": 0}, notes=notes
     )

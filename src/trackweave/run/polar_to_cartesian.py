@@ -14,7 +14,7 @@ from trackweave.models.measurements import to_position
 from trackweave.models.rotation import Rotation
 from trackweave.run.scans import turn_ends, with_turns
 
-__all__ = ["in_turns", "laid", "placed", "platforms_of"]
+__all__ = ["EARTH_RADIUS_M", "in_turns", "laid", "placed", "platforms_of"]
 
 
 def platforms_of(
@@ -91,7 +91,7 @@ def _of_sensors(reports: ReportTable, sensors: Sequence[int]) -> ReportTable:
     )
 
 
-_EARTH_RADIUS_M = 6_371_000.0
+EARTH_RADIUS_M = 6_371_000.0
 # A direction is carried over by a point so far away [m].
 _NEARBY_M = 1_000.0
 # Nearer to overhead than this share of the range, nothing is told of the place on the ground.
@@ -164,7 +164,7 @@ def _on_earth(
     else:
         slant = measured[:, 0]
         level = altitude if height is None else np.where(np.isnan(height), altitude, height)
-        low, high = _EARTH_RADIUS_M + altitude, _EARTH_RADIUS_M + level
+        low, high = EARTH_RADIUS_M + altitude, EARTH_RADIUS_M + level
         sine = (high**2 - low**2 - slant**2) / np.maximum(2 * slant * low, 1e-9)
         elevation = np.arcsin(np.clip(sine, -1.0, 1.0))
     there = pymap3d.aer2geodetic(

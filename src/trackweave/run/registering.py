@@ -20,7 +20,7 @@ from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbia
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.sighting import NO_HEIGHT, sightings_of
 
-__all__ = ["Registration", "registration_of"]
+__all__ = ["Registration", "registration_of", "unfit"]
 
 DIGITS = 6
 
@@ -132,7 +132,7 @@ def registration_of(
     if not looks or len(reports.sensors) < 2 or reports.has_foreign:
         return known
     observed = observe(reports, configuration)
-    refused = _refused(reports, configuration, observed)
+    refused = unfit(reports, configuration, observed)
     known = replace(known, refused=refused)
     if len(reports.sensors) - len(refused) < 2:
         return replace(known, doubt="no two sensors can be compared")
@@ -155,7 +155,7 @@ def registration_of(
     )
 
 
-def _refused(
+def unfit(
     reports: ReportTable, configuration: Configuration, observed: dict[str, ObservedSensor]
 ) -> dict[str, str]:
     """Return why nothing can be told of a sensor's biases, by name; others are left out."""

@@ -19,7 +19,7 @@ from trackweave.run.observing import positions_in
 from trackweave.run.polar_to_cartesian import laid, platforms_of
 from trackweave.run.scans import with_turns
 
-__all__ = ["sightings_of"]
+__all__ = ["sightings_of", "tracks_of"]
 
 # So many reports tell enough, but no less than so many turns of the slowest: where these hold
 # more, those of a part of the plane.
@@ -49,6 +49,27 @@ def sightings_of(
 ) -> tuple[Sightings, float] | str:
     """Return what some sensors saw, and the greatest speed [m/s]; or why that is not clear."""
     # ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
+    followed = tracks_of(reports, configuration, observed, chosen)
+    if isinstance(followed, str):
+        return followed
+    seen, fastest, flies = followed
+    keep = (seen.track >= 0) & (seen.steepness < 1.0 / STEEPEST) & ~flies
+    if not keep.any():
+        return CROWD if np.all(seen.track < 0) else NO_HEIGHT
+    return seen.part(keep), fastest
+
+
+def tracks_of(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    chosen: Sequence[int],
+    *,
+    every: bool = False,
+) -> tuple[Sightings, float, NDArray[np.bool_]] | str:
+    """Return all reports, those in tracks of one sensor with their numbers, others with -1."""
+    # Besides the greatest speed [m/s], and which tell a slant range alone of what flies; or why
+    # nothing is clear. Of many reports those of a part are looked at unless ``every`` one is.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
     place = geometry.centre + np.where(
@@ -61,16 +82,15 @@ def sightings_of(
     periods = _periods(reports, observed)
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
     fastest = configuration.said("motion", "max_speed") or _fastest(positions, chosen)
-    if fastest is None:
-        return CROWD
-    if any(
+    if fastest is None or any(
         _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
         > CROWDED
         for i in chosen
     ):
         return CROWD
     track = np.full(len(reports), -1, dtype=np.int64)
-    looked_at = _enough(reports.time, place, float(periods[list(chosen)].max()))
+    slowest = float(periods[list(chosen)].max())
+    looked_at = np.ones(len(reports), np.bool_) if every else _enough(reports.time, place, slowest)
     rows = [np.flatnonzero((reports.sensor == index) & looked_at) for index in chosen]
     found = [
         tracklets_of(
@@ -83,11 +103,8 @@ def sightings_of(
         for index, own in zip(chosen, rows, strict=True)
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
-    keep = (track >= 0) & (geometry.steepness < 1.0 / STEEPEST)
-    keep &= ~_flies_without_height(reports, place, track, geometry)
-    if not keep.any():
-        return CROWD if np.all(track < 0) else NO_HEIGHT
-    return replace(geometry, track=track, period=periods).part(keep), fastest
+    flies = _flies_without_height(reports, place, track, geometry)
+    return replace(geometry, track=track, period=periods), fastest, flies
 
 
 def _geometry(

@@ -26,6 +26,7 @@ from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
+from trackweave.run.heights import HeightFinding, found_heights
 from trackweave.run.history import smoothed_history
 from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
@@ -33,7 +34,7 @@ from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
-from trackweave.run.registering import registration_of
+from trackweave.run.registering import Registration, registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.run.told_places import with_facts
 
@@ -157,7 +158,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
     is_judged = not preset_notes(preset) and not every.has_foreign
-    registration = registration_of(every, with_facts(configuration, every), looks=is_judged)
+    heights, registration = _registered(every, configuration, looks=is_judged)
     every, configuration = registration.reports, registration.configuration
     begun = prior_table(priors, every)
     doubts, kept = ConsistencyChecks(configuration), Kept()
@@ -169,9 +170,9 @@ def track(  # noqa: PLR0913 the one function that users call with everything
             progress,
         )
         (rows, log, assigned), table, course = done, attempt.table, attempt.course
-        settings = registration.entered(doubts.entered(attempt.settings))
-        notes = (*registration.notes(), *settings.notes, *course.notes, *log.notes())
-        settings = replace(settings, notes=(*notes, *(regions.notes if regions else ())))
+        notes = *heights.notes(), *registration.notes(), *attempt.settings.notes, *course.notes
+        notes = (*notes, *log.notes(), *(regions.notes if regions else ()))
+        settings = replace(registration.entered(doubts.entered(attempt.settings)), notes=notes)
         by = generator, regions.smoothed if regions else smoothed_history
         seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, by)
     assigned, assignment = seen.assigned, seen.assigned.by_row()
@@ -198,6 +199,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         record = regions.entered(record)
     record |= {
         "told": [*doubts.as_record(), *registration.told_record()],
+        "heights": heights.as_record(),
         "registration": registration.as_record(),
         "diagnostics": [each.as_record() for each in found],
         **seen.as_record(),
@@ -218,6 +220,15 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"
     )
     return _handed_back(record, values, (reports, config, priors), came)
+
+
+def _registered(
+    reports: ReportTable, configuration: Configuration, *, looks: bool
+) -> tuple[HeightFinding, Registration]:
+    """Return what was found of heights and then of biases, where any are looked for."""
+    placed = with_facts(configuration, reports)
+    heights = found_heights(reports, placed, looks=looks)
+    return heights, registration_of(heights.reports, placed, looks=looks)
 
 
 def _handed_back(

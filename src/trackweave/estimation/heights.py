@@ -1,0 +1,139 @@
+"""Heights of objects that several sensors see, from their ranges.
+
+A range along the line of sight is longer than that on the ground, the more so the nearer and the
+higher the object. Sensors that take it for the ground's see one object at several places; the
+height at which these meet is the object's. Biases move places too: they are fitted beside the
+heights of all objects, and left to registration.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+from trackweave.estimation.height_pairs import Fit, Looks, Moments, candidates, fitted, moments_of
+from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
+
+__all__ = ["Heights", "heights_of"]
+
+# Standard deviations of biases beforehand: a range [m], a share, an azimuth [rad], a clock [s],
+# which is left to registration.
+USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
+ROUNDS = 3
+# A pair tells clearly where its height explains so much more than none (chi-square), and should
+# where 3,000 m would move its places apart by so many standard deviations. So many have to, and
+# these shares of those that should and of all: else ranges are on the ground already.
+CLEAR, LEVERAGE, FEWEST_PAIRS, SHARE, SHARE_OF_ALL = 16.0, 2.0, 3, 0.5, 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """Heights that ranges of several sensors tell."""
+
+    height: FloatArray  # Of each report of the sightings [m], NaN where it is not known
+    n_objects: int
+    n_pairs: int  # Of tracks of two sensors
+    n_clear: int  # Of these, that tell clearly
+
+
+def heights_of(
+    sightings: Sightings, level: FloatArray, is_slant: NDArray[np.bool_], curve: float
+) -> Heights:
+    """Return the heights of objects that several sensors see."""
+    # ``level`` is how high each report's sensor stands [m]; ``is_slant`` which reports tell a
+    # range whose height nobody knows; ``curve`` is one by the Earth's radius [1/m], 0 on a plane.
+    looks = Looks(sightings, level, is_slant, curve)
+    moments = moments_of(looks)
+    pairs = candidates(moments, sightings.track_sensor, curve)
+    bias = np.zeros((sightings.n_sensors, N_BIASES))
+    known: dict[tuple[int, int], float | None] = dict.fromkeys(map(tuple, pairs.tolist()))
+    for _ in range(ROUNDS):
+        found = _fits(moments, known)
+        fits = _one_to_one(found, sightings)
+        bias = bias + _bias_beside(fits, sightings.n_sensors, bias)
+        moments = moments_of(replace(looks, sightings=_without(sightings, bias)))
+        known |= {fit.pair: float(np.median(fit.height)) for fit in found}
+    fits = _one_to_one(_fits(moments, known), sightings)
+    is_clear = [fit.gain > CLEAR and float(np.median(fit.height)) > 0.0 for fit in fits]
+    should = [clear for clear, fit in zip(is_clear, fits, strict=True) if fit.leverage > LEVERAGE]
+    height, n_objects = np.full(sightings.time.size, np.nan), 0
+    least = max(FEWEST_PAIRS, SHARE_OF_ALL * len(fits))
+    if sum(is_clear) >= least and sum(should) >= SHARE * len(should):
+        height, n_objects = _entered(height, fits, sightings, moments.times)
+    return Heights(height, n_objects, len(fits), sum(is_clear))
+
+
+def _fits(moments: Moments, known: dict[tuple[int, int], float | None]) -> list[Fit]:
+    """Return the fits of pairs, each from the height that is known of it."""
+    found = (fitted(moments, pair, start) for pair, start in known.items())
+    return [fit for fit in found if fit is not None]
+
+
+def _one_to_one(fits: list[Fit], sightings: Sightings) -> list[Fit]:
+    """Return the fits in which no track has two of one sensor at a time, the best first."""
+    partners: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    ends = [(sightings.time[rows[0]], sightings.time[rows[-1]]) for rows in sightings.rows]
+    kept = []
+    for fit in sorted(fits, key=lambda each: each.cost - np.log(each.moment.size)):
+        sides = [
+            ((own, int(sightings.track_sensor[other])), ends[other])
+            for own, other in (fit.pair, fit.pair[::-1])
+        ]
+        taken = (
+            begin < end_of and begin_of < end
+            for key, (begin, end) in sides
+            for begin_of, end_of in partners.get(key, [])
+        )
+        if not any(taken):
+            for key, extent in sides:
+                partners.setdefault(key, []).append(extent)
+            kept.append(fit)
+    return kept
+
+
+def _bias_beside(fits: list[Fit], n_sensors: int, bias: FloatArray) -> FloatArray:
+    """Return by how much biases differ from what they are taken for, whatever the heights."""
+    precision = 1.0 / np.tile(USUAL, n_sensors) ** 2
+    matrix, vector = np.diag(precision), -precision * bias.ravel()
+    for fit in fits:
+        matrix = matrix + fit.bias_matrix
+        vector = vector + fit.bias_vector
+    return np.asarray(np.linalg.solve(matrix, vector)).reshape(n_sensors, N_BIASES)
+
+
+def _without(sightings: Sightings, bias: FloatArray) -> Sightings:
+    """Return sightings of sensors that measure ranges without their biases."""
+    own = np.where(sightings.is_polar[:, None], bias, 0.0)[sightings.sensor]
+    slant = (sightings.slant - own[:, RANGE]) / (1.0 + own[:, SCALE])
+    longer = np.where(sightings.slant > 0.0, slant / np.maximum(sightings.slant, 1e-9), 1.0)
+    return replace(
+        sightings,
+        slant=slant,
+        distance=sightings.distance * longer,
+        azimuth=sightings.azimuth - own[:, AZIMUTH],
+    )
+
+
+def _entered(
+    height: FloatArray, fits: list[Fit], sightings: Sightings, times: FloatArray
+) -> tuple[FloatArray, int]:
+    """Return heights of all reports of tracks in pairs, held before and after, and of how many."""
+    # Only networks of sensors wait for these imports.
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n_tracks, pairs = len(sightings.rows), np.array([fit.pair for fit in fits])
+    links = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(n_tracks, n_tracks))
+    objects = connected_components(links, directed=False)[1]
+    numbers = np.unique(objects[pairs[:, 0]])
+    for number in numbers:
+        own = [fit for fit in fits if objects[fit.pair[0]] == number]
+        weight = np.concatenate([fit.precision for fit in own])
+        weighed = weight * np.concatenate([fit.height for fit in own])
+        at, place = np.unique(np.concatenate([fit.moment for fit in own]), return_inverse=True)
+        mean = np.bincount(place, weighed) / np.bincount(place, weight)
+        tracks = np.flatnonzero(objects == number)
+        rows = np.concatenate([sightings.rows[track] for track in tracks])
+        height[rows] = np.interp(sightings.time[rows], times[at], mean)
+    return height, numbers.size

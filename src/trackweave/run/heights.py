@@ -1,0 +1,108 @@
+"""Heights that nobody told, found from the ranges of several sensors before they are tracked."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.config import Configuration
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.heights import Heights, heights_of
+from trackweave.run.observing import observe, positions_in
+from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
+from trackweave.run.registering import unfit
+from trackweave.run.sighting import tracks_of
+
+__all__ = ["HeightFinding", "found_heights"]
+
+# Recordings with fewer reports hold no tracks that tell.
+FEWEST_REPORTS = 40
+# A sensor tells no heights where more of its reports than this share have none.
+MISSING = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class HeightFinding:
+    """Reports with the heights that were found for them."""
+
+    reports: ReportTable
+    found: Heights | None = None  # None where nothing was looked for
+    n_filled: int = 0  # Reports that had none
+
+    def notes(self) -> list[str]:
+        """Return a sentence where heights were found."""
+        if self.found is None or not self.n_filled:
+            return []
+        found = self.found
+        return [
+            f"height_m: {self.n_filled} of {len(self.reports)} reports are given that at which "
+            f"several sensors see their object at one place ({found.n_objects} objects; of "
+            f"{found.n_pairs} pairs of tracks {found.n_clear} tell it clearly); "
+            "give height_m where it is known, or trust = true in [sensors.NAME] where ranges are "
+            "those on the ground"
+        ]
+
+    def as_record(self) -> dict[str, Any] | None:
+        """Return what was found, None where nothing was looked for."""
+        if self.found is None:
+            return None
+        return {
+            "objects": self.found.n_objects,
+            "reports": self.n_filled,
+            "pairs": self.found.n_pairs,
+            "clear_pairs": self.found.n_clear,
+        }
+
+
+def found_heights(
+    reports: ReportTable, configuration: Configuration, *, looks: bool = True
+) -> HeightFinding:
+    """Return reports with heights where ranges of several sensors tell them."""
+    # Only with ``looks`` are any looked for: where a sensor tells slant ranges without heights of
+    # what is faster than on the ground, and another sees the same.
+    nothing = HeightFinding(reports)
+    needy = _needy(reports, configuration)
+    if not looks or reports.dim != 2 or not needy.any() or len(reports) < FEWEST_REPORTS:
+        return nothing
+    observed = observe(reports, configuration)
+    refused = unfit(reports, configuration, observed)
+    chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
+    if len(chosen) < 2 or not needy[chosen].any():
+        return nothing
+    followed = tracks_of(reports, configuration, observed, chosen, every=True)
+    if isinstance(followed, str):
+        return nothing
+    seen, _, flies = followed
+    if not np.any(flies & needy[reports.sensor]):
+        return nothing
+    rows = np.flatnonzero(seen.track >= 0)
+    level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
+    is_slant = needy[reports.sensor] & np.isnan(seen.height)
+    found = heights_of(
+        seen.part(seen.track >= 0),
+        level[rows],
+        is_slant[rows],
+        0.0 if reports.frame is None else 1.0 / EARTH_RADIUS_M,
+    )
+    height = np.full(len(reports), np.nan) if reports.height is None else reports.height.copy()
+    filled = rows[is_slant[rows] & np.isfinite(found.height)]
+    if not filled.size:
+        return HeightFinding(reports, found)
+    height[filled] = found.height[np.searchsorted(rows, filled)]
+    return HeightFinding(replace(reports, height=height), found, int(filled.size))
+
+
+def _needy(reports: ReportTable, configuration: Configuration) -> NDArray[np.bool_]:
+    """Tell which sensors measure ranges without elevations, and lack heights."""
+    needy = np.zeros(len(reports.sensors), dtype=np.bool_)
+    for index, name in enumerate(reports.sensors):
+        kind = reports.kind_of(index)
+        if isinstance(kind, ForeignKind) or not kind.has_range or kind.has_elevation:
+            continue
+        own = reports.sensor == index
+        # False alarms tell no heights, and some transponders do not.
+        missing = 1.0 if reports.height is None else float(np.isnan(reports.height[own]).mean())
+        needy[index] = missing > MISSING and configuration.sensor(name).get("trust") is not True
+    return needy

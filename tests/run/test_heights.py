@@ -1,0 +1,115 @@
+"""Heights that nobody told are found from the ranges of several sensors."""
+
+import numpy as np
+import polars as pl
+import pytest
+from run.biased_sky import off, sky, told
+
+from trackweave import read_reports, track
+from trackweave.config import load_configuration
+from trackweave.metrics import assignment_quality
+from trackweave.run.heights import found_heights
+from trackweave.run.registering import registration_of
+
+
+@pytest.fixture(scope="module")
+def reports() -> pl.DataFrame:
+    return sky(seed=8)
+
+
+def found(frame: pl.DataFrame, configuration=None):
+    """Return what is found of a frame without its targets, and the true heights by row."""
+    table = read_reports(frame.drop("target", "report", "true", strict=False))
+    return found_heights(table, load_configuration(configuration or told()))
+
+
+def heights_beside_truth(frame: pl.DataFrame, finding) -> np.ndarray:
+    true = frame["true"].to_numpy()[
+        finding.reports.row - 1 if finding.reports.row is not None else slice(None)
+    ]
+    return finding.reports.height - true
+
+
+def without(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return reports that tell no heights, which are kept as the truth."""
+    return frame.rename({"height_m": "true"})
+
+
+def test_heights_are_those_at_which_radars_see_their_objects_at_one_place(reports) -> None:
+    frame = without(reports)
+    finding = found(frame)
+    off_by = heights_beside_truth(frame, finding)
+    known = np.isfinite(off_by)
+    of_objects = frame["true"].is_not_null().sum()
+    assert known.sum() > 0.85 * of_objects
+    assert np.median(np.abs(off_by[known])) < 200.0
+    # Next to no false alarm is given any.
+    given = np.isfinite(finding.reports.height) & np.isnan(off_by)
+    assert given.sum() < 0.01 * of_objects
+    (note,) = finding.notes()
+    assert note.startswith(f"height_m: {finding.n_filled} of {len(frame)} reports are given")
+    assert finding.as_record()["reports"] == finding.n_filled
+
+
+def test_tracks_are_those_of_heights_that_are_told() -> None:
+    names, by_way = ("east", "west"), {}
+    reports = sky(seed=9, minutes=2.0, n_aircraft=10, names=names)
+    for way, frame in (("told", reports), ("found", without(reports).drop("true"))):
+        result = track(frame.drop("target", "report"), told(names), rng=1)
+        number = result.assignments["track"].fill_null(-1).to_numpy()
+        quality = assignment_quality(frame["target"].to_list(), number)
+        by_way[way] = quality.idf1, np.unique(number[number >= 0]).size
+    assert by_way["found"][0] >= by_way["told"][0] - 0.02
+    assert by_way["found"][1] <= by_way["told"][1] + 1
+    assert result.run["heights"]["reports"] > 0
+
+
+def test_ranges_on_the_ground_are_left_alone(reports) -> None:
+    ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    finding = found(without(reports).with_columns(range_m=ground))
+    assert finding.n_filled == 0
+    assert finding.reports.height is None
+    assert finding.found is not None
+    assert finding.notes() == []
+
+
+def test_heights_of_one_radar_serve_the_others(reports) -> None:
+    is_told = pl.col("sensor") == "west"
+    frame = reports.with_columns(
+        true="height_m", height_m=pl.when(is_told).then(pl.col("height_m"))
+    )
+    finding = found(frame)
+    off_by = heights_beside_truth(frame, finding)
+    known = np.isfinite(off_by)
+    assert known.sum() > 0.85 * frame["true"].is_not_null().sum()
+    assert np.median(np.abs(off_by[known])) < 60.0
+
+
+def test_biases_are_told_apart_from_heights(reports) -> None:
+    frame = off(without(reports), "east", azimuth_deg=0.3)
+    finding = found(frame)
+    off_by = heights_beside_truth(frame, finding)
+    assert np.nanmedian(np.abs(off_by)) < 250.0
+    registration = registration_of(finding.reports, load_configuration(told()))
+    assert registration.found is not None
+    east = finding.reports.sensors.index("east")
+    assert np.degrees(registration.found.likely[east, 2]) == pytest.approx(0.3, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "ways",
+    [
+        {"sensors": {n: {**keys, "trust": True} for n, keys in told()["sensors"].items()}},
+        {"sensors": told()["sensors"], "motion": {"max_speed": 300.0}},
+    ],
+    ids=["trusted", "one radar"],
+)
+def test_nothing_is_looked_for_where_nothing_can_be(reports, ways) -> None:
+    frame = without(reports)
+    if "motion" in ways:
+        frame = frame.filter(pl.col("sensor") == "west")
+        ways = {"sensors": {"west": ways["sensors"]["west"]}}
+    finding = found(frame, ways)
+    assert finding.found is None
+    assert finding.as_record() is None
+    assert finding.notes() == []
