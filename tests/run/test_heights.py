@@ -3,8 +3,8 @@
 import numpy as np
 import polars as pl
 import pytest
-from run.biased_sky import off, sky, told
 
+from run.biased_sky import off, sky, told
 from trackweave import read_reports, track
 from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
