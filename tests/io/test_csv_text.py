@@ -71,7 +71,11 @@ def test_keeps_more_rows_than_a_chunk_in_order():
             "r.csv, column (without a name): twice in the header; expected each name once",
         ),
         (
-            b"time;x;y\n1;2;3\n",
+            b"time|x|y\n1|2|3\n",
+            "r.csv, header: one column 'time|x|y'; expected columns separated by commas",
+        ),
+        (
+            b"time;x;y\n1;2;1.234,5\n",
             "r.csv, header: one column 'time;x;y'; expected columns separated by commas",
         ),
         (
@@ -158,3 +162,17 @@ def test_the_fast_parser_agrees_with_the_careful_one(data):
         return table.columns.columns, table.columns.rows(), table.row.tolist()
 
     assert outcome(parse_csv) == outcome(parse_csv_carefully)
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_semicolons_and_tabs_may_part_columns_and_commas_be_decimal_points(mark: str) -> None:
+    rows = [["time", "x", "name"], ["0,5", "-1,25e3", "a"], ["1", "2.5", "b c"]]
+    table = parse_csv("\n".join(mark.join(row) for row in rows).encode(), "r.csv")
+    assert table.columns.rows() == [("0.5", "-1.25e3", "a"), ("1", "2.5", "b c")]
+    (note,) = table.notes
+    assert note.endswith("part columns, and commas are taken for decimal points")
+    without = parse_csv("\n".join(mark.join(row) for row in rows[::2]).encode(), "r.csv")
+    assert without.notes == ()
+    # A comma that is none leaves the text as it came.
+    with pytest.raises(DataFormatError, match="one column"):
+        parse_csv(f"time{mark}x{mark}name\n0,5{mark}1{mark}a, b\n".encode(), "r.csv")

@@ -113,7 +113,7 @@ def test_tabs_may_part_columns(tmp_path):
     with pytest.raises(DataFormatError, match=r"a.tsv, row 2, column x: \(empty\)"):
         tw.read_reports(path)
     assert tw.read_reports(path, on_bad_row="skip").sensors == ("a b",)
-    path.write_text("time\tx\ty\n0\t1,5\t2\n")
+    path.write_text("time\tx\ty\n0\t1,5,1\t2\n")
     with pytest.raises(DataFormatError, match=r"a.tsv, header: one column .*separated by commas"):
         tw.read_reports(path)
 

@@ -147,7 +147,7 @@ def test_axial_files_have_the_cost_that_their_solutions_say(shared):
         ("i1,i01,cost\n1,1,0\n", "column i01: unknown; expected i1, i2"),
         ("i1,,cost\n1,1,0\n", "column (without a name): unknown; expected i1, i2"),
         ("i1,i1,cost\n1,1,0\n", "column i1: twice in the header; expected each name once"),
-        ("i1;i2;cost\n1;1;0\n", "expected columns separated by commas"),
+        ("i1|i2|cost\n1|1|0\n", "expected columns separated by commas"),
         ("i1,i2,cost\n1,1,nan\n", "row 1, column cost: nan; expected a finite number"),
         ("i1,i2,cost\n1,1,0\n1,2,inf\n", "row 2, column cost: inf; expected a number from -1e+12"),
         ("i1,i2,cost\n1,1,1e13\n", "row 1, column cost: 1e13; expected a number from -1e+12"),

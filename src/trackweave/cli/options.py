@@ -18,7 +18,10 @@ __all__ = [
 
 OnBadRow = Literal["fail", "skip"]
 OutOption = Annotated[
-    Path, typer.Option(help="Directory for the files: new, empty, or that of its earlier run.")
+    Path,
+    typer.Option(
+        "--out", "-o", help="Directory for the files: new, empty, or that of its earlier run."
+    ),
 ]
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")

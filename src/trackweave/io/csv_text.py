@@ -7,11 +7,14 @@ Anything else Python's own reader takes record by record, which can say which ro
 
 import csv
 import io
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
+from trackweave.domain.facts import Facts
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
 from trackweave.io.tables import RawTable
@@ -20,19 +23,37 @@ __all__ = ["parse_csv", "parse_csv_carefully"]
 
 _CHUNK_ROWS = 65_536
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+# A comma of a cell that is a number without another one, as 1.234,5 is not.
+_DECIMAL_COMMA = re.compile(rb"(?<![\d.,])\d+,(?=\d+(?:[eE][+-]?\d+)?(?:[\t;\r\n]|$))")
 
 
 def parse_csv(data: bytes, name: str) -> RawTable:
-    """Return the columns of a CSV file as text, null where a cell is empty; tabs may part them."""
+    """Return the columns of a CSV file as text, null where a cell is empty."""
     # UTF-8, with or without a byte order mark. Blank lines are no records: they are passed over
     # and not counted. Rows with too few or too many cells are in ``skipped``.
     data = data.removeprefix(_BYTE_ORDER_MARK).strip(b"\r\n")
     _require_text(data, name)
-    # Tabs stand for commas where there is neither a comma nor a quotation mark.
-    if b"\t" in data.partition(b"\n")[0] and b"," not in data and b'"' not in data:
-        data = data.replace(b"\t", b",")
+    data, note = _with_commas(data)
     plain = _parse_plain(data, name)
-    return plain if plain is not None else parse_csv_carefully(data, name)
+    table = plain if plain is not None else parse_csv_carefully(data, name)
+    return replace(table, facts=Facts(notes=[note])) if note else table
+
+
+def _with_commas(data: bytes) -> tuple[bytes, str]:
+    """Return text with commas for the tabs or semicolons between columns, and what was assumed."""
+    # Where there is a quotation mark, or a comma in the header, commas part them.
+    head, _, body = data.partition(b"\n")
+    mark = next((mark for mark in (b"\t", b";") if mark in head), b"")
+    if not mark or b"," in head or b'"' in data:
+        return data, ""
+    n_commas = body.count(b",")
+    if len(_DECIMAL_COMMA.findall(body)) != n_commas:
+        return data, ""
+    note = ""
+    if n_commas:
+        words = {b"\t": "tabs", b";": "semicolons"}[mark]
+        note = f"{words} part columns, and commas are taken for decimal points"
+    return data.replace(b",", b".").replace(mark, b","), note
 
 
 def parse_csv_carefully(data: bytes, name: str) -> RawTable:
