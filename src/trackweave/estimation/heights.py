@@ -22,8 +22,9 @@ __all__ = ["Heights", "heights_of"]
 USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
 ROUNDS = 3
 # A pair tells clearly where its height explains so much more than none (chi-square), and should
-# where 3,000 m would move its places apart by so many standard deviations. So many have to, and
-# these shares of those that should and of all: else ranges are on the ground already.
+# where 3,000 m would move its places apart by so many standard deviations. So many have to, this
+# share of those that should, and, if these are fewer, that of all: else ranges are on the ground
+# already.
 CLEAR, LEVERAGE, FEWEST_PAIRS, SHARE, SHARE_OF_ALL = 16.0, 2.0, 3, 0.5, 0.25
 
 
@@ -58,10 +59,15 @@ def heights_of(
     is_clear = [fit.gain > CLEAR and float(np.median(fit.height)) > 0.0 for fit in fits]
     should = [clear for clear, fit in zip(is_clear, fits, strict=True) if fit.leverage > LEVERAGE]
     height, n_objects = np.full(sightings.time.size, np.nan), 0
-    least = max(FEWEST_PAIRS, SHARE_OF_ALL * len(fits))
-    if sum(is_clear) >= least and sum(should) >= SHARE * len(should):
+    if _is_enough(is_clear, should):
         height, n_objects = _entered(height, fits, sightings, moments.times)
     return Heights(height, n_objects, len(fits), sum(is_clear))
+
+
+def _is_enough(is_clear: list[bool], should: list[bool]) -> bool:
+    """Tell whether pairs of tracks, and those that should tell, tell clearly of heights."""
+    least = FEWEST_PAIRS if sum(should) >= FEWEST_PAIRS else SHARE_OF_ALL * len(is_clear)
+    return sum(is_clear) >= max(FEWEST_PAIRS, least) and sum(should) >= SHARE * len(should)
 
 
 def _fits(moments: Moments, known: dict[tuple[int, int], float | None]) -> list[Fit]:
