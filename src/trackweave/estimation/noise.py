@@ -86,7 +86,8 @@ def noise_in_turns(
     begun = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
     own = noises_of_chains(begun, places)
     most = float(np.nanmedian(own)) if np.isfinite(own).any() else np.inf
-    variances = (sigma * np.clip(np.nan_to_num(own) / most, 1.0, NOISIER)) ** 2
+    ratio = np.nan_to_num(own) / max(most, 1e-300)
+    variances = (sigma * np.clip(ratio, 1.0, NOISIER)) ** 2
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
         if _all_followed(step, places, (variances, process, density)):
             return process
