@@ -73,6 +73,16 @@ def test_ranges_on_the_ground_are_left_alone(reports) -> None:
     assert finding.notes() == []
 
 
+def test_an_azimuth_that_is_off_is_no_height(reports) -> None:
+    """Biases alone explain ranges on the ground: 0.5° are 400 m at 50 km, as heights may be."""
+    ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    frame = off(without(reports).with_columns(range_m=ground), "east", azimuth_deg=0.5)
+    finding = found(frame)
+    assert finding.found is not None
+    assert finding.n_filled == 0
+    assert finding.found.n_clear < 0.1 * finding.found.n_pairs
+
+
 def test_heights_of_one_radar_serve_the_others(reports) -> None:
     is_told = pl.col("sensor") == "west"
     frame = reports.with_columns(

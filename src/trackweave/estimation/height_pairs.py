@@ -11,12 +11,21 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
 from trackweave.estimation.trees import all_within, tree_of
 
-__all__ = ["Fit", "Looks", "Moments", "candidates", "fitted", "moments_of"]
+__all__ = [
+    "STEEPEST",
+    "Fit",
+    "Looks",
+    "Moments",
+    "candidates",
+    "fitted",
+    "moments_of",
+    "on_ground",
+]
 
 # Nothing flies higher or lower [m]; heights are looked for at such steps first.
 LOWEST, HIGHEST, STEP = -500.0, 15_000.0, 500.0
-# Of heights above a sensor no more than this share of the range.
 STEEPEST = 0.95
+"""Of heights above a sensor no more than this share of the range."""
 # No report within so many periods on both sides, and a track is not there.
 LONGEST_GAP = 3.6
 # Beside their noise places differ by biases that nobody knows yet, along [m] and across [rad].
@@ -31,7 +40,6 @@ USUAL, SPREAD, CLIMB, TOLD = 5_000.0, 4_000.0, 4.0, 60.0
 # Heights are straight lines between times so far apart [s].
 KNOT = 60.0
 HUBER, MOST_STEPS = 2.5, 6
-TYPICAL = 3_000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +123,7 @@ class Fit:
     moment: IntArray
     height: FloatArray  # [m], at each moment
     precision: FloatArray  # Of each [1/m²]
-    cost: float  # Mean squared distance that is left, in variances
-    gain: float  # How much less the squared distance is than without a height
-    leverage: float  # How many standard deviations a usual height moves them apart
+    cost: float  # Squared distance that is left, in variances
     bias_matrix: FloatArray  # Normal equations of all sensors' biases beside its heights
     bias_vector: FloatArray
 
@@ -280,24 +286,31 @@ def fitted(moments: Moments, tracks: tuple[int, int], start: float | None = None
     if left > GATE * n_moments:
         return None
     inverse = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-    ground = np.minimum(pair.sides[0].level, pair.sides[1].level)
-    moved = pair.apart(ground + TYPICAL)[0] - pair.apart(ground)[0]
     return Fit(
         tracks,
         pair.moment,
         height,
         1.0 / np.einsum("tk,kl,tl->t", pair.basis, inverse, pair.basis),
-        left / n_moments,
-        pair.cost(ground) - left,
-        float(np.sqrt(np.sum(np.sum(moved**2, axis=1) / pair.variance))),
+        left,
         *_of_biases(pair, height, inverse, (moments, tracks)),
     )
 
 
+def on_ground(moments: Moments, tracks: tuple[int, int]) -> tuple[float, FloatArray, FloatArray]:
+    """Return the squared distance of two tracks on the ground, and the equations of biases."""
+    pair = _Pair(moments, tracks)
+    ground = np.minimum(pair.sides[0].level, pair.sides[1].level)
+    return pair.cost(ground), *_of_biases(pair, ground, None, (moments, tracks))
+
+
 def _of_biases(
-    pair: _Pair, height: FloatArray, inverse: FloatArray, of: tuple[Moments, tuple[int, int]]
+    pair: _Pair,
+    height: FloatArray,
+    inverse: FloatArray | None,
+    of: tuple[Moments, tuple[int, int]],
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normal equations of all sensors' biases, beside the heights of a pair."""
+    # ``inverse`` is that of the heights' own equations, None where heights stay as they are.
     moments, tracks = of
     size = moments.n_sensors * N_BIASES
     slope = np.zeros((height.size, 2, size))
@@ -308,6 +321,8 @@ def _of_biases(
     weighed = weight[:, None, None] * slope
     matrix = np.einsum("tin,tim->nm", weighed, slope)
     vector = -np.einsum("tin,ti->n", weighed, off)
+    if inverse is None:
+        return matrix, vector
     # What heights can do as well tells of no bias (Schur's complement).
     beside = pair.basis.T @ np.einsum("ti,tin->tn", rising, weighed)
     pull = pair.basis.T @ -(weight * np.sum(rising * off, axis=1))

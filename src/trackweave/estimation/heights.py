@@ -6,13 +6,22 @@ height at which these meet is the object's. Biases move places too: they are fit
 heights of all objects, and left to registration.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.height_pairs import Fit, Looks, Moments, candidates, fitted, moments_of
+from trackweave.estimation.height_pairs import (
+    Fit,
+    Looks,
+    Moments,
+    candidates,
+    fitted,
+    moments_of,
+    on_ground,
+)
 from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
 
 __all__ = ["Heights", "heights_of"]
@@ -21,11 +30,10 @@ __all__ = ["Heights", "heights_of"]
 # which is left to registration.
 USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
 ROUNDS = 3
-# A pair tells clearly where its height explains so much more than none (chi-square), and should
-# where 3,000 m would move its places apart by so many standard deviations. So many have to, this
-# share of those that should, and, if these are fewer, that of all: else ranges are on the ground
+# A pair tells clearly where its height explains so much more than biases alone (chi-square, in
+# units of what is left). So many have to, and this share of all: else ranges are on the ground
 # already.
-CLEAR, LEVERAGE, FEWEST_PAIRS, SHARE, SHARE_OF_ALL = 16.0, 2.0, 3, 0.5, 0.25
+CLEAR, FEWEST_PAIRS, SHARE = 16.0, 3, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,22 +60,27 @@ def heights_of(
     for _ in range(ROUNDS):
         found = _fits(moments, known)
         fits = _one_to_one(found, sightings)
-        bias = bias + _bias_beside(fits, sightings.n_sensors, bias)
+        bias = bias + _step([(fit.bias_matrix, fit.bias_vector) for fit in fits], bias)
         moments = moments_of(replace(looks, sightings=_without(sightings, bias)))
         known |= {fit.pair: float(np.median(fit.height)) for fit in found}
     fits = _one_to_one(_fits(moments, known), sightings)
-    is_clear = [fit.gain > CLEAR and float(np.median(fit.height)) > 0.0 for fit in fits]
-    should = [clear for clear, fit in zip(is_clear, fits, strict=True) if fit.leverage > LEVERAGE]
+    n_clear = _clear(looks, fits)
     height, n_objects = np.full(sightings.time.size, np.nan), 0
-    if _is_enough(is_clear, should):
+    if n_clear >= max(FEWEST_PAIRS, SHARE * len(fits)):
         height, n_objects = _entered(height, fits, sightings, moments.times)
-    return Heights(height, n_objects, len(fits), sum(is_clear))
+    return Heights(height, n_objects, len(fits), n_clear)
 
 
-def _is_enough(is_clear: list[bool], should: list[bool]) -> bool:
-    """Tell whether pairs of tracks, and those that should tell, tell clearly of heights."""
-    least = FEWEST_PAIRS if sum(should) >= FEWEST_PAIRS else SHARE_OF_ALL * len(is_clear)
-    return sum(is_clear) >= max(FEWEST_PAIRS, least) and sum(should) >= SHARE * len(should)
+def _clear(looks: Looks, fits: list[Fit]) -> int:
+    """Return how many pairs tell clearly of a height above the ground."""
+    # Without heights, too, biases may be what they like.
+    ground = _costs_on_ground(looks, [fit.pair for fit in fits])
+    left = [fit.cost / fit.moment.size / 2.0 for fit in fits]
+    least = CLEAR * float(np.median(left)) if left else 0.0
+    return sum(
+        cost - fit.cost > least and float(np.median(fit.height)) > 0.0
+        for cost, fit in zip(ground, fits, strict=True)
+    )
 
 
 def _fits(moments: Moments, known: dict[tuple[int, int], float | None]) -> list[Fit]:
@@ -81,7 +94,7 @@ def _one_to_one(fits: list[Fit], sightings: Sightings) -> list[Fit]:
     partners: dict[tuple[int, int], list[tuple[float, float]]] = {}
     ends = [(sightings.time[rows[0]], sightings.time[rows[-1]]) for rows in sightings.rows]
     kept = []
-    for fit in sorted(fits, key=lambda each: each.cost - np.log(each.moment.size)):
+    for fit in sorted(fits, key=_lack):
         sides = [
             ((own, int(sightings.track_sensor[other])), ends[other])
             for own, other in (fit.pair, fit.pair[::-1])
@@ -98,14 +111,30 @@ def _one_to_one(fits: list[Fit], sightings: Sightings) -> list[Fit]:
     return kept
 
 
-def _bias_beside(fits: list[Fit], n_sensors: int, bias: FloatArray) -> FloatArray:
-    """Return by how much biases differ from what they are taken for, whatever the heights."""
-    precision = 1.0 / np.tile(USUAL, n_sensors) ** 2
+def _lack(fit: Fit) -> float:
+    """Return how badly a pair fits: the less, the longer it does."""
+    return fit.cost / fit.moment.size - math.log(fit.moment.size)
+
+
+def _step(equations: list[tuple[FloatArray, FloatArray]], bias: FloatArray) -> FloatArray:
+    """Return by how much biases differ from what they are taken for."""
+    precision = 1.0 / np.tile(USUAL, bias.shape[0]) ** 2
     matrix, vector = np.diag(precision), -precision * bias.ravel()
-    for fit in fits:
-        matrix = matrix + fit.bias_matrix
-        vector = vector + fit.bias_vector
-    return np.asarray(np.linalg.solve(matrix, vector)).reshape(n_sensors, N_BIASES)
+    for own, pull in equations:
+        matrix, vector = matrix + own, vector + pull
+    return np.asarray(np.linalg.solve(matrix, vector)).reshape(bias.shape)
+
+
+def _costs_on_ground(looks: Looks, pairs: list[tuple[int, int]]) -> list[float]:
+    """Return how far apart pairs are with the best biases where all heights are on the ground."""
+    sightings = looks.sightings
+    bias = np.zeros((sightings.n_sensors, N_BIASES))
+    moments = moments_of(looks)
+    for _ in range(ROUNDS):
+        equations = [on_ground(moments, pair)[1:] for pair in pairs]
+        bias = bias + _step(equations, bias)
+        moments = moments_of(replace(looks, sightings=_without(sightings, bias)))
+    return [on_ground(moments, pair)[0] for pair in pairs]
 
 
 def _without(sightings: Sightings, bias: FloatArray) -> Sightings:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from trackweave.config import Configuration
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
@@ -90,7 +91,9 @@ def found_heights(
     filled = rows[is_slant[rows] & np.isfinite(found.height)]
     if not filled.size:
         return HeightFinding(reports, found)
-    height[filled] = found.height[np.searchsorted(rows, filled)]
+    # Nothing is higher above a sensor than it is far off.
+    highest = level[filled] + STEEPEST * seen.slant[filled]
+    height[filled] = np.minimum(found.height[np.searchsorted(rows, filled)], highest)
     return HeightFinding(replace(reports, height=height), found, int(filled.size))
 
 
