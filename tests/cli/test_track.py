@@ -223,7 +223,7 @@ def test_lists_bad_rows_that_it_skips(
         (b"", "reports.csv"),
         (b"time,x,y\n", "expected at least one"),
         (b"time,x\n1,2\n", "y"),
-        (b"time;x;y\n1;2;3\n", "separated by commas"),
+        (b"time|x|y\n1|2|3\n", "separated by commas"),
         (b"time,x,y\n1,2,nan\n", "row 1, column y"),
         (b"time,x,y\n1,2\n", "row 1"),
         (b"time,x,y\n1,2,\xff\n", "UTF-8"),
