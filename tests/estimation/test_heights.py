@@ -115,3 +115,12 @@ def test_the_earth_curves_down() -> None:
     usable = np.abs(height) < 0.9 * tracks.slant
     expected = radius * np.arccos(np.clip(cosine, -1.0, 1.0))
     np.testing.assert_allclose(np.hypot(*at.T)[usable], expected[usable], rtol=1e-3)
+
+
+def test_years_between_objects_take_no_time() -> None:
+    sightings = seen([3e3, 9e3, 6e3, 11e3], noise=30.0)
+    later = np.where(sightings.track > 3, 3e8, 0.0)
+    n = sightings.time.size
+    apart = replace(sightings, time=sightings.time + later)
+    found = heights_of(apart, np.zeros(n), np.ones(n, np.bool_), 0.0)
+    assert found.n_objects == 4

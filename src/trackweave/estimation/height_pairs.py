@@ -74,7 +74,7 @@ class _Tracks(NamedTuple):
         """Return places at heights [m], and how a metre of height moves them, (rows, 2)."""
         # By the law of cosines on a sphere.
         above, ratio = self._ratio(height)
-        flat = 1.0 - curve * (height + self.level) / 2.0
+        flat = 1.0 - curve * (height - self.level) / 2.0
         slope = -above / self.slant**2 / ratio * flat - ratio * curve / 2.0
         return self.centre + (ratio * flat)[:, None] * self.outward, slope[:, None] * self.outward
 
@@ -104,15 +104,11 @@ class Moments(NamedTuple):
 
     tracks: _Tracks
     starts: IntArray  # First row of each track, and the end of the last
-    times: FloatArray  # Of the moments [s], a slowest period apart
+    begin: float  # Time of the first moment [s]
+    step: float  # From moment to moment, a slowest period [s]
     sensor: IntArray  # Of each track
     n_sensors: int
     curve: float
-
-    @property
-    def step(self) -> float:
-        """From moment to moment [s]."""
-        return float(self.times[1] - self.times[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,29 +127,30 @@ class Fit:
 def moments_of(looks: Looks) -> Moments:
     """Return tracks at common times."""
     sightings = looks.sightings
-    step = float(sightings.period.max())
-    times = np.arange(sightings.time.min(), sightings.time.max() + 2 * step, step)
+    begin, step = float(sightings.time.min()), float(sightings.period.max())
     place = sightings.corrected(np.zeros((sightings.n_sensors, N_BIASES)))[1]
-    parts = [_at(times, looks, place, number) for number in range(len(sightings.rows))]
+    parts = [_at((begin, step), looks, place, number) for number in range(len(sightings.rows))]
     tracks = _Tracks(*(np.concatenate(each) for each in zip(*parts, strict=True)))
     starts = np.searchsorted(tracks.track, np.arange(len(sightings.rows) + 1))
-    return Moments(tracks, starts, times, sightings.track_sensor, sightings.n_sensors, looks.curve)
+    of = sightings.track_sensor, sightings.n_sensors, looks.curve
+    return Moments(tracks, starts, begin, step, *of)
 
 
-def _at(times: FloatArray, looks: Looks, places: FloatArray, number: int) -> _Tracks:
-    """Return a track at those of some times at which it is there."""
-    sightings = looks.sightings
+def _at(grid: tuple[float, float], looks: Looks, places: FloatArray, number: int) -> _Tracks:
+    """Return a track at the moments, from a time on and so far apart [s], at which it is there."""
+    sightings, (begin, step) = looks.sightings, grid
     rows = sightings.rows[number]
     own = sightings.time[rows]
-    after = np.searchsorted(own, times)
-    there = np.flatnonzero((after > 0) & (after < own.size))
-    one, other = rows[after[there] - 1], rows[after[there]]
+    first, end = np.ceil((own[[0, -1]] - begin) / step).astype(np.int64)
+    there = np.arange(first, end)
+    after = np.clip(np.searchsorted(own, begin + step * there), 1, own.size - 1)
+    one, other = rows[after - 1], rows[after]
     gap = sightings.time[other] - sightings.time[one]
     longest = LONGEST_GAP * sightings.period[sightings.track_sensor[number]]
     # Between a place and a range without a height there is nothing.
     keep = (gap < longest) & (gap > 0) & (looks.is_slant[one] == looks.is_slant[other])
     there, one, other, gap = there[keep], one[keep], other[keep], gap[keep]
-    share = (times[there] - sightings.time[one]) / gap
+    share = (begin + step * there - sightings.time[one]) / gap
 
     def between(values: FloatArray) -> FloatArray:
         weight = share.reshape(-1, *(1,) * (values.ndim - 1))

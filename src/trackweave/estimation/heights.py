@@ -67,7 +67,7 @@ def heights_of(
     n_clear = _clear(looks, fits)
     height, n_objects = np.full(sightings.time.size, np.nan), 0
     if n_clear >= max(FEWEST_PAIRS, SHARE * len(fits)):
-        height, n_objects = _entered(height, fits, sightings, moments.times)
+        height, n_objects = _entered(height, fits, sightings, moments)
     return Heights(height, n_objects, len(fits), n_clear)
 
 
@@ -151,7 +151,7 @@ def _without(sightings: Sightings, bias: FloatArray) -> Sightings:
 
 
 def _entered(
-    height: FloatArray, fits: list[Fit], sightings: Sightings, times: FloatArray
+    height: FloatArray, fits: list[Fit], sightings: Sightings, moments: Moments
 ) -> tuple[FloatArray, int]:
     """Return heights of all reports of tracks in pairs, held before and after, and of how many."""
     # Only networks of sensors wait for these imports.
@@ -170,5 +170,5 @@ def _entered(
         mean = np.bincount(place, weighed) / np.bincount(place, weight)
         tracks = np.flatnonzero(objects == number)
         rows = np.concatenate([sightings.rows[track] for track in tracks])
-        height[rows] = np.interp(sightings.time[rows], times[at], mean)
+        height[rows] = np.interp(sightings.time[rows], moments.begin + moments.step * at, mean)
     return height, numbers.size

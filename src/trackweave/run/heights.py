@@ -105,6 +105,8 @@ def _needy(reports: ReportTable, configuration: Configuration) -> NDArray[np.boo
         if isinstance(kind, ForeignKind) or not kind.has_range or kind.has_elevation:
             continue
         own = reports.sensor == index
+        if not own.any():
+            continue
         # False alarms tell no heights, and some transponders do not.
         missing = 1.0 if reports.height is None else float(np.isnan(reports.height[own]).mean())
         needy[index] = missing > MISSING and configuration.sensor(name).get("trust") is not True
