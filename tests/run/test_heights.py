@@ -106,6 +106,32 @@ def test_biases_are_told_apart_from_heights(reports) -> None:
     assert np.degrees(registration.found.likely[east, 2]) == pytest.approx(0.3, abs=0.05)
 
 
+def test_what_taxies_is_on_the_ground(reports) -> None:
+    rng, parts = np.random.default_rng(4), []
+    for name, at, period in (("west", (0.0, 0.0), 5.0), ("north", (20e3, 70e3), 4.0)):
+        for number in range(3):
+            time = (np.arange(int(180 / period)) + 0.5) * period
+            away = (
+                np.array([4e3 + 500.0 * number, 3e3]) + np.outer(time, [8.0, 4.0]) - np.array(at)
+            )
+            azimuth = np.degrees(np.arctan2(*away.T)) % 360
+            near = np.hypot(*away.T) + rng.normal(0.0, 20.0, time.size)
+            parts.append(
+                pl.DataFrame({"time": time + azimuth / 360 * period, "range_m": near})
+                .with_columns(azimuth_deg=pl.Series(azimuth), sensor=pl.lit(name))
+                .with_columns(target=pl.lit(1000 + number), true=pl.lit(0.0))
+            )
+    frame = pl.concat([without(reports).drop("report"), *parts], how="diagonal_relaxed").sort(
+        "time"
+    )
+    finding = found(frame)
+    assert finding.n_filled > 0
+    taxies = (frame["target"] >= 1000).fill_null(value=False).to_numpy()
+    row = finding.reports.row
+    taxies = taxies if row is None else taxies[row - 1]
+    assert np.isnan(finding.reports.height[taxies]).all()
+
+
 @pytest.mark.parametrize(
     "ways",
     [

@@ -11,6 +11,7 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
+from trackweave.estimation.sightings import N_BIASES, Sightings
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import unfit
@@ -22,6 +23,8 @@ __all__ = ["HeightFinding", "found_heights"]
 FEWEST_REPORTS = 40
 # A sensor tells no heights where more of its reports than this share have none.
 MISSING = 0.5
+# What is slower over so many reports is on the ground [m/s], where its range is its distance.
+TAXIING, STRIDE = 40.0, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +83,11 @@ def found_heights(
         return nothing
     rows = np.flatnonzero(seen.track >= 0)
     level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
+    sightings = seen.part(seen.track >= 0)
     is_slant = needy[reports.sensor] & np.isnan(seen.height)
+    is_slant[rows] &= _is_fast(sightings)
     found = heights_of(
-        seen.part(seen.track >= 0),
+        sightings,
         level[rows],
         is_slant[rows],
         0.0 if reports.frame is None else 1.0 / EARTH_RADIUS_M,
@@ -95,6 +100,19 @@ def found_heights(
     highest = level[filled] + STEEPEST * seen.slant[filled]
     height[filled] = np.minimum(found.height[np.searchsorted(rows, filled)], highest)
     return HeightFinding(replace(reports, height=height), found, int(filled.size))
+
+
+def _is_fast(sightings: Sightings) -> NDArray[np.bool_]:
+    """Tell which reports are of tracks that are faster than what taxies."""
+    place = sightings.corrected(np.zeros((sightings.n_sensors, N_BIASES)))[1]
+    fast = np.zeros(sightings.time.size, dtype=np.bool_)
+    for rows in sightings.rows:
+        # Over several reports, so that noise is no speed, and turns hardly take any.
+        step = min(STRIDE, rows.size - 1)
+        way = np.linalg.norm(place[rows[step:]] - place[rows[:-step]], axis=1)
+        lasting = sightings.time[rows[step:]] - sightings.time[rows[:-step]]
+        fast[rows] = np.median(way / np.maximum(lasting, 1e-9)) > TAXIING
+    return fast
 
 
 def _needy(reports: ReportTable, configuration: Configuration) -> NDArray[np.bool_]:
