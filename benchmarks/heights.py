@@ -18,7 +18,7 @@ from text_tables import command, heading, table
 from trackweave import ReportTable, track
 from trackweave.config import Configuration
 from trackweave.metrics import assignment_quality
-from trackweave.run import tracking
+from trackweave.run import heights
 
 HEAD = ["aircraft/radars", "seed", "heights", "of reports", "IDF1", "switches", "tracks", "CPU s"]
 
@@ -48,13 +48,13 @@ def main() -> None:
 def _row(reports: pl.DataFrame, told: dict[str, Any], way: str) -> list[str]:
     """Return how many reports have heights, and how well they are tracked."""
     given = reports.drop("target") if way == "told" else reports.drop("target", "height_m")
-    find = tracking.found_heights
+    find = heights.found_heights
 
     def looked_for(table: ReportTable, configuration: Configuration, *, looks: bool) -> Any:
         return find(table, configuration, looks=looks and way != "none")
 
     begun = time.process_time()
-    with patch.object(tracking, "found_heights", looked_for):
+    with patch.object(heights, "found_heights", looked_for):
         result = track(given, told, rng=0)
     spent = time.process_time() - begun
     number = result.assignments["track"].fill_null(-1).to_numpy()

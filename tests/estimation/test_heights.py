@@ -95,7 +95,7 @@ def test_ranges_on_the_ground_tell_of_no_height() -> None:
 def test_what_flies_elsewhere_is_no_candidate() -> None:
     sightings = seen([5e3, 5e3])
     moments = moments_of(looks(sightings))
-    pairs = candidates(moments, sightings.track_sensor, 0.0).tolist()
+    pairs = candidates(moments).tolist()
     assert [0, 1] in pairs
     assert [2, 3] in pairs
     assert fitted(moments, (0, 3)) is None

@@ -17,10 +17,8 @@ from trackweave.io.output import OutputFile
 from trackweave.io.tables import OnBadRow
 from trackweave.run import track
 from trackweave.run.doubles import doubles_of
-from trackweave.run.heights import found_heights
+from trackweave.run.heights import registered
 from trackweave.run.observing import settle
-from trackweave.run.registering import registration_of
-from trackweave.run.told_places import with_facts
 
 __all__ = ["run_init"]
 
@@ -52,9 +50,7 @@ def run_init(
 def _estimate(
     voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
 ) -> dict[str, Any]:
-    placed = with_facts(load_configuration(None), table)
-    heights = found_heights(table, placed)
-    registration = registration_of(heights.reports, placed)
+    heights, registration = registered(table, load_configuration(None))
     table, configuration = registration.reports, registration.configuration
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)

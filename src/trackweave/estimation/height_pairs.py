@@ -170,17 +170,17 @@ def _at(grid: tuple[float, float], looks: Looks, places: FloatArray, number: int
     )  # fmt: skip
 
 
-def candidates(moments: Moments, sensor_of: IntArray, curve: float) -> IntArray:
+def candidates(moments: Moments) -> IntArray:
     """Return pairs of tracks of two sensors that meet at some height often enough."""
     order = np.argsort(moments.tracks.moment, kind="stable")
     cuts = np.flatnonzero(np.diff(moments.tracks.moment[order])) + 1
     found = [np.empty((0, 2), dtype=np.int64)]
     for rows in np.split(order, cuts):
         here = moments.tracks.of(rows)
-        sensor = sensor_of[here.track]
+        sensor = moments.sensor[here.track]
         for first, second in combinations(np.unique(sensor).tolist(), 2):
             sides = [here.of(np.flatnonzero(sensor == each)) for each in (first, second)]
-            found.append(_meeting(sides[0], sides[1], curve))
+            found.append(_meeting(sides[0], sides[1], moments.curve))
     pairs, times = np.unique(np.concatenate(found), axis=0, return_counts=True)
     return np.asarray(pairs[times >= FEWEST_TIMES])
 

@@ -22,13 +22,17 @@ from trackweave.estimation.height_pairs import (
     moments_of,
     on_ground,
 )
-from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
+from trackweave.estimation.sightings import (
+    AZIMUTH,
+    N_BIASES,
+    RANGE,
+    SCALE,
+    USUAL_BIASES,
+    Sightings,
+)
 
 __all__ = ["Heights", "heights_of"]
 
-# Standard deviations of biases beforehand: a range [m], a share, an azimuth [rad], a clock [s],
-# which is left to registration.
-USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
 ROUNDS = 3
 # A pair tells clearly where its height explains so much more than biases alone (chi-square, in
 # units of what is left). So many have to, and this share of all: else ranges are on the ground
@@ -54,7 +58,7 @@ def heights_of(
     # range whose height nobody knows; ``curve`` is one by the Earth's radius [1/m], 0 on a plane.
     looks = Looks(sightings, level, is_slant, curve)
     moments = moments_of(looks)
-    pairs = candidates(moments, sightings.track_sensor, curve)
+    pairs = candidates(moments)
     bias = np.zeros((sightings.n_sensors, N_BIASES))
     known: dict[tuple[int, int], float | None] = dict.fromkeys(map(tuple, pairs.tolist()))
     for _ in range(ROUNDS):
@@ -118,7 +122,7 @@ def _lack(fit: Fit) -> float:
 
 def _step(equations: list[tuple[FloatArray, FloatArray]], bias: FloatArray) -> FloatArray:
     """Return by how much biases differ from what they are taken for."""
-    precision = 1.0 / np.tile(USUAL, bias.shape[0]) ** 2
+    precision = 1.0 / np.tile(USUAL_BIASES, bias.shape[0]) ** 2
     matrix, vector = np.diag(precision), -precision * bias.ravel()
     for own, pull in equations:
         matrix, vector = matrix + own, vector + pull

@@ -16,12 +16,17 @@ from trackweave.estimation.bias_equations import (
     weights_of,
 )
 from trackweave.estimation.common_objects import objects_of
-from trackweave.estimation.sightings import AZIMUTH, CLOCK, N_BIASES, RANGE, Sightings
+from trackweave.estimation.sightings import (
+    AZIMUTH,
+    CLOCK,
+    N_BIASES,
+    RANGE,
+    USUAL_BIASES,
+    Sightings,
+)
 
 __all__ = ["Registered", "registered"]
 
-# Standard deviations of biases beforehand: a range [m], a share, an azimuth [rad], a clock [s].
-USUAL = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
 MOST_ROUNDS, MOST_STEPS, SETTLED = 8, 8, 0.02
 # How many times as sure it is beforehand that there is no bias that is not looked for.
 PINNED = 1e12
@@ -109,7 +114,7 @@ def _clocks(may: NDArray[np.bool_], sensors: NDArray[np.bool_]) -> NDArray[np.bo
 
 
 def _prior(sightings: Sightings, fastest: float) -> FloatArray:
-    prior = np.tile(USUAL, (sightings.n_sensors, 1))
+    prior = np.tile(USUAL_BIASES, (sightings.n_sensors, 1))
     shift = fastest * float(sightings.period.max())
     for number in (RANGE, AZIMUTH):
         prior[~sightings.is_polar, number] = shift

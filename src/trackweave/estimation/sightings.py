@@ -16,10 +16,21 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.neighbours import expected_of
 from trackweave.estimation.tracklets import FEWEST_REPORTS
 
-__all__ = ["AZIMUTH", "CLOCK", "N_BIASES", "RANGE", "SCALE", "Sightings", "tracks_apart"]
+__all__ = [
+    "AZIMUTH",
+    "CLOCK",
+    "N_BIASES",
+    "RANGE",
+    "SCALE",
+    "USUAL_BIASES",
+    "Sightings",
+    "tracks_apart",
+]
 
 RANGE, SCALE, AZIMUTH, CLOCK = range(4)
 N_BIASES = 4
+USUAL_BIASES = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
+"""Their standard deviations beforehand: a range [m], a share, an azimuth [rad], a clock [s]."""
 # The standard deviation of a normal distribution, of its median distance from the middle.
 OF_MEDIAN = 1.4826
 # Of fewer tracks no noise can be told.

@@ -14,10 +14,11 @@ from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
-from trackweave.run.registering import unfit
+from trackweave.run.registering import Registration, registration_of, unfit
 from trackweave.run.sighting import tracks_of
+from trackweave.run.told_places import with_facts
 
-__all__ = ["HeightFinding", "found_heights"]
+__all__ = ["HeightFinding", "found_heights", "registered"]
 
 # Recordings with fewer reports hold no tracks that tell.
 FEWEST_REPORTS = 40
@@ -78,14 +79,14 @@ def found_heights(
     followed = tracks_of(reports, configuration, observed, chosen, every=True)
     if isinstance(followed, str):
         return nothing
-    seen, _, flies = followed
-    if not np.any(flies & needy[reports.sensor]):
-        return nothing
+    seen, _ = followed
     rows = np.flatnonzero(seen.track >= 0)
     level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
     sightings = seen.part(seen.track >= 0)
     is_slant = needy[reports.sensor] & np.isnan(seen.height)
     is_slant[rows] &= _is_fast(sightings)
+    if not is_slant[rows].any():
+        return nothing
     found = heights_of(
         sightings,
         level[rows],
@@ -100,6 +101,15 @@ def found_heights(
     highest = level[filled] + STEEPEST * seen.slant[filled]
     height[filled] = np.minimum(found.height[np.searchsorted(rows, filled)], highest)
     return HeightFinding(replace(reports, height=height), found, int(filled.size))
+
+
+def registered(
+    reports: ReportTable, configuration: Configuration, *, looks: bool = True
+) -> tuple[HeightFinding, Registration]:
+    """Return what was found of heights and then of biases, where any are looked for."""
+    placed = with_facts(configuration, reports)
+    heights = found_heights(reports, placed, looks=looks)
+    return heights, registration_of(heights.reports, placed, looks=looks)
 
 
 def _is_fast(sightings: Sightings) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.covering import covered_by
 from trackweave.estimation.frames import frames_of
 from trackweave.estimation.motion import reach
-from trackweave.estimation.sightings import Sightings, tracks_apart
+from trackweave.estimation.sightings import N_BIASES, Sightings, tracks_apart
 from trackweave.estimation.tracklets import SensorReports, tracklets_of
 from trackweave.run.observing import positions_in
 from trackweave.run.polar_to_cartesian import laid, platforms_of
@@ -52,8 +52,9 @@ def sightings_of(
     followed = tracks_of(reports, configuration, observed, chosen)
     if isinstance(followed, str):
         return followed
-    seen, fastest, flies = followed
-    keep = (seen.track >= 0) & (seen.steepness < 1.0 / STEEPEST) & ~flies
+    seen, fastest = followed
+    keep = (seen.track >= 0) & (seen.steepness < 1.0 / STEEPEST)
+    keep &= ~_flies_without_height(reports, seen)
     if not keep.any():
         return CROWD if np.all(seen.track < 0) else NO_HEIGHT
     return seen.part(keep), fastest
@@ -66,10 +67,10 @@ def tracks_of(
     chosen: Sequence[int],
     *,
     every: bool = False,
-) -> tuple[Sightings, float, NDArray[np.bool_]] | str:
+) -> tuple[Sightings, float] | str:
     """Return all reports, those in tracks of one sensor with their numbers, others with -1."""
-    # Besides the greatest speed [m/s], and which tell a slant range alone of what flies; or why
-    # nothing is clear. Of many reports those of a part are looked at unless ``every`` one is.
+    # Besides the greatest speed [m/s]; or why nothing is clear. Of many reports a part is looked at
+    # unless ``every`` one is.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
     place = geometry.centre + np.where(
@@ -103,8 +104,7 @@ def tracks_of(
         for index, own in zip(chosen, rows, strict=True)
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
-    flies = _flies_without_height(reports, place, track, geometry)
-    return replace(geometry, track=track, period=periods), fastest, flies
+    return replace(geometry, track=track, period=periods), fastest
 
 
 def _geometry(
@@ -187,13 +187,12 @@ def _crowd(place: FloatArray, scan: IntArray, reach_of_one: float) -> float:
     return per_scan * np.pi * reach_of_one**2 / covered_by(place, reach_of_one)
 
 
-def _flies_without_height(
-    reports: ReportTable, place: FloatArray, track: IntArray, geometry: Sightings
-) -> NDArray[np.bool_]:
+def _flies_without_height(reports: ReportTable, seen: Sightings) -> NDArray[np.bool_]:
     """Tell which reports tell a slant range alone of what is no place on the ground."""
+    track, place = seen.track, seen.corrected(np.zeros((seen.n_sensors, N_BIASES)))[1]
     kinds = [reports.kind_of(index) for index in range(len(reports.sensors))]
     is_flat = np.array([kind.has_range and not kind.has_elevation for kind in kinds])
-    doubtful = is_flat[reports.sensor] & np.isnan(geometry.height) & (track >= 0)
+    doubtful = is_flat[reports.sensor] & np.isnan(seen.height) & (track >= 0)
     if not doubtful.any():
         return doubtful
     order = np.flatnonzero(track >= 0)

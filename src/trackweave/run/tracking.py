@@ -26,7 +26,7 @@ from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
 from trackweave.run.doubles import with_doubles
-from trackweave.run.heights import HeightFinding, found_heights
+from trackweave.run.heights import registered
 from trackweave.run.history import smoothed_history
 from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
@@ -34,9 +34,7 @@ from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
-from trackweave.run.registering import Registration, registration_of
 from trackweave.run.result import RunValues, Table, TrackingResult
-from trackweave.run.told_places import with_facts
 
 __all__ = ["report_table", "settings_for", "track"]
 
@@ -158,7 +156,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     require_cuttable(engine, workers, {"preset": preset, "priors": priors, "deadline": deadline})
     every, came = report_table(reports, configuration, on_bad_row)
     is_judged = not preset_notes(preset) and not every.has_foreign
-    heights, registration = _registered(every, configuration, looks=is_judged)
+    heights, registration = registered(every, configuration, looks=is_judged)
     every, configuration = registration.reports, registration.configuration
     begun = prior_table(priors, every)
     doubts, kept = ConsistencyChecks(configuration), Kept()
@@ -220,15 +218,6 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"
     )
     return _handed_back(record, values, (reports, config, priors), came)
-
-
-def _registered(
-    reports: ReportTable, configuration: Configuration, *, looks: bool
-) -> tuple[HeightFinding, Registration]:
-    """Return what was found of heights and then of biases, where any are looked for."""
-    placed = with_facts(configuration, reports)
-    heights = found_heights(reports, placed, looks=looks)
-    return heights, registration_of(heights.reports, placed, looks=looks)
 
 
 def _handed_back(
