@@ -69,8 +69,8 @@ def tracks_of(
     every: bool = False,
 ) -> tuple[Sightings, float] | str:
     """Return all reports, those in tracks of one sensor with their numbers, others with -1."""
-    # Besides the greatest speed [m/s]; or why nothing is clear. Of many reports a part is looked at
-    # unless ``every`` one is.
+    # Besides the greatest speed [m/s]; or why nothing is clear. Of many reports a part is looked
+    # at unless ``every`` one is.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
     place = geometry.centre + np.where(
