@@ -337,3 +337,11 @@ class TestNotAvailable:
         again = read_reports(written)
         assert again.report.tolist() == reports.report.tolist()
         assert again.unavailable.report.tolist() == ["2"]
+
+
+def test_says_that_times_of_the_day_have_no_day(tmp_path):
+    path = tmp_path / "reports.csv"
+    path.write_text("time,x,y\n23:59:59,1,2\n00:00:01,3,4\n")
+    reports = read_reports(path)
+    assert reports.time.tolist() == [86399.0, 86401.0]
+    assert reports.notes == ("time: times of the day, read as seconds from midnight",)

@@ -8,7 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackweave.io.columns import datetime_column, iso_text, read_times, with_common_times
+from trackweave.io.columns import (
+    datetime_column,
+    iso_text,
+    read_times,
+    times_of_day,
+    with_common_times,
+)
 
 NOON = 1714564800.0  # 2024-05-01T12:00:00Z
 
@@ -47,6 +53,25 @@ def test_does_not_read_what_is_no_time(text):
     times = read_times(pl.Series([text]))
     assert times.numbers.unreadable.tolist() == [True]
     assert times.expected == "seconds or an ISO 8601 time"
+
+
+def test_reads_times_of_the_day_over_midnight():
+    cells = [" 23:59", "23:59:59.5", "0:00:01", "23:59:58", None, "24:00:00", "12:61"]
+    times = times_of_day(pl.Series(cells))
+    assert not times.iso
+    assert times.numbers.values[:4].tolist() == [86340.0, 86399.5, 86401.0, 86398.0]
+    assert times.numbers.missing.tolist() == [False] * 4 + [True, False, False]
+    assert times.numbers.unreadable.tolist() == [False] * 5 + [True, True]
+
+
+def test_a_pause_or_sensors_one_below_the_other_are_no_midnight():
+    times = times_of_day(pl.Series(["08:00", "22:00", "08:00", "22:30"]))
+    assert times.numbers.values.tolist() == [28800.0, 79200.0, 28800.0, 81000.0]
+
+
+@pytest.mark.parametrize("text", ["noon", "2024-05-01T12:00:00", "12", "1200"])
+def test_what_begins_otherwise_is_no_time_of_the_day(text):
+    assert times_of_day(pl.Series([text, "12:00"])) is None
 
 
 @pytest.mark.parametrize("unit", ["ms", "us", "ns"])

@@ -64,6 +64,26 @@ def test_tracks_are_those_of_heights_that_are_told() -> None:
     assert result.run["heights"]["reports"] > 0
 
 
+def test_heights_of_0_m_for_all_are_those_of_a_radar_that_knows_of_none(reports) -> None:
+    frame = reports.with_columns(true="height_m")
+    zero = pl.when(pl.col("sensor") == "east").then(0.0).otherwise(pl.col("height_m"))
+    finding = found(frame.with_columns(height_m=zero))
+    east = frame["sensor"].to_numpy() == "east"
+    off_by = np.abs(heights_beside_truth(frame, finding))[east]
+    assert np.nanmedian(off_by) < 200.0
+    assert f"reports, {finding.n_zero} of them told as 0 m, are given" in finding.notes()[0]
+    # Those of the others are as told.
+    others = finding.reports.height[~east], frame["true"].to_numpy()[~east]
+    np.testing.assert_array_equal(*others)
+
+
+def test_heights_of_0_m_of_what_is_on_the_ground_are_left_alone(reports) -> None:
+    ground = (pl.col("range_m") ** 2 - pl.col("height_m").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    finding = found(reports.with_columns(range_m=ground, height_m=pl.lit(0.0)))
+    assert finding.n_filled == finding.n_zero == 0
+    assert np.all(finding.reports.height == 0.0)
+
+
 def test_ranges_on_the_ground_are_left_alone(reports) -> None:
     ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
     finding = found(without(reports).with_columns(range_m=ground))

@@ -121,7 +121,11 @@ def track(
     out: OutOption,
     config: Annotated[
         Path | None,
-        typer.Option(help="Configuration (tracker.toml). Keys left out are estimated or default."),
+        typer.Option(
+            "--config",
+            "-c",
+            help="Configuration (tracker.toml). Keys left out are estimated or default.",
+        ),
     ] = None,
     learned: Annotated[
         Path | None,

@@ -28,7 +28,9 @@ def fuse(
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help="Configuration (tracker.toml), whose table [fusion] is read."),
+        typer.Option(
+            "--config", "-c", help="Configuration (tracker.toml), whose table [fusion] is read."
+        ),
     ] = None,
     register: Annotated[
         bool,

@@ -19,7 +19,11 @@ def serve(
     ] = False,
     config: Annotated[
         Path | None,
-        typer.Option(help="tracker.toml; what it leaves out is estimated from what is heard."),
+        typer.Option(
+            "--config",
+            "-c",
+            help="tracker.toml; what it leaves out is estimated from what is heard.",
+        ),
     ] = None,
     learned: Annotated[
         Path | None,

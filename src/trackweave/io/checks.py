@@ -17,6 +17,7 @@ from trackweave.io.columns import (
     read_numbers,
     read_text,
     read_times,
+    times_of_day,
 )
 from trackweave.io.tables import OnBadRow, RawTable, TableSource, load_table, with_our_names
 
@@ -63,6 +64,7 @@ class RowChecks:
 
     def __init__(self, table: RawTable, *, anywhere: bool = False) -> None:
         self._table, self.anywhere = table, anywhere
+        self.notes: list[str] = []
         self._reasons: list[tuple[str, str]] = []
         self._complaint = np.full(len(table), -1, dtype=np.int64)
         self._aside = np.zeros(len(table), dtype=np.bool_)
@@ -177,7 +179,11 @@ class RowChecks:
 
     def times(self, name: str, *, optional: bool = False) -> tuple[FloatArray, bool]:
         """Return times [s], NaN in bad rows, and whether they are ISO 8601, from 1970 UTC."""
-        times: Times = read_times(self.column(name))
+        column = self.column(name)
+        of_day = times_of_day(column) if column.dtype == pl.String else None
+        times: Times = of_day or read_times(column)
+        if of_day is not None:
+            self.notes.append(f"{name}: times of the day, read as seconds from midnight")
         within = Range(-_LATEST_S, _LATEST_S, times.expected)
         return self._checked(name, times.numbers, within, optional=optional), times.iso
 

@@ -23,6 +23,7 @@ __all__ = [
     "read_text",
     "read_times",
     "text_array",
+    "times_of_day",
     "typed_column",
     "with_common_times",
 ]
@@ -181,6 +182,29 @@ def read_times(column: pl.Series) -> Times:
                 return _iso_times(column, numbers.missing)
             return Times(numbers, iso=False, expected="seconds or an ISO 8601 time")
     return Times(numbers, iso=False, expected="a finite number of seconds")
+
+
+_OF_DAY = r"^\s*(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?\s*$"
+_DAY_S, _NEARLY_A_DAY_S = 86_400.0, 82_800.0
+
+
+def times_of_day(column: pl.Series) -> Times | None:
+    """Return times such as 23:59:58.5 in seconds from the first row's midnight, or None."""
+    # A time nearly a day before that of the row above it is of the day after, and the other way.
+    text = column.drop_nulls().filter(column.drop_nulls().str.strip_chars() != "")
+    if text.is_empty() or not text[:1].str.contains(_OF_DAY)[0]:
+        return None
+    parts = column.str.extract_groups(_OF_DAY).struct.unnest().cast(pl.Float64)
+    hour, minute, second = (parts.to_series(place).fill_null(0.0).to_numpy() for place in range(3))
+    missing = column.fill_null("").str.strip_chars() == ""
+    is_read = column.str.contains(_OF_DAY).fill_null(value=False).to_numpy()
+    is_read &= (hour <= 23) & (minute <= 59) & (second < 61)
+    values = np.where(is_read, 3600.0 * hour + 60.0 * minute + second, np.nan)
+    step = np.diff(values[is_read], prepend=values[is_read][:1])
+    day = np.cumsum((step < -_NEARLY_A_DAY_S).astype(int) - (step > _NEARLY_A_DAY_S))
+    values[is_read] += _DAY_S * day
+    numbers = Numbers(values, missing.to_numpy(), ~is_read & ~missing.to_numpy())
+    return Times(numbers, iso=False, expected="a time of the day, as in the first row")
 
 
 def datetime_column(name: str, seconds: FloatArray) -> pl.Series:

@@ -100,6 +100,7 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
         skipped=skipped,
         notes=(
             *table.notes,
+            *checks.notes,
             *_notes_on_meant(checks.names),
             *measured.notes,
             *_note_on_two_places(checks, measured),

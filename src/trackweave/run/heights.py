@@ -35,15 +35,17 @@ class HeightFinding:
     reports: ReportTable
     found: Heights | None = None  # None where nothing was looked for
     n_filled: int = 0  # Reports that had none
+    n_zero: int = 0  # Of these told to be at 0 m, as some radars write that do not know
 
     def notes(self) -> list[str]:
         """Return a sentence where heights were found."""
         if self.found is None or not self.n_filled:
             return []
         found = self.found
+        zero = f", {self.n_zero} of them told as 0 m," if self.n_zero else ""
         return [
-            f"height_m: {self.n_filled} of {len(self.reports)} reports are given that at which "
-            f"several sensors see their object at one place ({found.n_objects} objects; of "
+            f"height_m: {self.n_filled} of {len(self.reports)} reports{zero} are given that at "
+            f"which several sensors see their object at one place ({found.n_objects} objects; of "
             f"{found.n_pairs} pairs of tracks {found.n_clear} tell it clearly); "
             "give height_m where it is known, or trust = true in [sensors.NAME] where ranges are "
             "those on the ground"
@@ -67,8 +69,12 @@ def found_heights(
     """Return reports with heights where ranges of several sensors tell them."""
     # Only with ``looks`` are any looked for: where a sensor tells slant ranges without heights of
     # what is faster than on the ground, and another sees the same.
-    nothing = HeightFinding(reports)
+    nothing, told = HeightFinding(reports), reports.height
     needy = _needy(reports, configuration)
+    if told is not None:
+        # Of others a height of 0 m is one.
+        is_none = needy[reports.sensor] & (told == 0.0)
+        reports = replace(reports, height=np.where(is_none, np.nan, told))
     if not looks or reports.dim != 2 or not needy.any() or len(reports) < FEWEST_REPORTS:
         return nothing
     observed = observe(reports, configuration)
@@ -93,14 +99,15 @@ def found_heights(
         is_slant[rows],
         0.0 if reports.frame is None else 1.0 / EARTH_RADIUS_M,
     )
-    height = np.full(len(reports), np.nan) if reports.height is None else reports.height.copy()
     filled = rows[is_slant[rows] & np.isfinite(found.height)]
     if not filled.size:
-        return HeightFinding(reports, found)
+        return replace(nothing, found=found)
+    height = np.full(len(reports), np.nan) if told is None else told.copy()
+    n_zero = int(np.sum(height[filled] == 0.0))
     # Nothing is higher above a sensor than it is far off.
     highest = level[filled] + STEEPEST * seen.slant[filled]
     height[filled] = np.minimum(found.height[np.searchsorted(rows, filled)], highest)
-    return HeightFinding(replace(reports, height=height), found, int(filled.size))
+    return HeightFinding(replace(reports, height=height), found, int(filled.size), n_zero)
 
 
 def registered(
@@ -135,7 +142,8 @@ def _needy(reports: ReportTable, configuration: Configuration) -> NDArray[np.boo
         own = reports.sensor == index
         if not own.any():
             continue
-        # False alarms tell no heights, and some transponders do not.
-        missing = 1.0 if reports.height is None else float(np.isnan(reports.height[own]).mean())
+        # False alarms tell no heights, some transponders do not, and some radars write 0 m then.
+        height = np.full(1, np.nan) if reports.height is None else reports.height[own]
+        missing = float(np.mean(np.isnan(height) | (height == 0.0)))
         needy[index] = missing > MISSING and configuration.sensor(name).get("trust") is not True
     return needy

@@ -195,8 +195,8 @@ def _notes_on_ranges(name: str, slant: FloatArray, height: FloatArray | None) ->
     notes = []
     if missing:
         notes.append(
-            f"sensor {name}: {missing} of {height.size} rows have no height_m; their ranges are "
-            "taken for distances on the ground"
+            f"sensor {name}: {missing} of {height.size} rows have no height (height_m); their "
+            "ranges are taken for distances on the ground"
         )
     above = int(np.sum(np.abs(height) > slant))
     if above:

@@ -1,6 +1,5 @@
 """What becomes of tracks: identifiers, confirmation, assignments, and which are over."""
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -158,17 +157,19 @@ class TrackManager:
         # What begins in the window keeps the name under which most of its reports were known.
         names = chosen.track.copy()
         used = set(names[names >= 0].tolist())
-        for index in np.flatnonzero(names < 0).tolist():
-            own = chosen.slot[:, index]
-            holders = slots.track[own[own >= 0] - slots.origin].tolist()
-            known = Counter(holder for holder in holders if holder >= 0 and holder not in used)
+        begun = np.flatnonzero(names < 0)
+        own = chosen.slot[:, begun].T
+        holder = np.where(own >= 0, slots.track[np.maximum(own - slots.origin, 0)], -1)
+        for index, holders in zip(begun.tolist(), holder.tolist(), strict=True):
+            known = [each for each in holders if each >= 0 and each not in used]
             if known:
-                name = max(sorted(known), key=lambda key: known[key])
+                name = max(set(known), key=lambda each: (known.count(each), -each))
             else:
                 name, self.next_track = self.next_track, self.next_track + 1
             names[index] = name
             used.add(name)
-            self._records.setdefault(name, _Record())
+            if name not in self._records:
+                self._records[name] = _Record()
         before = tree.families.name
         self._dropped |= set(before[before >= 0].tolist())
         self._dropped -= used
