@@ -17,8 +17,9 @@ AROUND, NEAR, MOST_ABSURD = 100, 0.1, 400
 ELSEWHERE, NO_NAMES, MOST_ERROR, MOST_STEPS = 10.0, 0.3, 0.99, 2000
 # Before the data speak identities are wrong as seldom as this, trusted as so many reports.
 USUAL_ERROR, TRUSTED = 1e-4, 500.0
-# Threads are those of identities where hardly any is wrong, and nearly all reports have one.
-MOST_WRONG, LEAST_NAMED = 0.01, 0.95
+# Threads are those of identities where hardly any is wrong, nearly all reports have one, and few
+# are wild.
+MOST_WRONG, LEAST_NAMED, MOST_WILD = 0.01, 0.95, 0.1
 # Fewer identities, or reports of each as a median, are no names of objects.
 LEAST_IDENTITIES, LEAST_REPORTS = 2, 4
 
@@ -89,7 +90,10 @@ def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | N
     cuts = np.flatnonzero(np.diff(reports.identity[kept])) + 1
     threads = np.split(place[kept], cuts)
     usual = np.median([each.size for each in threads])
-    if len(threads) < LEAST_IDENTITIES or usual < LEAST_REPORTS or absurd.mean() > MOST_WRONG:
+    if len(threads) < LEAST_IDENTITIES or usual < LEAST_REPORTS or absurd.mean() > MOST_WILD:
+        return None
+    wrong = identity_error(reports, int(reports.sensor[rows[0]]))
+    if wrong is None or wrong > MOST_WRONG:
         return None
     return sorted(threads, key=lambda each: -each.size)
 

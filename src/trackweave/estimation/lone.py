@@ -9,6 +9,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.identities import identity_threads
 from trackweave.estimation.looking import LASTING, Looking, looking
 from trackweave.estimation.noise import least_noise, noise_of_chains
+from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
 from trackweave.estimation.threads import Threads, once, threads_of
 
 __all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
@@ -27,6 +28,9 @@ LEAST_FALSE = 0.001
 # that begin are of new objects at least. Of reports on no thread most are of objects that report
 # seldom; this share is of nobody.
 TORN, STRAY = 0.03, 0.1
+# What so much more process noise follows is a start or a stop; noise is no part so small of that
+# of what rests.
+STARTED, UNTOLD = 8.0, 3.0
 # In a turn an object wanders more than on the whole.
 AGILE = 2.0
 # The median of how far a standard normal number is from 0.
@@ -93,11 +97,17 @@ def lone_reports(
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
     sigma, process = _told_noise(time, position, quick, sigma, rate)
     speed = _speed(time, position, lasting, USUALLY if not threads.is_whole else AT_MOST)
+    if threads.is_whole and speed is not None:
+        speed = max(speed, fastest_step(time, position, lasting, sigma or 0.0, pause))
     moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
     if sigma is not None and len(moving) < len(quick):
         # Of those that stand, the noise of movement is none.
         own = _noise(time, position, moving, sigma, rate)[1]
         process = process if own is None else AGILE * own
+    if threads.is_whole and process is not None and sigma is not None:
+        # Who is known by name is followed however seldom it sets out.
+        starts = process_of_starts(time, position, lasting, sigma)
+        process = starts if starts > STARTED * process else process
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
@@ -157,6 +167,10 @@ def _told_noise(
     if sigma is not None and most is not None and sigma > most:
         # Threads that change from one object to another lie off by more than noise.
         sigma, process = _noise(time, position, threads, most, false_rate)
+    rest = noise_at_rest(time, position, threads)
+    if sigma is not None and rest is not None and UNTOLD * sigma < rest:
+        # What moves as no process noise says can make a noise of next to none the likeliest.
+        sigma, process = _noise(time, position, threads, rest, false_rate)
     if told is None:
         return sigma, process
     # Beside a noise that is told, such changes would seem to be turns.

@@ -50,10 +50,12 @@ class LoneValues:
         # track explains is about as likely a new object's as nobody's, because it may be minutes
         # until its next.
         detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
-        least = detection / float(ball_volume(2.0 * sigma, dim)) * np.exp(-WORTH)
         process = lone.process_noise
         if process is not None:
             process = max(process, LEAST_PROCESS * sigma**2 / lone.pause**3)
+        # A report lies as far off as noise and what the object did since its last one say.
+        spread = float(np.hypot(sigma, np.sqrt((process or 0.0) * lone.pause**3 / 3.0)))
+        least = detection / float(ball_volume(2.0 * spread, dim)) * np.exp(-WORTH)
         return cls(
             detection=detection,
             clutter=max(lone.false_rate / covered, least),
