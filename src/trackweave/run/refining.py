@@ -52,6 +52,9 @@ PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0.9, 0.1
 # Where nearly nothing is known, proofs of what is best take minutes and tell nothing more.
 QUICK = Auto(evaluations=10_000, branches=0)
+# Nor need decisions stay open for long in a sky, as they do in a crowd of people: it tells the
+# same, and takes two thirds of the time.
+TURNING_DEPTH = 3
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
@@ -274,10 +277,13 @@ def _follow(
     silent = {sensor.name for sensor in sensors if sensor.scans is False}
     counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
     misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
+    window = settings.window
+    if rotations:
+        window = replace(window, depth=min(window.depth, TURNING_DEPTH))
     tracker = MultiHypothesisTracker(
         motion=settings.motion,
         sensors=sensors,
-        window=settings.window,
+        window=window,
         lifecycle=replace(settings.lifecycle, delete_after_misses=misses),
         limits=settings.growth,
         search=QUICK,
