@@ -24,8 +24,9 @@ SEGMENT = 6
 STRIDE = 3
 MAX_CHAINS = 300
 MIN_SEGMENTS = 10
-# A segment counts when chance would make fewer than this many as straight for each report.
-FALSE_SEGMENTS_PER_REPORT = 0.0005
+# Of the segments that count chance makes no more than this part, but in a crowd, where all count
+# of which it makes so many as straight for each report.
+FALSE_PART, MOST_BY_CHANCE = 0.2, 1.0
 # What is left makes fewer false segments than this in all; the few are hardly noisier than the
 # many, and seen twice. So few others lie within the noise, or no line of them tells anything; the
 # fastest of all count where so few lie within reach that hardly any segment is none.
@@ -35,6 +36,9 @@ GATE = 3.5
 MAX_MISSES = 2
 # However far off, a report counts where chance would put another with this probability only.
 CHANCE_OF_ANOTHER = 0.02
+# A segment is clean where so few strangers are as near as it is bent: where so many are, this part
+# of all, and half of them by far.
+STRANGERS, FEWEST_CLEAN, CLEAN_PART, INSIDE = 0.05, 4, 0.2, 0.35
 # So many neighbours tell how dense points are.
 NEIGHBOURS = 3
 # The digamma function of that number.
@@ -63,6 +67,12 @@ class _Segment:
     index: IntArray
     chance: float
 
+    def strangers(self, density: float) -> float:
+        """Return how many unrelated reports lie where one would bend it no more than it is."""
+        count, dim = self.points.shape
+        bent = math.sqrt(self.residual * (count - 2) * dim)
+        return density * float(ball_volume(bent, dim))
+
 
 def local_density(position: FloatArray) -> float:
     """Return how dense points [m], shape (points, dim), are where they are, per m² (m³)."""
@@ -78,11 +88,12 @@ def local_density(position: FloatArray) -> float:
 def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:
     """Return tracks that chance would hardly make, None where none stands out."""
     # Speed is the greatest of an object [m/s]; density is of reports per unit of volume and scan.
-    found = []
+    windows = []
     for frames in blocks:
         length = min(SEGMENT, len(frames))
-        for start in range(0, len(frames) - length + 1, STRIDE):
-            found += _sure_segments(frames, start, start + np.arange(length), speed, density)
+        starts = range(0, len(frames) - length + 1, STRIDE)
+        windows += [(frames, start + np.arange(length)) for start in starts]
+    found = _sure_segments(windows, speed, density)
     if not found:
         return None
     found = found[:: -(-len(found) // MAX_CHAINS)]
@@ -98,27 +109,26 @@ def detection_share(
     # noise may take beyond 1, comes with its standard error, wider in a crowd, where pieces take
     # wrong reports; None where there are too few tracks to tell.
     around = np.array([-3, -2, -1, 1, 2, 3])
-    found = [
-        (segment, middle)
-        for frames in blocks
-        for middle in range(3, len(frames) - 3)
-        for segment in _sure_segments(frames, middle - 3, middle + around, speed, density)
+    windows = [
+        (frames, middle + around) for frames in blocks for middle in range(3, len(frames) - 3)
     ]
+    found = _sure_segments(windows, speed, density)
     if len(found) < MIN_SEGMENTS:
         return None
     # A piece that took a wrong report is bent: half of the pieces are enough.
-    limit = float(np.median([segment.residual for segment, _ in found]))
+    limit = float(np.median([segment.residual for segment in found]))
     sigma = np.sqrt(limit)
     excess = []
-    for segment, middle in found:
+    for segment in found:
         if segment.residual > limit:
             continue
+        middle = segment.start + 3
         time = segment.frames.time[middle + around]
         place, spread = _continue(time, segment.points, segment.frames.time[middle], sigma)
         excess.append(_excess(segment.frames.position[middle], place, 3.0 * spread))
-    inside = share_within(found[0][0].points.shape[1], 9.0)
+    inside = share_within(found[0].points.shape[1], 9.0)
     share = np.array(excess) / inside
-    crowd = density * float(ball_volume(3.0 * sigma, found[0][0].points.shape[1]))
+    crowd = density * float(ball_volume(3.0 * sigma, found[0].points.shape[1]))
     return float(share.mean()), float(np.hypot(share.std() / np.sqrt(share.size), crowd / 2))
 
 
@@ -141,15 +151,14 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
         if thin * float(ball_volume(math.sqrt(noise), dim)) > THIN:
             continue
         wide = float((thin * ball_volume(1.0, dim)) ** (-1 / dim)) / interval
-        for start in range(0, len(left) - SEGMENT + 1, STRIDE):
-            chosen = start + np.arange(SEGMENT)
-            times = left.time[chosen]
+        for window in _windows(left):
+            times = left.time[window]
             # Over steps much shorter than the usual, noise looks like speed.
             steps = np.diff(times)
             if steps.min() > interval / 2 and steps.sum() < 2 * SEGMENT * interval:
                 speeds += [
                     _speed(times, piece.points)
-                    for piece in _sure_segments(left, start, chosen, wide, thin)
+                    for piece in _likely_segments(left, window, wide, thin)
                     if piece.residual < AS_NOISY * noise and piece.chance < FALSE_OF_FEW / count
                 ]
         if density * float(ball_volume(speed * interval, dim)) < EMPTY:
@@ -167,48 +176,90 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
 def _left_over(frames: Frames, speed: float, density: float) -> tuple[list[_Segment], Frames]:
     """Return what lines up at a speed, and scans without it, empty ones left out."""
     left = [np.ones(position.shape[0], dtype=bool) for position in frames.position]
-    found = []
-    for start in range(0, len(frames) - SEGMENT + 1, STRIDE):
-        chosen = start + np.arange(SEGMENT)
-        for segment in _sure_segments(frames, start, chosen, speed, density):
-            found.append(segment)
-            for scan, index in zip(chosen, segment.index, strict=True):
-                left[scan][index] = False
+    found = _sure_segments([(frames, window) for window in _windows(frames)], speed, density)
+    for segment in found:
+        for scan, index in enumerate(segment.index, segment.start):
+            left[scan][index] = False
     kept = [scan for scan, one in enumerate(left) if one.any()]
     others = [frames.position[scan][left[scan]] for scan in kept]
     return found, Frames(frames.time[kept], others, frames.share)
 
 
+def _windows(frames: Frames) -> list[IntArray]:
+    """Return the scans through which segments are looked for."""
+    starts = range(0, len(frames) - SEGMENT + 1, STRIDE)
+    return [start + np.arange(SEGMENT) for start in starts]
+
+
 def _sure_segments(
-    frames: Frames, start: int, chosen: IntArray, speed: float, density: float
+    windows: list[tuple[Frames, IntArray]], speed: float, density: float
 ) -> list[_Segment]:
-    """Return the segments through the chosen scans that chance would hardly make."""
+    """Return the segments through some scans, of which hardly any is chance's."""
+    found, n_starts = [], 0
+    for frames, chosen in windows:
+        found += _likely_segments(frames, chosen, speed, density)
+        n_starts += frames.position[chosen[0]].shape[0]
+    # The most of them of which chance makes so small a part (Benjamini and Hochberg 1995).
+    chance = np.array([segment.chance for segment in found])
+    order = np.argsort(chance, kind="stable")
+    few = np.flatnonzero(chance[order] * n_starts <= FALSE_PART * np.arange(1, chance.size + 1))
+    if not few.size:
+        return []
+    sure = [found[number] for number in np.sort(order[: few[-1] + 1]).tolist()]
+    # Where an object was missed, a stranger's report bends its segment as far as there are any:
+    # straighter ones count, unless it is a crowd, where these are the straightest by chance.
+    strangers = np.array([segment.strangers(density) for segment in sure])
+    clean = strangers <= STRANGERS
+    is_many = np.count_nonzero(clean) >= max(FEWEST_CLEAN, CLEAN_PART * len(sure))
+    if is_many and np.median(strangers[clean]) <= INSIDE * STRANGERS:
+        return [segment for segment, is_clean in zip(sure, clean, strict=True) if is_clean]
+    return sure if np.median(strangers) <= STRANGERS else found
+
+
+def _likely_segments(
+    frames: Frames, chosen: IntArray, speed: float, density: float
+) -> list[_Segment]:
+    """Return the segments through the chosen scans that chance would seldom make."""
     if chosen.size < 3:
         return []
     part = Frames(frames.time[chosen], [frames.position[k] for k in chosen])
     dim = part.position[0].shape[1]
     pieces, rss = segments(part, 0, chosen.size, speed)
-    freedom = chosen.size - 2
-    n_starts = max(1.0, density * float(ball_volume(speed * (part.time[1] - part.time[0]), dim)))
-    chance = n_starts * (density * ball_volume(np.sqrt(rss / freedom), dim)) ** freedom
-    sure = np.flatnonzero(chance < FALSE_SEGMENTS_PER_REPORT)
+    chance = _by_chance(part.time, rss, (speed, density, dim))
+    sure = np.flatnonzero(chance < MOST_BY_CHANCE)
     if sure.size:
         # Where false alarms gather, they line up far more often than where they are thin.
         points = [part.position[k][index] for k, index in enumerate(pieces[sure].T)]
         local = np.mean([frames.density_about(place) for place in points], axis=0)
-        chance[sure] *= np.maximum(local / density, 1.0) ** (freedom + 1)
-        sure = sure[chance[sure] < FALSE_SEGMENTS_PER_REPORT]
+        chance[sure] *= np.maximum(local / density, 1.0) ** (chosen.size - 1)
+        sure = sure[chance[sure] < MOST_BY_CHANCE]
     return [
         _Segment(
             frames,
-            start,
+            int(chosen[0]),
             np.array([part.position[k][index] for k, index in enumerate(pieces[piece])]),
-            float(rss[piece]) / (freedom * dim),
+            float(rss[piece]) / ((chosen.size - 2) * dim),
             pieces[piece],
             float(chance[piece]),
         )
         for piece in sure
     ]
+
+
+def _by_chance(time: FloatArray, rss: FloatArray, thrown: tuple[float, float, int]) -> FloatArray:
+    """Return how many segments as straight unrelated reports make for each report, on average."""
+    # ``thrown`` are the greatest speed, how dense reports are, and the dimensions. Of the first
+    # report the second lies within reach, and the others anywhere as long as the residuals, a
+    # vector of as many dimensions as are free, are no longer: its volume in places is so many
+    # times that in residuals.
+    speed, density, dim = thrown
+    centred, count = time - time.mean(), time.size
+    stretch = math.sqrt(count * np.dot(centred, centred)) / (time[1] - time[0])
+    free = (count - 2) * dim
+    ball = math.pi ** (free / 2) / math.gamma(free / 2 + 1)
+    starts = density * float(ball_volume(speed * (time[1] - time[0]), dim))
+    straight = (stretch**dim) * ball * rss ** (free / 2) * density ** (count - 2)
+    return np.asarray(starts * straight)
 
 
 def _extend(found: list[_Segment], density: float) -> Chains:
@@ -221,29 +272,57 @@ def _extend(found: list[_Segment], density: float) -> Chains:
     times = np.full((len(found), length), np.nan)
     positions = np.full((len(found), length, dim), np.nan)
     for time, position, segment in zip(times, positions, found, strict=True):
-        after = segment.frames.time[segment.start :]
-        n = segment.points.shape[0]
-        time[:n], position[:n] = after[:n], segment.points
-        misses = 0
-        for step in range(n, after.size):
-            known = np.flatnonzero(np.isfinite(position[:, 0]))[-SEGMENT:]
-            place, spread = _continue(time[known], position[known], after[step], sigma)
-            reports = segment.frames.position[segment.start + step]
-            distance = np.linalg.norm(reports - place, axis=1)
-            near = np.flatnonzero(distance <= max(GATE * spread, alone))
-            misses = 0 if near.size else misses + 1
-            if near.size > 1 or misses > MAX_MISSES:
-                break
-            time[step] = after[step]
-            if near.size:
-                position[step] = reports[near[0]]
+        _follow(segment, (time, position), sigma, alone)
     speed = [_speed(s.frames.time[s.start : s.start + len(s.points)], s.points) for s in found]
     return Chains(times, positions, np.array(speed), np.array([s.residual for s in found]))
+
+
+def _follow(
+    segment: _Segment, chain: tuple[FloatArray, FloatArray], sigma: float, alone: float
+) -> None:
+    """Write the times and positions [m] of a chain that a segment begins."""
+    time, position = chain
+    after, n = segment.frames.time[segment.start :], segment.points.shape[0]
+    time[:n], position[:n] = after[:n], segment.points
+    misses, aside = 0, -1
+    for step in range(n, after.size):
+        known = np.flatnonzero(np.isfinite(position[:, 0]))
+        reports = segment.frames.position[segment.start + step]
+        if aside >= 0 and _is_near(reports, chain, known[known != aside], after[step], sigma):
+            # It goes on as if what lay aside had not been reported: that was another's.
+            position[aside], known = np.nan, known[known != aside]
+        place, spread = _continue(
+            time[known[-SEGMENT:]], position[known[-SEGMENT:]], after[step], sigma
+        )
+        distance = np.linalg.norm(reports - place, axis=1)
+        near = np.flatnonzero(distance <= max(GATE * spread, alone))
+        misses = 0 if near.size else misses + 1
+        if near.size > 1 or misses > MAX_MISSES:
+            break
+        time[step] = after[step]
+        if near.size:
+            position[step] = reports[near[0]]
+            aside = step if distance[near[0]] > GATE * spread else -1
+    if aside >= 0:
+        position[aside] = np.nan
 
 
 def _speed(time: FloatArray, points: FloatArray) -> float:
     centred = time - time.mean()
     return float(np.linalg.norm(centred @ points / np.dot(centred, centred)))
+
+
+def _is_near(
+    reports: FloatArray,
+    chain: tuple[FloatArray, FloatArray],
+    known: IntArray,
+    ahead: float,
+    sigma: float,
+) -> bool:
+    """Tell whether any report lies where some of a chain lead."""
+    time, position = (part[known[-SEGMENT:]] for part in chain)
+    place, spread = _continue(time, position, ahead, sigma)
+    return bool(np.any(np.linalg.norm(reports - place, axis=1) <= GATE * spread))
 
 
 def _continue(
