@@ -31,6 +31,8 @@ FALSE_PART, MOST_BY_CHANCE = 0.2, 1.0
 # many, and seen twice. So few others lie within the noise, or no line of them tells anything; the
 # fastest of all count where so few lie within reach that hardly any segment is none.
 FALSE_OF_FEW, AS_NOISY, ALIKE, THIN, EMPTY = 0.01, 5.0, 1.25, 0.003, 0.02
+# Where more than this part of the scans have a report, something stands.
+RECURRING = 0.1
 # A predicted place is followed up to this many standard deviations, for so many misses.
 GATE = 3.5
 MAX_MISSES = 2
@@ -159,7 +161,9 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
                 speeds += [
                     _speed(times, piece.points)
                     for piece in _likely_segments(left, window, wide, thin)
-                    if piece.residual < AS_NOISY * noise and piece.chance < FALSE_OF_FEW / count
+                    if piece.residual < AS_NOISY * noise
+                    and piece.chance < FALSE_OF_FEW / count
+                    and not _stands(frames, piece.points, 2.0 * math.sqrt(noise))
                 ]
         if density * float(ball_volume(speed * interval, dim)) < EMPTY:
             speeds += [
@@ -171,6 +175,13 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
     speeds = sorted(speeds)
     again = [v for before, v in pairwise(speeds) if v < ALIKE * before]
     return max(again, default=None)
+
+
+def _stands(frames: Frames, points: FloatArray, near: float) -> bool:
+    """Tell whether most points are of what stands, such as posts in a row [m]."""
+    # One seen after the other they would be an object of any speed.
+    seen = [tree_of(place).query(points)[0] <= near for place in frames.position]
+    return bool(np.median(np.mean(seen, axis=0)) > RECURRING)
 
 
 def _left_over(frames: Frames, speed: float, density: float) -> tuple[list[_Segment], Frames]:
