@@ -6,7 +6,7 @@ import pytest
 
 import trackweave as tw
 from trackweave.formats.reading import read_reports
-from trackweave.run.doubles import is_lone
+from trackweave.run.doubles import is_astray, is_lone
 
 DAY = 86_400.0
 CONFIG = {
@@ -78,3 +78,33 @@ def test_a_lone_scan_changes_nothing_else_and_is_told():
     (note,) = [note for note in found.run["notes"] if "stand alone" in note]
     assert "1 reports at -86400 s" in note
     assert not any("stand alone" in note for note in plain.run["notes"])
+
+
+def scattered(*wild):
+    """Two objects over a hundred scans, and positions that are none."""
+    rng = np.random.default_rng(2)
+    time = np.repeat(np.arange(100.0), 2)
+    way = np.array([[9.0, 2.0], [-7.0, 5.0]])[np.arange(200) % 2]
+    place = 5e5 + time[:, None] * way + rng.normal(0.0, 8.0, (200, 2))
+    place[7 : 7 + len(wild)] = wild
+    return pl.DataFrame({"time": time, "x": place[:, 0], "y": place[:, 1]})
+
+
+@pytest.mark.parametrize("wild", [(1e9, 5e5), (0.0, 0.0)])
+def test_a_position_from_nowhere_is_set_aside_and_told(wild):
+    result = tw.track(scattered(wild))
+    assert result.run["configuration"]["sensors"]["default"]["clutter_density"] > 1e-10
+    number = result.assignments["track"].to_list()
+    assert number[7] is None
+    assert len({each for each in number if each is not None}) == 2
+    (note,) = [each for each in result.run["notes"] if each.startswith("position: ")]
+    assert note.startswith("position: 1 of 200 reports set aside")
+    assert f"(report 8 at ({wild[0]:.6g}, {wild[1]:.6g}) m" in note
+
+
+def test_positions_that_are_many_or_not_that_far_are_of_the_recording():
+    assert not is_astray(read_reports(scattered((5.2e5, 5e5)))).any()
+    assert not is_astray(read_reports(scattered(*[(0.0, 0.0)] * 3))).any()
+    assert not is_astray(read_reports(scattered((1e9, 5e5))[:30])).any()
+    still = pl.DataFrame({"time": np.arange(50.0), "x": np.zeros(50), "y": np.zeros(50)})
+    assert not is_astray(read_reports(still)).any()

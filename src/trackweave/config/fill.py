@@ -170,7 +170,9 @@ def fill(
     unused = [name for name in configuration.table("sensors") if name not in (*names, ANY_SENSOR)]
     notes = [_unused(name, names[:MOST_NAMED]) for name in unused]
     notes += [*(estimates.notes if estimates else ()), *_doubts(sources, estimates)]
-    notes += doubts + _overruled(sources, preset) + preset_notes(preset)
+    notes += (
+        doubts + _overruled(sources, preset) + preset_notes(preset) + _sooner(lifecycle, sources)
+    )
     if divide and join and sources.sources.get("lifecycle.join") != "default":
         but = "" if merge is None else " but through merges"
         notes.append(f"lifecycle.join: where tracks may divide, no later track is joined{but}")
@@ -203,6 +205,18 @@ def _doubts(sources: Sources, estimates: Estimates | None) -> list[str]:
         if used:
             notes.append(f"sensor {name}: {doubt}; better give {', '.join(used)}")
     return notes
+
+
+def _sooner(lifecycle: Lifecycle, sources: Sources) -> list[str]:
+    """Return a sentence where tracks are confirmed before they have the hits that are told."""
+    certain, came = lifecycle.certain_probability, sources.sources
+    is_told = (came.get("lifecycle.confirm"), came.get("lifecycle.certain_probability"))
+    if is_told != ("file", "default") or lifecycle.confirm_hits <= Lifecycle().confirm_hits:
+        return []
+    return [
+        f"lifecycle.confirm: a track whose object is certain by {certain:g} is confirmed "
+        f"before it has {lifecycle.confirm_hits} hits; give certain_probability = 1 for hits alone"
+    ]
 
 
 def _overruled(sources: Sources, preset: str | None) -> list[str]:

@@ -19,7 +19,14 @@ from trackweave.io.marking import notes_on_names
 from trackweave.io.tracks_in import read_priors
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.doubles import Doubles, doubles_of, is_lone, note_on_lone
+from trackweave.run.doubles import (
+    Doubles,
+    doubles_of,
+    is_astray,
+    is_lone,
+    note_on_astray,
+    note_on_lone,
+)
 from trackweave.run.kept import Kept
 from trackweave.run.observing import settle
 from trackweave.run.polar_to_cartesian import laid
@@ -251,10 +258,14 @@ def attempt_of(
     doubles, (settings, _) = doubles_of(
         every,
         lambda once: settle(
-            _without(once, is_lone(once, max_ahead)), configuration, preset=preset, kept=kept
+            _without(once, is_lone(once, max_ahead) | is_astray(once)),
+            configuration,
+            preset=preset,
+            kept=kept,
         ),
     )
     table, lone = doubles.once, is_lone(doubles.once, max_ahead)
+    astray = is_astray(table)
     rotations = rotations_in(settings)
     places = {each.name: each.position for each in settings.sensors if each.position is not None}
     table, assumed = laid(table, places)
@@ -263,12 +274,14 @@ def attempt_of(
         *notes_on_names(every),
         *doubles.notes(),
         *assumed,
-        *note_on_lone(table, lone),
+        *note_on_lone(doubles.once, lone),
+        *note_on_astray(doubles.once, astray),
         *_notes_on_priors(begun, scan_ends(table, rotations)),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
-    course = course_of(_without(table, lone), settings, rotations, begun)
-    return Attempt(doubles, table, settings, course.of_rows(np.flatnonzero(~lone)))
+    aside = lone | astray
+    course = course_of(_without(table, aside), settings, rotations, begun)
+    return Attempt(doubles, table, settings, course.of_rows(np.flatnonzero(~aside)))
 
 
 def rotations_in(settings: Settings) -> dict[str, Rotation]:

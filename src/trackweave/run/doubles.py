@@ -1,4 +1,4 @@
-"""Reports that do not count as they came: stamped far from all others, or heard twice."""
+"""Reports that do not count as they came: far from all others in time or place, or heard twice."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,12 +15,23 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
 from trackweave.models.sensors import Sensor
 
-__all__ = ["Doubles", "doubles_of", "is_lone", "note_on_lone", "with_doubles"]
+__all__ = [
+    "Doubles",
+    "doubles_of",
+    "is_astray",
+    "is_lone",
+    "note_on_astray",
+    "note_on_lone",
+    "with_doubles",
+]
 
 # Farther than so many of the recording's own longer gaps; scans between may be lost.
 GAPS, LONGER = 10.0, 0.9
 # Where more stamps than this stand alone, that is how the recording is.
 MOST_LONE = 0.1
+# Positions of so many reports tell where the recording is; what is so many times as far off as
+# nearly all of them is elsewhere, if it is no more than this part of all.
+FEWEST_PLACES, ASTRAY, MOST_ASTRAY = 40, 30.0, 0.01
 
 
 def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
@@ -58,6 +69,32 @@ def note_on_lone(reports: ReportTable, lone: NDArray[np.bool_]) -> list[str]:
     return [
         f"time: {int(lone.sum())} reports at {listed}{more} s stand alone, far from all others; "
         "their scans are set aside, and their reports are of no track (live.max_ahead)"
+    ]
+
+
+def is_astray(reports: ReportTable) -> NDArray[np.bool_]:
+    """Tell which positions lie so far from all others that they are no place of the recording."""
+    # One at 1e9 m, or at the origin of coordinates in the millions, would make false alarms seem
+    # to be spread over all that lies between.
+    nobody = np.zeros(len(reports), dtype=np.bool_)
+    if reports.kinds or len(reports) < FEWEST_PLACES:
+        return nobody
+    low, middle, high = np.quantile(reports.measurement, [0.02, 0.5, 0.98], axis=0)
+    usual = np.maximum(high - middle, middle - low)
+    astray = np.any(np.abs(reports.measurement - middle) > ASTRAY * np.max(usual), axis=1)
+    return astray if 0 < astray.sum() <= MOST_ASTRAY * len(reports) and usual.any() else nobody
+
+
+def note_on_astray(reports: ReportTable, astray: NDArray[np.bool_]) -> list[str]:
+    """Return a sentence on the reports that are set aside for their places, none without any."""
+    rows = np.flatnonzero(astray)
+    if rows.size == 0:
+        return []
+    place = ", ".join(f"{axis:.6g}" for axis in reports.measurement[rows[0]].tolist())
+    return [
+        f"position: {rows.size} of {len(reports)} reports set aside, of no track, more than "
+        f"{ASTRAY:.0f} times as far off as nearly all others (report {reports.report[rows[0]]} at "
+        f"({place}) m on the plane); they tell nothing of noise and false alarms"
     ]
 
 
