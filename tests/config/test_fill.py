@@ -181,20 +181,6 @@ def test_confirmation_is_taken_apart() -> None:
     assert (lifecycle.confirm_hits, lifecycle.confirm_opportunities) == (2, 5)
 
 
-@pytest.mark.parametrize(
-    ("told", "is_said"),
-    [
-        ({"confirm": "6/8"}, True),
-        ({"confirm": "2/3"}, False),
-        ({"confirm": "6/8", "certain_probability": 0.99}, False),
-        ({}, False),
-    ],
-)
-def test_says_that_certain_tracks_have_fewer_hits_than_are_told(told, is_said) -> None:
-    notes = filled({"lifecycle": told}).notes
-    assert any("is confirmed before it has 6 hits" in note for note in notes) == is_said
-
-
 def test_the_deadline_becomes_seconds() -> None:
     assert filled({"search": {"deadline_ms": 250}}).deadline == 0.25
     assert filled({}).deadline is None

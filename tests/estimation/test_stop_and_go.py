@@ -72,8 +72,8 @@ def test_starts_and_stops_are_process_noise_and_noise_is_none() -> None:
     time, place, rows = threads_of(birds(1))
     # A start from rest to 10 m/s between two fixes is one standard deviation of the velocity that
     # noise adds in a pause, or some of them.
-    found = process_of_starts(time, place, rows, SIGMA)
+    found = process_of_starts(time, place, rows, SIGMA, 0.5 * PAUSE)
     assert 0.02 < found * PAUSE / SPEED**2 < 1.0
     still = np.random.default_rng(3).normal(0.0, 1.0, (200, 2))
-    steady = process_of_starts(np.arange(200.0), still, [np.arange(200)], 1.0)
+    steady = process_of_starts(np.arange(200.0), still, [np.arange(200)], 1.0, 0.5)
     assert steady < 0.5

@@ -95,7 +95,12 @@ def lone_reports(
     lasting = threads.lasting(LASTING)
     # At a quay the seldom are taken for one another; those that report often are sure.
     quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
-    sigma, process = _told_noise(time, position, quick, sigma, rate)
+    told = sigma
+    sigma, process = _told_noise(time, position, quick, told, rate)
+    rest = noise_at_rest(time, position, quick) if threads.is_whole and told is None else None
+    if sigma is not None and rest is not None and UNTOLD * sigma < rest:
+        # What moves as no process noise says can make a noise of next to none the likeliest.
+        sigma, process = _noise(time, position, quick, rest, rate)
     speed = _speed(time, position, lasting, USUALLY if not threads.is_whole else AT_MOST)
     if threads.is_whole and speed is not None:
         speed = max(speed, fastest_step(time, position, lasting, sigma or 0.0, pause))
@@ -106,7 +111,7 @@ def lone_reports(
         process = process if own is None else AGILE * own
     if threads.is_whole and process is not None and sigma is not None:
         # Who is known by name is followed however seldom it sets out.
-        starts = process_of_starts(time, position, lasting, sigma)
+        starts = process_of_starts(time, position, lasting, sigma, 0.5 * pause)
         process = starts if starts > STARTED * process else process
     return LoneReports(
         pause=pause,
@@ -167,10 +172,6 @@ def _told_noise(
     if sigma is not None and most is not None and sigma > most:
         # Threads that change from one object to another lie off by more than noise.
         sigma, process = _noise(time, position, threads, most, false_rate)
-    rest = noise_at_rest(time, position, threads)
-    if sigma is not None and rest is not None and UNTOLD * sigma < rest:
-        # What moves as no process noise says can make a noise of next to none the likeliest.
-        sigma, process = _noise(time, position, threads, rest, false_rate)
     if told is None:
         return sigma, process
     # Beside a noise that is told, such changes would seem to be turns.

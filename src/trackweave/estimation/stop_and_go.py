@@ -15,7 +15,7 @@ QUARTER, BELOW_USUAL, ALIKE = 0.25, 0.76, 2.0
 # Of steps, so many may be faster; what noise makes of them is left out.
 SELDOM, NOISE = 0.002, 3.0
 # Of second differences, so many may lie farther off than one in a hundred should.
-FAR, INSIDE = 0.005, 0.99
+FAR, INSIDE = 0.014, 0.99
 
 
 def noise_at_rest(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:
@@ -58,10 +58,11 @@ def fastest_step(
 
 
 def process_of_starts(
-    time: FloatArray, position: FloatArray, threads: list[IntArray], sigma: float
+    time: FloatArray, position: FloatArray, threads: list[IntArray], sigma: float, least: float
 ) -> float:
     """Return the process noise [m²/s³] with which hardly any start, stop or turn is far off."""
-    # The velocity from the report before to the next one changes by as much over both steps.
+    # The velocity from the report before to the next one changes by as much over both steps. Over
+    # steps shorter than ``least`` [s] it is stamps that were rounded that seem to turn.
     limit = quantile_of(position.shape[1], INSIDE)
     needed = [np.zeros(1)]
     for rows in threads:
@@ -71,5 +72,7 @@ def process_of_starts(
         step = np.diff(position[rows], axis=0)
         off = np.sum((step[1:] - ratio[:, None] * step[:-1]) ** 2, axis=1)
         noise = sigma**2 * (1.0 + (1.0 + ratio) ** 2 + ratio**2)
-        needed.append((off / limit - noise) / (second**2 * (first + second) / 3.0))
+        grown = second**2 * (first + second) / 3.0
+        is_long = np.minimum(first, second) >= least
+        needed.append(((off / limit - noise) / grown)[is_long])
     return max(float(np.quantile(np.concatenate(needed), 1.0 - FAR)), 0.0)
