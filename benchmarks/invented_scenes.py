@@ -148,6 +148,58 @@ def stage_jump(rng: np.random.Generator) -> pl.DataFrame:
     return _table(rows, ["x", "y"])
 
 
+def drones(rng: np.random.Generator) -> pl.DataFrame:
+    """Return three minutes of a radar that sees four drones and six birds in much clutter.
+
+    Drones hover and dart, birds wander at 8 m/s and are seen at three looks of ten.
+    """
+    rows = []
+    for number in range(10):
+        is_drone = number < 4
+        place = np.array([rng.uniform(-800, 800), rng.uniform(400, 1700), rng.uniform(40, 140)])
+        heading, speed, left = rng.uniform(0, 2 * np.pi), 0.0 if is_drone else 8.0, 0
+        velocity, seen = np.zeros(3), rng.uniform(0.5, 0.7) if is_drone else 0.3
+        for second in range(180):
+            left -= 1
+            if is_drone and left <= 0:
+                heading, speed = rng.uniform(0, 2 * np.pi), (0.0 if speed else rng.uniform(12, 18))
+                left = int(rng.integers(10, 30))
+            heading += 0.0 if is_drone else rng.normal(0.0, 0.25)
+            wanted = speed * np.append(_ahead(heading), 0.0)
+            velocity = velocity + np.clip(wanted - velocity, -5.0, 5.0)
+            place = place + velocity
+            if rng.random() < seen:
+                away = float(np.linalg.norm(place))
+                angles = np.arctan2(place[0], place[1]), np.arcsin(place[2] / away)
+                noise = rng.normal(0.0, (6.0, 0.7, 0.9))
+                rows.append(
+                    (float(second), *(np.array([away, *np.degrees(angles)]) + noise), str(number))
+                )
+    for second in range(180):
+        for _ in range(rng.poisson(12)):
+            away = float(np.sqrt(rng.uniform(100.0**2, 2200.0**2)))
+            rows.append((float(second), away, rng.uniform(-60, 60), rng.uniform(0, 15), NOBODY))
+    return _table(rows, ["range_m", "azimuth_deg", "elevation_deg"])
+
+
+def tags(rng: np.random.Generator) -> pl.DataFrame:
+    """Return 12 hours of six birds that sit for hours and fly for minutes; 3 % are 1 km off."""
+    rows = []
+    for bird in range(6):
+        place, velocity, left = rng.uniform(-300.0, 300.0, 2), np.zeros(2), 20
+        for fix in range(144):
+            left -= 1
+            if left == 0:
+                flies = not velocity.any()
+                velocity = 10.0 * flies * _ahead(rng.uniform(0.0, 2 * np.pi))
+                left = int(rng.integers(1, 4) if flies else rng.integers(12, 40))
+            place = place + 300.0 * velocity
+            off = 1000.0 if rng.random() < 0.03 else 8.0
+            time = 300.0 * fix + 31.0 * bird + rng.uniform(-10.0, 10.0)
+            rows.append((time, *(place + rng.normal(0.0, off, 2)), f"b{bird}", f"b{bird}"))
+    return _table(rows, ["x", "y", "identity"])
+
+
 # What is told of each: where sensors stand, as whoever records knows it.
 AT = {"position": [0.0, 0.0]}
 SCENES: dict[str, tuple[Callable[[np.random.Generator], pl.DataFrame], dict]] = {
@@ -163,6 +215,8 @@ SCENES: dict[str, tuple[Callable[[np.random.Generator], pl.DataFrame], dict]] = 
         },
     ),
     "stage_jump": (stage_jump, {}),
+    "drones": (drones, {}),
+    "tags": (tags, {}),
 }
 
 
