@@ -90,11 +90,7 @@ def local_density(position: FloatArray) -> float:
 def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | None:
     """Return tracks that chance would hardly make, None where none stands out."""
     # Speed is the greatest of an object [m/s]; density is of reports per unit of volume and scan.
-    windows = []
-    for frames in blocks:
-        length = min(SEGMENT, len(frames))
-        starts = range(0, len(frames) - length + 1, STRIDE)
-        windows += [(frames, start + np.arange(length)) for start in starts]
+    windows = [(frames, window) for frames in blocks for window in _windows(frames)]
     found = _sure_segments(windows, speed, density)
     if not found:
         return None
@@ -198,8 +194,8 @@ def _left_over(frames: Frames, speed: float, density: float) -> tuple[list[_Segm
 
 def _windows(frames: Frames) -> list[IntArray]:
     """Return the scans through which segments are looked for."""
-    starts = range(0, len(frames) - SEGMENT + 1, STRIDE)
-    return [start + np.arange(SEGMENT) for start in starts]
+    length = min(SEGMENT, len(frames))
+    return [start + np.arange(length) for start in range(0, len(frames) - length + 1, STRIDE)]
 
 
 def _sure_segments(
@@ -283,57 +279,29 @@ def _extend(found: list[_Segment], density: float) -> Chains:
     times = np.full((len(found), length), np.nan)
     positions = np.full((len(found), length, dim), np.nan)
     for time, position, segment in zip(times, positions, found, strict=True):
-        _follow(segment, (time, position), sigma, alone)
+        after = segment.frames.time[segment.start :]
+        n = segment.points.shape[0]
+        time[:n], position[:n] = after[:n], segment.points
+        misses = 0
+        for step in range(n, after.size):
+            known = np.flatnonzero(np.isfinite(position[:, 0]))[-SEGMENT:]
+            place, spread = _continue(time[known], position[known], after[step], sigma)
+            reports = segment.frames.position[segment.start + step]
+            distance = np.linalg.norm(reports - place, axis=1)
+            near = np.flatnonzero(distance <= max(GATE * spread, alone))
+            misses = 0 if near.size else misses + 1
+            if near.size > 1 or misses > MAX_MISSES:
+                break
+            time[step] = after[step]
+            if near.size:
+                position[step] = reports[near[0]]
     speed = [_speed(s.frames.time[s.start : s.start + len(s.points)], s.points) for s in found]
     return Chains(times, positions, np.array(speed), np.array([s.residual for s in found]))
-
-
-def _follow(
-    segment: _Segment, chain: tuple[FloatArray, FloatArray], sigma: float, alone: float
-) -> None:
-    """Write the times and positions [m] of a chain that a segment begins."""
-    time, position = chain
-    after, n = segment.frames.time[segment.start :], segment.points.shape[0]
-    time[:n], position[:n] = after[:n], segment.points
-    misses, aside = 0, -1
-    for step in range(n, after.size):
-        known = np.flatnonzero(np.isfinite(position[:, 0]))
-        reports = segment.frames.position[segment.start + step]
-        if aside >= 0 and _is_near(reports, chain, known[known != aside], after[step], sigma):
-            # It goes on as if what lay aside had not been reported: that was another's.
-            position[aside], known = np.nan, known[known != aside]
-        place, spread = _continue(
-            time[known[-SEGMENT:]], position[known[-SEGMENT:]], after[step], sigma
-        )
-        distance = np.linalg.norm(reports - place, axis=1)
-        near = np.flatnonzero(distance <= max(GATE * spread, alone))
-        misses = 0 if near.size else misses + 1
-        if near.size > 1 or misses > MAX_MISSES:
-            break
-        time[step] = after[step]
-        if near.size:
-            position[step] = reports[near[0]]
-            aside = step if distance[near[0]] > GATE * spread else -1
-    if aside >= 0:
-        position[aside] = np.nan
 
 
 def _speed(time: FloatArray, points: FloatArray) -> float:
     centred = time - time.mean()
     return float(np.linalg.norm(centred @ points / np.dot(centred, centred)))
-
-
-def _is_near(
-    reports: FloatArray,
-    chain: tuple[FloatArray, FloatArray],
-    known: IntArray,
-    ahead: float,
-    sigma: float,
-) -> bool:
-    """Tell whether any report lies where some of a chain lead."""
-    time, position = (part[known[-SEGMENT:]] for part in chain)
-    place, spread = _continue(time, position, ahead, sigma)
-    return bool(np.any(np.linalg.norm(reports - place, axis=1) <= GATE * spread))
 
 
 def _continue(

@@ -53,7 +53,7 @@ PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0
 # Where nearly nothing is known, proofs of what is best take minutes and tell nothing more.
 QUICK = Auto(evaluations=10_000, branches=0)
 # Nor need decisions stay open for long in a sky, as they do in a crowd of people: it tells the
-# same, and takes two thirds of the time.
+# same, and takes less time.
 TURNING_DEPTH = 3
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
