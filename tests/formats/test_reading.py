@@ -18,7 +18,7 @@ from trackweave.formats import registry
 from trackweave.formats.csv_stream import CsvDecoder
 from trackweave.formats.format import Facts, Format, Skips
 from trackweave.formats.opensky import OpenskyDecoder
-from trackweave.formats.reading import load
+from trackweave.formats.reading import load, read_reports
 
 
 def written(path: Path, data: bytes) -> Path:
@@ -282,3 +282,22 @@ def test_a_file_of_what_is_only_written_is_called_so(tmp_path):
     (tmp_path / "tracks.kml").write_text("<kml/>")
     with pytest.raises(DataFormatError, match=r"KML .*, which is written and not read; expected"):
         load(tmp_path / "tracks.kml")
+
+
+def test_a_user_tells_what_columns_of_a_table_are_called(tmp_path):
+    path = tmp_path / "survey.csv"
+    path.write_text("moment,ost,nord,x\n0,1,2,9\n1,3,4,9\n")
+    with pytest.raises(DataFormatError, match=r"column time: missing; .*--from 'csv[?]time=NAME'"):
+        read_reports(path)
+    with pytest.raises(DataFormatError, match="columns x and ost: both would be x"):
+        read_reports(path, told="csv?time=moment&x=ost&y=nord")
+    path.write_text("moment,ost,nord,x\n0,1,2,9\n1,3,4,9\n".replace(",x", ",code"))
+    found = read_reports(path, told="csv?time=moment&x=ost&y=nord")
+    assert found.measurement.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert "column ost: taken for x, for there is no column x" in found.notes
+    with pytest.raises(
+        DataFormatError, match=r"survey\.csv, column east: missing; expected it as x"
+    ):
+        read_reports(path, told="csv?x=east")
+    with pytest.raises(InvalidInputError, match=r"'ecks'; expected a column of ours"):
+        read_reports(path, told="csv?ecks=ost")

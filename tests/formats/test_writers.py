@@ -299,3 +299,13 @@ def test_boxes_by_their_corners_or_their_size_are_the_same_boxes():
     decoder = format_named("kitti").decoder()
     assert decoder.feed(kitti) is None
     assert decoder.facts.left_out == {"boxes without a place on the ground": 10}
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"), [("geojson", '"name":"227006760"'), ("kml", "<name>227006760</name>")]
+)
+def test_a_track_is_called_by_the_identity_of_most_of_its_reports(name, wanted):
+    told = pl.DataFrame({"track": [1, 1, 1, 2], "identity": ["227006760", "227006760", "5", None]})
+    output = replace(states(), assignments=told)
+    assert wanted in text_of(name, output)
+    assert wanted not in text_of(name, states())

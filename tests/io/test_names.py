@@ -143,3 +143,22 @@ def test_what_seems_to_be_meant_as_a_column_of_ours_is_asked_back(column, ours, 
     assert said in tw.read_reports(table).notes
     told = table.with_columns(pl.lit("a").alias(ours))
     assert said not in tw.read_reports(told).notes
+
+
+def test_titles_and_units_under_the_header_are_no_rows(tmp_path):
+    path = tmp_path / "spots.csv"
+    path.write_text(
+        "ID,FRAME,POSITION_X,POSITION_Y\nSpot ID,Frame,X,Y\n,,(micron),(micron)\n"
+        "7,0,1.5,2\n8,1,2.5,2\n"
+    )
+    reports = tw.read_reports(path)
+    assert reports.time.tolist() == [0.0, 1.0]
+    assert reports.row.tolist() == [3, 4]
+    assert "2 more rows of headers under the first left out" in reports.notes
+
+
+def test_a_first_row_in_which_only_a_number_is_wrong_is_refused(tmp_path):
+    path = tmp_path / "reports.csv"
+    path.write_text("time,x,y\n0,east,2\n1,2,3\n")
+    with pytest.raises(DataFormatError, match="row 1, column x: east"):
+        tw.read_reports(path)

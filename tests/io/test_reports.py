@@ -131,7 +131,7 @@ def test_parquet_and_csv_give_the_same_reports(tmp_path):
     [
         ("", ": no header, the file is empty; expected columns' names"),
         ("time,x,y\n", ": no data rows; expected at least one"),
-        ("x,y\n1,2\n", ", column time: missing; expected seconds or ISO 8601 times (the columns"),
+        ("x,y\n1,2\n", ", column time: missing; expected seconds or ISO 8601 times; --from"),
         ("time,x,y\nnan,1,2\n", ", row 1, column time: nan; expected a finite number of seconds"),
         ("time,x,y\n0,1,2\n,1,2\n", ", row 2, column time: (empty); expected a finite number"),
         ("time,x,y\n1e12,1,2\n0,1,2\n", ", row 1, column time: 1e12; expected a number from"),

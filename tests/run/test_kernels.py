@@ -21,16 +21,27 @@ print(len(said))
 """
 
 
-def said(**environment: str) -> str:
-    """Return how often it was told in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", COMPILE],
+WITHIN = COMPILE.replace(
+    "with kernels.compiling_told(lambda: said.append(1)):",
+    "with kernels.compiling_told(lambda: said.append(1)), "
+    "kernels.compiling_told(lambda: said.append(2)):",
+)
+
+
+def ran(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run code in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", code],
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
         check=True,
     )
-    return done.stdout.strip()
+
+
+def said(code: str = COMPILE, **environment: str) -> str:
+    """Return how often it was told."""
+    return ran(code, **environment).stdout.strip()
 
 
 @pytest.mark.slow
@@ -42,3 +53,16 @@ def test_compiling_is_told_once_and_not_where_kernels_are_kept(tmp_path: Path) -
 
 def test_nothing_is_told_where_compiling_is_off(tmp_path: Path) -> None:
     assert said(NUMBA_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="1") == "0"
+
+
+@pytest.mark.slow
+def test_of_blocks_within_one_another_the_outermost_tells(tmp_path: Path) -> None:
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    assert said(WITHIN, **cache) == "1"
+
+
+@pytest.mark.slow
+def test_who_calls_from_python_is_told_on_standard_error(tmp_path: Path) -> None:
+    code = COMPILE.replace("compiling_told(lambda: said.append(1))", "compiling_told()")
+    done = ran(code, NUMBA_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="0")
+    assert done.stderr == "compiling kernels, once; this takes a minute or two\n"

@@ -32,7 +32,6 @@ BAD_INPUT, OURS, INTERRUPTED = 2, 1, 130
 READER_LEFT = 141
 """What a shell tells of a program that SIGPIPE ended, as most programs are."""
 DEBUG = "TRACKWEAVE_DEBUG"
-COMPILING = "compiling kernels, once; this takes a minute or two"
 
 
 def with_status(command: Callable[..., None]) -> Callable[..., None]:
@@ -219,7 +218,7 @@ class Voice:
     @contextmanager
     def compiling(self) -> Iterator[None]:
         """Say that kernels compile, where that takes more than a second while the block runs."""
-        from trackweave.run.kernels import compiling_told
+        from trackweave.run.kernels import COMPILING, compiling_told
 
         with compiling_told(lambda: self.say(COMPILING)):
             yield

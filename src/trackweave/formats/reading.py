@@ -25,11 +25,13 @@ from trackweave.formats.format import HEAD_BYTES, Format, Option
 from trackweave.formats.registry import format_named, formats, recognised
 from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import (
+    OURS,
     OnBadRow,
     RawTable,
     load_table,
     opened,
     table_in,
+    with_names,
     with_our_names,
     within_calendars,
 )
@@ -168,15 +170,21 @@ def read_reports(  # noqa: PLR0913 each says another thing of the same file
     )
 
 
-def chosen(told: str) -> tuple[Format, dict[str, Any]]:
+def chosen(told: str, *, of_file: bool = False) -> tuple[Format, dict[str, Any]]:
     """Return the format that a user names, and what its reader is told by that, checked."""
+    # Of a file that is a table: what columns are called there, by our names.
     name, _, query = told.partition("?")
     found = format_named(name)
     settings: dict[str, Any] = {}
     options = {option.name: option for option in found.options}
     for key, value in parse_qsl(query, keep_blank_values=True):
+        if of_file and found.is_table and key in OURS and value:
+            settings[key] = value
+            continue
         if key not in options:
             expected = ", ".join(options) or "no option"
+            if of_file and found.is_table:
+                expected = "a column of ours and its name in the file, such as x=easting"
             raise InvalidInputError(f"format {told!r:.80}: {key!r}; expected {expected}")
         settings[key] = _value(options[key], value, told)
     return found, settings
@@ -266,7 +274,7 @@ def _load_one(path: Path, told: str | None) -> RawTable:
             raise DataFormatError(f"{name}: empty; expected a recording of reports")
         found, settings = _format_of(head, name, told)
         if found.is_table:
-            return table_in(head + file.read(), name, found.endings[0])
+            return with_names(table_in(head + file.read(), name, found.endings[0]), settings)
         if found.decoder is None:
             raise DataFormatError(
                 f"{name}: a file; expected a directory of the format {found.name}"
@@ -304,7 +312,7 @@ def _load_folder(path: Path, told: str | None) -> RawTable:
 
 def _format_of(head: bytes, name: str, told: str | None) -> tuple[Format, dict[str, Any]]:
     if told is not None:
-        return chosen(told)
+        return chosen(told, of_file=True)
     found = recognised(head, name)
     if found is None or not found.can_read:
         if (written := _written_only(name)) is not None:

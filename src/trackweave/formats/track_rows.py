@@ -26,6 +26,8 @@ class EarthTrack:
 
     track: int
     name: str
+    """What a live service calls it, else the identity that most of its reports tell (MMSI, Mode S
+    address), else its number."""
     time: list[str]
     """ISO 8601, UTC."""
     seconds: FloatArray
@@ -121,12 +123,12 @@ def earth_tracks(output: Output, name: str) -> Iterator[EarthTrack]:
         "sigma": _worst_axis(rows),
         "sigma_up": np.sqrt(_column(rows, "p_z_z")) if "p_z_z" in rows.columns else None,
     }
-    numbers = rows["track"].cast(pl.Int64).to_numpy()
+    numbers, said = rows["track"].cast(pl.Int64).to_numpy(), most_said(output, "identity")
     first = np.flatnonzero(np.diff(numbers, prepend=numbers[:1] - 1))
     for begin, end in zip(first, [*first[1:], len(numbers)], strict=True):
         part = rows[int(begin) : int(end)]
         number = int(numbers[begin])
-        named = part["name"][0] if "name" in part.columns else None
+        named = part["name"][0] if "name" in part.columns else said.get(str(number))
         yield EarthTrack(
             track=number,
             name=str(number if named is None else named),

@@ -96,7 +96,9 @@ def read_positions(
     for first, second in (("x", "y"), ("y", "x"), ("lat", "lon"), ("lon", "lat")):
         if first in names:
             checks.require(second, f"position columns {_EXPECTED}")
-    hint = "; of boxes, give their middle as x, y" if {"left", "top"} <= names else ""
+    hint = "; --from 'csv?x=NAME&y=NAME' tells what columns are called in a file"
+    if {"left", "top"} <= names:
+        hint = "; of boxes, give their middle as x, y"
     raise DataFormatError(
         f"{checks.name}, columns x and y: missing; expected position columns {_EXPECTED}{hint} "
         f"({checks.listed_columns})"

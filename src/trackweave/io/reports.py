@@ -70,7 +70,9 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
         frame = _frame_of_places([*known.values()], frame_projection)
     if frame is None and frame_projection != "tangent" and not has_plane:
         frame = frame_about(checks, frame_projection)
-    checks.require("time", "seconds or ISO 8601 times")
+    checks.require(
+        "time", "seconds or ISO 8601 times; --from 'csv?time=NAME' tells what it is called"
+    )
     ask_back(checks)
     time, iso_time = checks.times("time")
     sensor_names = _sensor_names(checks)

@@ -17,6 +17,7 @@ from trackweave.arrays import IntArray
 from trackweave.domain.facts import Facts, Skips
 from trackweave.domain.reports import BadRow
 from trackweave.errors import DataFormatError
+from trackweave.summaries import counted
 
 __all__ = [
     "ENDINGS",
@@ -29,6 +30,7 @@ __all__ = [
     "opened",
     "read_bytes",
     "table_in",
+    "with_names",
     "with_our_names",
     "within_calendars",
 ]
@@ -46,13 +48,15 @@ _PER_DAY = {None: 1.0, "ms": 86_400e3, "us": 86_400e6, "ns": 86_400e9}
 # The years 1 to 9999, in days from 1970, and as long a duration as Python has.
 _YEARS, _DURATION = (-719_162, 2_932_895), (-999_999_999, 999_999_999)
 ENDINGS = (".csv", ".csv.gz", ".parquet")
+# As many rows of titles and units as may follow a header, and how no cell of them begins.
+_MOST_HEADERS, _BEGINS_A_NUMBER = 4, r"^\s*[+-]?\.?\d"
 KNOWN_AS = {
-    "time": ("t", "timestamp", "datetime", "frame"),
-    "lat": ("latitude",),
-    "lon": ("longitude", "lng"),
-    "x": ("position_x",),
-    "y": ("position_y",),
-    "z": ("position_z",),
+    "time": ("t", "timestamp", "datetime", "time_s", "t_s", "position_t", "frame"),
+    "lat": ("latitude", "lat_deg"),
+    "lon": ("longitude", "lng", "lon_deg"),
+    "x": ("position_x", "x_m", "easting"),
+    "y": ("position_y", "y_m", "northing"),
+    "z": ("position_z", "z_m"),
 }
 """What others call our columns, in small letters; the first that is there counts."""
 OURS = frozenset(
@@ -152,6 +156,22 @@ def within_calendars(table: RawTable, *, may_be_empty: bool = False) -> RawTable
     return table
 
 
+def with_names(table: RawTable, own_names: Mapping[str, str]) -> RawTable:
+    """Return a table of which a user tells what some of our columns are called there."""
+    names = table.columns.columns
+    for ours, own in own_names.items():
+        if own not in names:
+            raise DataFormatError(
+                f"{table.name}, column {own}: missing; expected it as {ours} ({', '.join(names)})"
+            )
+        if ours != own and ours in names and ours not in own_names.values():
+            raise DataFormatError(
+                f"{table.name}, columns {ours} and {own}: both would be {ours}; expected one"
+            )
+    renamed = table.columns.rename({own: ours for ours, own in own_names.items()})
+    return replace(table, columns=renamed, own_names={**table.own_names, **own_names})
+
+
 def with_our_names(table: RawTable) -> RawTable:
     """Return a table whose columns that others call otherwise are called as ours."""
     names = table.columns.columns
@@ -163,7 +183,21 @@ def with_our_names(table: RawTable) -> RawTable:
         if ours not in names and found:
             own[ours] = found[0]
     renamed = table.columns.rename({theirs: ours for ours, theirs in own.items()})
-    return replace(table, columns=renamed, own_names={**table.own_names, **own})
+    table = replace(table, columns=renamed, own_names={**table.own_names, **own})
+    return _without_more_headers(table) if table.is_text and "time" in renamed.columns else table
+
+
+def _without_more_headers(table: RawTable) -> RawTable:
+    """Return a table without rows of titles and units that follow its header."""
+    # Such as the three of TrackMate's tables: no cell begins as a number or a time does.
+    first = table.columns.head(_MOST_HEADERS + 1)
+    says = pl.any_horizontal(pl.all().str.contains(_BEGINS_A_NUMBER).fill_null(value=False))
+    count = next((k for k, says_any in enumerate(first.select(says).to_series()) if says_any), 0)
+    if not count:
+        return table
+    note = f"{counted(count, 'more row')} of headers under the first left out"
+    facts = replace(table.facts, notes=[*table.facts.notes, note])
+    return replace(table, columns=table.columns[count:], row=table.row[count:], facts=facts)
 
 
 def _in_other_letters(table: RawTable) -> dict[str, str]:

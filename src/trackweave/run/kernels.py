@@ -1,20 +1,35 @@
 """Whether kernels are being compiled, so that nobody takes it for hanging."""
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from time import perf_counter
 
-__all__ = ["compiling_told"]
+__all__ = ["COMPILING", "compiling_logged", "compiling_told"]
 
+COMPILING = "compiling kernels, once; this takes a minute or two"
 PATIENCE = 1.0
 """How long compiling may take without a word [s]."""
+_IS_WATCHED = ContextVar("_IS_WATCHED", default=False)
+
+
+def compiling_logged() -> None:
+    """Tell whoever calls from Python: on standard error, where no logging is set up."""
+    logging.getLogger("trackweave").warning(COMPILING)
 
 
 @contextmanager
-def compiling_told(tell: Callable[[], None]) -> Iterator[None]:
-    """Have it told, once, when compiling takes more than a second while the block runs."""
+def compiling_told(tell: Callable[[], None] = compiling_logged) -> Iterator[None]:
+    """Have it told, once, when compiling takes more than a second while the block runs.
+
+    Of such blocks within one another the outermost tells.
+    """
     # Kernels that an earlier run left on the disk are not compiled again; another command, or
     # another method, may need others.
+    if _IS_WATCHED.get():
+        yield
+        return
     from numba.core import event
 
     class Teller(event.Listener):
@@ -36,9 +51,10 @@ def compiling_told(tell: Callable[[], None]) -> Iterator[None]:
                 self.is_told = True
                 tell()
 
-    teller = Teller()
+    teller, before = Teller(), _IS_WATCHED.set(True)
     event.register("numba:compile", teller)  # type: ignore[no-untyped-call]
     try:
         yield
     finally:
         event.unregister("numba:compile", teller)  # type: ignore[no-untyped-call]
+        _IS_WATCHED.reset(before)

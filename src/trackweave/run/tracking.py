@@ -30,6 +30,7 @@ from trackweave.run.heights import registered
 from trackweave.run.history import smoothed_history
 from trackweave.run.joining import in_hindsight
 from trackweave.run.kept import Kept
+from trackweave.run.kernels import compiling_told
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.record import record_of, with_file, with_seed
@@ -83,6 +84,7 @@ def track(
     engine: str | None = None,
     workers: int | None = None,
 ) -> TrackingResult[Table]: ...
+@compiling_told()
 def track(  # noqa: PLR0913 the one function that users call with everything
     reports: Any,
     config: Config = None,
