@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackweave.estimation.pair_ratios import ratio_of_pairs
 from trackweave.estimation.threads import threads_of
 
 
@@ -54,3 +55,47 @@ def test_threads_ships_in_line_astern():
     owned = [np.bincount(table[each, 3].astype(int)).max() for each in threads.rows]
     assert sum(owned) > 0.95 * threads.n_reports
     assert len(threads.lasting(80)) == 6
+
+
+def walkers(seed, count=8, seconds=120.0):
+    """Return reports of people who walk in a hall, two a second each, and whose they are."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for number in range(count):
+        place, heading = rng.uniform(0, [30, 18]), rng.uniform(0, 2 * np.pi)
+        begun = rng.uniform(0, 0.5)
+        for time in begun + np.cumsum(np.maximum(rng.normal(0.5, 0.02, int(2 * seconds)), 0.3)):
+            heading += rng.normal(0, 0.15)
+            step = 0.6 * np.array([np.cos(heading), np.sin(heading)])
+            inside = (place + step > 0) & (place + step < [30, 18])
+            heading = heading if inside.all() else np.arctan2(*([9.0, 15.0] - place[::-1]))
+            place = np.clip(place + step, 0, [30, 18])
+            rows.append((time, *(place + rng.normal(0, 0.12, 2)), number))
+    table = np.array(sorted(rows))
+    return table[:, 0], table[:, 1:3], table[:, 3].astype(int)
+
+
+def test_threads_tell_whose_reports_are_although_those_of_others_come_sooner():
+    # Between two reports of one there are seven of others, at random places of the hall.
+    time, place, who = walkers(5)
+    threads = threads_of(time, place)
+    same = [who[rows[1:]] == who[rows[:-1]] for rows in threads.rows if rows.size > 1]
+    assert np.mean(np.concatenate(same)) > 0.97
+    assert sum(map(len, same)) > 0.95 * time.size
+
+
+def test_pairs_of_one_object_are_many_times_as_many_as_by_chance():
+    time, place, who = walkers(6)
+    before, behind = np.triu_indices(time.size, 1)
+    some = np.flatnonzero(time[behind] - time[before] < 0.7)[::7]
+    pairs = before[some], behind[some]
+    density = time.size / (30.0 * 18.0 * np.ptp(time))
+    ratio, apart = ratio_of_pairs((time, place, np.zeros_like(place)), pairs, density)
+    is_same = who[pairs[0]] == who[pairs[1]]
+    assert np.median(ratio[is_same]) > 15.0
+    assert np.median(ratio[~is_same]) < 2.0
+    assert np.allclose(apart, np.linalg.norm(place[pairs[1]] - place[pairs[0]], axis=1))
+    unknown = np.full_like(place, np.nan)
+    ratio, apart = ratio_of_pairs((time, place, unknown), pairs, density)
+    assert np.all(ratio == 0)
+    assert np.isnan(apart).all()

@@ -34,6 +34,9 @@ DETECTION_RANGE = (0.5, 0.98)
 LEAST_PROCESS = 3e-4
 # With so many unrelated reports about a successor, false segments line up.
 CROWDED = 1.0
+# Threads of anonymous lone reports leave out what lies far off, so that none tells how much does:
+# measured on tags behind racks, and on ships with a wild position in three hundred.
+WILD_SHARE, WILD_SCALE = 0.05, 8.0
 # Above the greatest speed that is seen.
 WIDER = 1.25
 
@@ -151,7 +154,11 @@ def _kinematic(
     position = reports.measurement[rows]
     lone = lone_reports(reports.time[rows], position, threads, sigma)
     note = note_on_lone(lone, seen, is_told=is_told)
-    return _of_lone(lone, note, position, sigma)
+    found = _of_lone(lone, note, position, sigma)
+    if threads.is_whole:
+        return found
+    sensor = replace(found.sensor, tail_share=WILD_SHARE, tail_scale=WILD_SCALE)
+    return replace(found, sensor=sensor)
 
 
 def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | None) -> _Findings:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.pair_ratios import ratio_of_pairs
 from trackweave.estimation.trees import tree_of
 
 __all__ = ["Threads", "once", "threads_of"]
@@ -19,11 +20,14 @@ UNRELATED = 0.2
 # The area of the reports is at least so many times as wide as it is long.
 NARROWEST = 0.1
 N_PASSES = 4
-# What noise and motion put between two reports of one object counts so much beside where they
-# are, in the second round, or the second next is the nearest too often.
-NOISE, N_ROUNDS = 4.0, 3
+N_ROUNDS = 3
+# Links are likely enough that are as likely as all but this share of those that there are, and so
+# many times as many as by chance; then a shorter wait decides, but for this share of the usual.
+ENOUGH, SURELY, SOONER = 0.2, 30.0, 0.7
 # The same position again within so long is one report heard twice [s].
 TWICE = 2.0
+# Shorter waits tell no speed [s].
+SHORTEST = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,18 +44,20 @@ class Threads:
 
 
 def threads_of(time: FloatArray, position: FloatArray) -> Threads:
-    """Return reports threaded by their nearest in space and time."""
-    # Two reports are as near as few unrelated ones would lie between them, in the ball whose
-    # radius is their distance and over the time between them. That knows neither noise nor speeds.
-    # Those that are nearest to each other are linked, then those of the rest.
-    # After I. Zaliapin, A. Gabrielov, V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity
-    # and aftershock identification", Physical Review Letters 101, 2008.
+    """Return reports threaded by what tells them from unrelated ones in space and time."""
+    # A link is likely where there are many times as many pairs as far apart as chance makes, by
+    # where they are and then by where those go that are linked already. That is told neither noise
+    # nor speeds. Those that are likeliest for each other are linked, then those of the rest. A
+    # link counts where few unrelated reports would lie between them, in the ball whose radius is
+    # their distance and over the time between them, after I. Zaliapin, A. Gabrielov,
+    # V. Keilis-Borok, H. Wong, "Clustering analysis of seismicity and aftershock identification",
+    # Physical Review Letters 101, 2008.
     rows = once(time, position)
     time, position = time[rows], position[rows]
     extent = float(np.linalg.norm(np.ptp(position, axis=0))) if rows.size else 0.0
     span = float(np.ptp(time)) if rows.size else 0.0
     after = np.full(rows.size, -1, dtype=np.int64)
-    if extent > 0 and span > 0:
+    if extent > 0 and span > SHORTEST:
         after = _linked(time, position, extent, span)
     return Threads(_chained(after, rows), rows.size)
 
@@ -69,27 +75,59 @@ def once(time: FloatArray, position: FloatArray) -> IntArray:
 def _linked(time: FloatArray, position: FloatArray, extent: float, span: float) -> IntArray:
     """Return the report that follows each one, -1 for none."""
     count, dim = position.shape
-    before, behind = _pairs(time, position, extent / span)
-    square = np.sum((position[behind] - position[before]) ** 2, axis=1)
+    pairs = before, behind = _pairs(time, position, extent / span)
     wait = time[behind] - time[before]
     unit = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
     sides = np.ptp(position, axis=0)
     # Ships in line astern fill no area; who passes beside them would be unrelated.
     sides[:2] = np.maximum(sides[:2], NARROWEST * sides[:2].max())
     density = count / float(np.prod(np.maximum(sides, 1e-9))) / span
-    after, noise = np.full(count, -1, dtype=np.int64), 0.0
+    after = np.full(count, -1, dtype=np.int64)
+    velocity, likely, near = (
+        np.zeros_like(position),
+        np.zeros(wait.size),
+        np.full(wait.size, np.inf),
+    )
     for _ in range(N_ROUNDS):
-        unrelated = density * wait * unit * (square + noise) ** (dim / 2)
-        sure = np.flatnonzero(unrelated < UNRELATED)
-        order = sure[np.argsort(unrelated[sure], kind="stable")]
-        after = _married(before[order], behind[order], count)
-        linked = after >= 0
-        if not linked.any():
-            break
-        # Else the second next is taken for the next where noise puts it nearer.
-        step = position[after[linked]] - position[linked]
-        noise = NOISE * float(np.median(np.sum(step**2, axis=1)))
+        reports = time, position, velocity
+        ratio, apart = ratio_of_pairs(reports, pairs, density)
+        likely, near = np.maximum(likely, ratio), np.fmin(near, apart)
+        sure = np.flatnonzero(density * wait * unit * near**dim < UNRELATED)
+        after = _likeliest((before[sure], behind[sure]), wait[sure], likely[sure], after)
+        # Then also by where those go that are linked already.
+        velocity = _velocities(time, position, after)
     return after
+
+
+def _likeliest(
+    pairs: tuple[IntArray, IntArray], wait: FloatArray, likely: FloatArray, after: IntArray
+) -> IntArray:
+    """Return which report follows each one, of pairs of which each is so likely."""
+    before, behind = pairs
+    cost = 1.0 / likely
+    for _ in range(N_ROUNDS):
+        is_linked = after[before] == behind
+        if is_linked.any():
+            # Of what rests, the next report but one is as near as the next: among what is likely
+            # enough the wait decides, beside that usual of the likeliest.
+            linked = likely[is_linked]
+            is_likeliest = linked >= np.median(linked)
+            pause = float(np.median(wait[is_linked][is_likeliest]))
+            enough = max(float(np.quantile(linked, ENOUGH)), SURELY)
+            cost = (wait + SOONER * pause) / np.minimum(likely, enough)
+        order = np.argsort(cost, kind="stable")
+        after = _married(before[order], behind[order], after.size)
+    return after
+
+
+def _velocities(time: FloatArray, position: FloatArray, after: IntArray) -> FloatArray:
+    """Return how fast what is linked to a report before it went there, NaN for unknown."""
+    velocity = np.full_like(position, np.nan)
+    linked = np.flatnonzero(after >= 0)
+    behind = after[linked]
+    wait = np.maximum(time[behind] - time[linked], SHORTEST)
+    velocity[behind] = (position[behind] - position[linked]) / wait[:, None]
+    return velocity
 
 
 def _married(before: IntArray, behind: IntArray, count: int) -> IntArray:
