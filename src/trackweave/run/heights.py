@@ -16,6 +16,7 @@ from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import Registration, registration_of, unfit
 from trackweave.run.sighting import tracks_of
+from trackweave.run.sweeping import with_sweeps
 from trackweave.run.told_places import with_facts
 
 __all__ = ["HeightFinding", "found_heights", "registered"]
@@ -113,7 +114,8 @@ def found_heights(
 def registered(
     reports: ReportTable, configuration: Configuration, *, looks: bool = True
 ) -> tuple[HeightFinding, Registration]:
-    """Return what was found of heights and then of biases, where any are looked for."""
+    """Return what was found of sweeps, of heights and then of biases, where any are looked for."""
+    reports, configuration = with_sweeps(reports, configuration)
     placed = with_facts(configuration, reports)
     heights = found_heights(reports, placed, looks=looks)
     return heights, registration_of(heights.reports, placed, looks=looks)

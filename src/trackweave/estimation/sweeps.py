@@ -1,0 +1,112 @@
+"""Sweeps of a beam over a sector and back, from when and from where reports came.
+
+Reports of the same moment of a period come from the same direction. Ordered by that moment they
+lie on a curve, by any other period they do not: the period is the one with the shortest string
+through the reports [1]_.
+
+.. [1] M. M. Dworetsky, A period-finding method for sparse randomly spaced observations, Monthly
+   Notices of the Royal Astronomical Society 203, 1983.
+"""
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+
+__all__ = ["sweeps_of"]
+
+# The period is found from so many reports, then followed through the others, each time twice.
+FIRST_REPORTS, FEWEST_REPORTS = 240, 40
+# There are so many sweeps at least in these, and more than so many reports in each.
+FEWEST_SWEEPS, LEAST_REPORTS = 4.0, 1.2
+# Periods are tried so many to a period over all reports, and near one that is known this far off.
+STEPS, NEAR_STEPS, PERIOD_ERROR = 12, 24, 0.1
+# The string is so much shorter than by the usual period.
+SHORT = 0.25
+# Directions are told apart in so many moments of a period. A beam flies back where so many of them
+# hold nearly all of the way back; else it sweeps back as slowly.
+MOMENTS, FLIES_BACK, NEARLY_ALL = 24, 3, 0.7
+
+
+def sweeps_of(
+    time: FloatArray, azimuth: FloatArray, period: float | None = None
+) -> tuple[IntArray, float] | None:
+    """Return the number of each report's sweep, and how long a sweep takes and the way back [s].
+
+    Parameters
+    ----------
+    time
+        Of the reports [s], ascending.
+    azimuth
+        From the sensor [rad].
+    period
+        About how long it takes, where that is known [s].
+
+    Returns
+    -------
+    None where no beam sweeps so, or it turns round, or too few reports tell.
+    """
+    count = min(FIRST_REPORTS, time.size)
+    if count < FEWEST_REPORTS:
+        return None
+    elapsed = time - time[0]
+    rates = _possible_rates(float(elapsed[count - 1]), count, period)
+    if rates.size < 3:
+        return None
+    lengths = _strings(elapsed[:count], azimuth[:count], rates)
+    if lengths.min() >= SHORT * np.median(lengths):
+        return None
+    usual, rate = float(np.median(lengths)), float(rates[np.argmin(lengths)])
+    while count < time.size:
+        count = min(2 * count, time.size)
+        step = 1.0 / (STEPS * float(elapsed[count - 1]))
+        near = rate + step * np.arange(-NEAR_STEPS, NEAR_STEPS + 1) / 2
+        lengths = _strings(elapsed[:count], azimuth[:count], near)
+        rate = float(near[np.argmin(lengths)])
+        if lengths.min() >= SHORT * usual:
+            return None
+    turned = rate * elapsed
+    cuts = _cuts(turned % 1.0, azimuth)
+    if not cuts.size:
+        return None
+    begun = np.floor(turned[:, None] - cuts).astype(np.int64).sum(axis=1)
+    return begun - begun[0], 1.0 / (rate * cuts.size)
+
+
+def _possible_rates(span: float, count: int, period: float | None) -> FloatArray:
+    """Return how many periods there may be in a second."""
+    if span <= 0:
+        return np.empty(0)
+    least, most = FEWEST_SWEEPS, count / LEAST_REPORTS
+    if period is not None:
+        least, most = span / period * (1 - PERIOD_ERROR), span / period * (1 + PERIOD_ERROR)
+    return np.arange(least, most, 1.0 / STEPS) / span
+
+
+def _strings(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> FloatArray:
+    """Return how far successive reports of a period are apart in direction, on average."""
+    order = np.argsort(elapsed * rates[:, None] % 1.0, axis=1)
+    step = np.diff(azimuth[order], axis=1)
+    return np.asarray(np.mean(1.0 - np.cos(step), axis=1))
+
+
+def _cuts(moment: FloatArray, azimuth: FloatArray) -> FloatArray:
+    """Return at which moments of the period, from 0 to 1, sweeps begin: of turns at none."""
+    place = np.minimum((MOMENTS * moment).astype(np.int64), MOMENTS - 1)
+    weight = np.bincount(place, minlength=MOMENTS)
+    beam = np.exp(1j * azimuth)
+    total = np.bincount(place, beam.real, MOMENTS) + 1j * np.bincount(place, beam.imag, MOMENTS)
+    held = np.flatnonzero(weight)
+    way = np.angle(np.roll(total[held], -1) * np.conj(total[held]))
+    if abs(float(way.sum())) > np.pi:
+        return np.empty(0)
+    sense = 1.0 if np.count_nonzero(way > 0) >= np.count_nonzero(way < 0) else -1.0
+    back = np.maximum(-sense * way, 0.0)
+    longest = np.sort(back)[::-1]
+    if longest[:FLIES_BACK].sum() >= NEARLY_ALL * longest.sum():
+        # In the midst of the moments in which it flies back, where hardly any report comes.
+        last = int(np.argmax(back))
+        gap = (held[(last + 1) % held.size] - held[last]) % MOMENTS
+        return np.array([((held[last] + 0.5 + gap / 2.0) / MOMENTS) % 1.0])
+    swept = np.cumsum(way)
+    ends = [held[(int(end(swept)) + 1) % held.size] for end in (np.argmax, np.argmin)]
+    return np.sort((np.array(ends) + 0.5) / MOMENTS)

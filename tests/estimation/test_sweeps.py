@@ -1,0 +1,65 @@
+"""Sweeps over a sector are found by when and from where reports came."""
+
+import numpy as np
+import pytest
+
+from trackweave.estimation.sweeps import sweeps_of
+
+PERIOD = 5.0
+
+
+def reports(seed, moments_of, span=600.0, period=PERIOD):
+    """Return times and azimuths of what stands here and there, and the number of each period."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for azimuth in rng.uniform(-1, 1, 12):
+        for number in range(int(span / period)):
+            rows += [
+                (period * (number + moment), azimuth + rng.normal(0, 0.01), number)
+                for moment in moments_of(azimuth)
+                if rng.random() < 0.7
+            ]
+    return np.array(sorted(rows)).T
+
+
+def saw(azimuth):
+    return [0.45 * (azimuth + 1)]
+
+
+def to_and_fro(azimuth):
+    return [(azimuth + 1) / 4, 1 - (azimuth + 1) / 4]
+
+
+@pytest.mark.parametrize("told", [None, PERIOD, 1.05 * PERIOD])
+def test_a_beam_that_flies_back_has_a_scan_for_each_period(told):
+    time, azimuth, period = reports(1, saw)
+    number, lasts = sweeps_of(time, azimuth, told)
+    assert lasts == pytest.approx(PERIOD, rel=1e-3)
+    assert np.array_equal(number, (period - period[0]).astype(int))
+
+
+def test_a_beam_that_sweeps_back_has_two_scans_for_each_period():
+    time, azimuth, _ = reports(2, to_and_fro)
+    number, lasts = sweeps_of(time, azimuth)
+    assert lasts == pytest.approx(PERIOD / 2, rel=1e-3)
+    # In a sweep nothing is seen twice.
+    for one in np.unique(number):
+        seen = np.sort(azimuth[number == one])
+        assert np.all(np.diff(seen) > 0)
+    assert number[-1] == pytest.approx(2 * 600.0 / PERIOD, abs=2)
+
+
+def test_a_beam_that_turns_round_does_not_sweep():
+    time, azimuth, _ = reports(3, lambda a: [(a + 1) / 2])
+    assert sweeps_of(time, np.pi * azimuth) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_reports_at_any_time_are_of_no_sweep(seed):
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.uniform(0, 600, 900))
+    assert sweeps_of(time, rng.uniform(-1, 1, 900)) is None
+    assert sweeps_of(time, 0.5 * np.sin(time / 100)) is None
+    assert sweeps_of(time, np.zeros(900)) is None
+    assert sweeps_of(np.zeros(900), rng.uniform(-1, 1, 900)) is None
+    assert sweeps_of(time[:20], rng.uniform(-1, 1, 20)) is None
