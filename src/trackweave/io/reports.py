@@ -24,10 +24,12 @@ from trackweave.io.columns import (
     typed_column,
     with_common_times,
 )
+from trackweave.io.counters import unwrapped
 from trackweave.io.measured import Measured, read_all_measured
 from trackweave.io.polar import read_platforms
 from trackweave.io.positions import choose_frame, frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, with_our_names
+from trackweave.summaries import counted
 
 __all__ = ["ONLY_SENSOR", "reports_in", "with_heeded_scans"]
 
@@ -118,19 +120,28 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
 
 
 def with_heeded_scans(reports: ReportTable) -> ReportTable:
-    """Return reports without a column of scans that is the same throughout, with a note."""
+    """Return reports whose column of scans tells of each time, if at all, with notes."""
     # For all reports there are: of a stream, a part may well be one scan.
     scan = reports.scan
-    if scan is None or scan.size == 0 or np.any(scan != scan[0]):
+    if scan is None or scan.size == 0:
         return reports
-    for sensor in range(len(reports.sensors)):
-        if np.unique(reports.time[reports.sensor == sensor]).size >= MOMENTS_OF_SCANS:
+    scan, notes = scan.copy(), list(reports.notes)
+    is_same = bool(np.all(scan == scan[0]))
+    for sensor, name in enumerate(reports.sensors):
+        rows = np.flatnonzero(reports.sensor == sensor)
+        if is_same and np.unique(reports.time[rows]).size >= MOMENTS_OF_SCANS:
             note = (
                 f"column scan: {scan[0]} in every row, though reports of a sensor come at "
                 f"{MOMENTS_OF_SCANS} times or more; not used"
             )
-            return replace(reports, scan=None, notes=(*reports.notes, note))
-    return reports
+            return replace(reports, scan=None, notes=(*notes, note))
+        scan[rows], count = unwrapped(scan[rows])
+        if count:
+            notes.append(
+                f"column scan: numbers of sensor {name} begin anew {counted(count, 'time')}; "
+                "those before and after are other scans"
+            )
+    return replace(reports, scan=scan, notes=tuple(notes))
 
 
 def _frame_of_places(places: Sequence[Place], projection: Projection) -> LocalFrame | None:
