@@ -5,8 +5,12 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association._rhythm import CHANGED, COUNT, INTERVAL, LOST, TIME
 
-__all__ = ["log_weights"]
+__all__ = ["intervals_since", "log_weights", "still_lives"]
+
+SILENT = 15.0
+"""Who falls silent does so for about so many of its reporting intervals."""
 
 
 def log_weights(
@@ -19,3 +23,17 @@ def log_weights(
     living = np.exp(-tail)
     both = living + np.minimum(math.exp(-end_cost), -np.expm1(-tail))
     return np.log(both) - cost, living / both
+
+
+def intervals_since(rhythm: FloatArray, time: float) -> FloatArray:
+    """Return for how many of its own intervals each object was not heard, 0 where unknown."""
+    since = (time - rhythm[:, TIME]) * np.exp(-rhythm[:, INTERVAL])
+    return np.asarray(np.where(rhythm[:, COUNT] > 0.0, np.maximum(since, 0.0), 0.0))
+
+
+def still_lives(lives: FloatArray, since: FloatArray) -> FloatArray:
+    """Return how probable it is that objects live that report themselves, after that silence."""
+    # Reports are lost one by one, or its object fell silent, or it lives no more.
+    heard = LOST ** np.maximum(since - 1.0, 0.0) + CHANGED * np.exp(-since / SILENT)
+    alive = lives * np.minimum(heard, 1.0)
+    return np.asarray(alive / np.maximum(alive + 1.0 - lives, 1e-300))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
 from trackweave.association.inactive import InactiveClusters
-from trackweave.association.living import log_weights
+from trackweave.association.living import intervals_since, log_weights, still_lives
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
@@ -15,6 +15,8 @@ from trackweave.trackers.surplus import FOLLOWED, SURE, surplus
 __all__ = ["live_rows", "n_live"]
 
 Room = tuple[Nodes, Families, int]
+MISSED = 3.0
+"""Who reports itself coasts once its reports of so many intervals are missing."""
 
 
 def n_live(
@@ -35,9 +37,10 @@ def live_rows(
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
             states = average_at(source, leaf, time, tree, by_belief=by_belief)
-            known = _rows(nodes, families, leaf, states)
+            since = intervals_since(nodes.rhythm[leaf], time)
+            known = _rows(nodes, families, leaf, since, states)
             parts.append(
-                (*known, *_chances(nodes, families, leaf, tree.rule, by_belief=by_belief))
+                (*known, *_chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief))
             )
     rows = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(rows[0], kind="stable")
@@ -70,7 +73,8 @@ def _live_leaves(
     for room in _rooms(tree, inactive):
         nodes, families, count = room
         leaf = np.flatnonzero(nodes.chosen[:count] == 1)
-        lives, in_sight = _chances(nodes, families, leaf, tree.rule, by_belief=by_belief)
+        since = intervals_since(nodes.rhythm[leaf], time)
+        lives, in_sight = _chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief)
         chance = lives * in_sight
         known = (time - nodes.time[leaf] <= tree.rule.max_shown) & (nodes.is_line[leaf] == 0)
         live = known & (chance >= FOLLOWED)
@@ -114,25 +118,33 @@ def _too_many(
 
 
 def _chances(
-    nodes: Nodes, families: Families, leaf: IntArray, rule: WindowRule, *, by_belief: bool
+    source: tuple[Nodes, Families, IntArray],
+    since: FloatArray,
+    rule: WindowRule,
+    *,
+    by_belief: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Return how probable it is that objects live, and that one that lives is in sight."""
+    # Since so many of its own intervals each was not heard.
+    nodes, families, leaf = source
     if by_belief:
         lives = families.existence[nodes.family[leaf]]
     else:
         lives = log_weights(nodes.cost[leaf], nodes.tail[leaf], rule.end_cost)[1]
-    return lives, 1.0 - nodes.hidden[leaf]
+    return still_lives(lives, since), 1.0 - nodes.hidden[leaf]
 
 
 def _rows(
     nodes: Nodes,
     families: Families,
     leaf: IntArray,
+    since: FloatArray,
     states: tuple[FloatArray, FloatArray],
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, IntArray, FloatArray]:
     """Return the columns of a row for each chosen sequence, its identifier first."""
     family = nodes.family[leaf]
-    seen = np.where(nodes.misses[leaf] >= 0.5, COASTING, CONFIRMED)
+    is_missed = (nodes.misses[leaf] >= 0.5) | (since > MISSED)
+    seen = np.where(is_missed, COASTING, CONFIRMED)
     return (
         families.name[family],
         np.where(families.confirmed[family], seen, TENTATIVE),
