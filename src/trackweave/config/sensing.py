@@ -189,6 +189,8 @@ def _likely_sigma(found: SensorEstimate | None, seen: ObservedSensor) -> tuple[A
     kind = seen.measurement
     sigma = None if found is None else found.sigma
     if kind.is_position:
+        if found is not None and found.axes is not None:
+            return dict(zip(kind.columns(3), found.axes, strict=False)), None
         return sigma, None
     if isinstance(kind, ForeignKind):
         return None, USUAL["sigma"]

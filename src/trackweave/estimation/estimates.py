@@ -26,6 +26,8 @@ class SensorEstimate:
     density: float = 0.0  # Reports per m² (m³) and scan; 0 for unknown
     # Whether it looks; None for unknown. Of one that does not, chances are per second.
     scans: bool | None = None
+    # Noise along each axis of a position [m], where it is not alike; None for sigma along all.
+    axes: tuple[float, ...] | None = None
     # By how much else it puts objects elsewhere than other sensors do, as a standard deviation
     # along an axis that is part of ``sigma`` [m].
     disagreement: float = 0.0

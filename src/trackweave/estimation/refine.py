@@ -8,6 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import local_density
+from trackweave.estimation.clear_air import in_the_clear
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
@@ -343,6 +344,7 @@ def _noise(
     reports, index = of
     chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
     chains = sorted((rows for rows in chains if rows.size >= SURE_HITS), key=len, reverse=True)
+    chains = in_the_clear(chains, of, sensor.plane_sigma)
     chains = [rows[:LONGEST_CHAIN] for rows in chains[:MOST_CHAINS]]
     if sum(map(len, chains)) < LEAST_CHAINS_REPORTS:
         return None

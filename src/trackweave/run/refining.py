@@ -12,6 +12,7 @@ from trackweave.config import Configuration
 from trackweave.config.fill import Settings, fill, known_sigma, needs_estimates
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.axes import with_axes
 from trackweave.estimation.clutter_places import with_clutter_places
 from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.echoes import without_echoes
@@ -119,6 +120,8 @@ def estimates_for(
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = with_clutter_places(estimates, stretch, followed)
         estimates = believable(estimates, reports, **sure)
+        if directions is None:
+            estimates = with_axes(estimates, stretch, followed)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
     if directions is None:
