@@ -116,6 +116,24 @@ def test_says_where_targets_have_times_of_their_own(run: Run, tmp_path: Path) ->
     assert len(found["notes"]) == 1
 
 
+def test_says_that_a_cutoff_is_too_small_for_tracks_that_lie_farther_off(
+    run: Run, tmp_path: Path
+) -> None:
+    truth, tracks = write_scene(tmp_path, 4)
+    tracks.write_text(tracks.read_text().replace(",3\n", ",800\n"))
+    said = run("evaluate", "--truth", truth, "--tracks", tracks).stderr
+    assert "cutoff 50 m: half of the targets have no track nearer than 1.28e+03 m" in said
+    said = run("evaluate", "--truth", truth, "--tracks", tracks, "--cutoff", 2000).stderr
+    assert "cutoff" not in said
+
+
+def test_takes_the_directory_of_a_run(run: Run, tmp_path: Path) -> None:
+    truth, tracks = write_scene(tmp_path, 4)
+    assert tracks.name == "tracks.csv"
+    of_file = run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout
+    assert run("evaluate", "--truth", truth, "--tracks", tmp_path, "--json").stdout == of_file
+
+
 def test_says_nothing_of_targets_that_come_and_go(run: Run, tmp_path: Path) -> None:
     truth, tracks = write_scene(tmp_path, 4)
     found = json.loads(run("evaluate", "--truth", truth, "--tracks", tracks, "--json").stdout)

@@ -79,10 +79,12 @@ def test_prints_one_json_object(run: Run, problem: Path) -> None:
     }  # fmt: skip
 
 
-def test_says_what_it_found_to_terminals_alone(run: Run, problem: Path) -> None:
+def test_says_what_it_found_in_a_table_on_terminals_and_in_a_line_elsewhere(
+    run: Run, problem: Path
+) -> None:
     done = run("solve", problem, "--method", "exact", "--seed", 3)
     assert (done.exit_code, done.stdout) == (0, "")
-    assert "cost" not in done.stderr
+    assert done.stderr == "cost -4, lower bound -4, optimal; --json tells all\n"
     voice = Heard()
     run_solve(voice, problem, method="exact", seed=3)
     assert voice.rows["cost"] == voice.rows["lower bound"] == "-4"
@@ -222,6 +224,8 @@ def test_says_that_it_compiles_where_that_takes_long(
     done = run("solve", problem, *(["--quiet"] if quiet else []))
     assert done.exit_code == 0, done.stderr
     assert done.stderr.count("compiling kernels, once") == said
+    # Off a terminal one line stands for the table.
+    assert ("lower bound" in done.stderr) != quiet
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import trackweave as tw
 from trackweave.io.columns import (
     datetime_column,
     iso_text,
@@ -137,3 +138,23 @@ def test_times_that_differ_by_more_stay(time):
     common, notes = with_common_times(np.array(time))
     assert common.tolist() == time
     assert notes == []
+
+
+def test_seconds_of_the_day_go_on_after_midnight():
+    time = [86_390.0, 86_395.0, 86_394.0, 2.0, 5.0]
+    reports = tw.read_reports(pl.DataFrame({"time": time, "x": range(5), "y": [0] * 5}))
+    assert reports.time.tolist() == [86_390.0, 86_394.0, 86_395.0, 86_402.0, 86_405.0]
+    assert "time: seconds of the day, which go on after midnight" in reports.notes
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        [0.0, 43_000.0, 86_399.0, 0.0, 43_000.0, 86_399.0],  # a day of one sensor, then of another
+        [86_390.0, 2.0, 50_000.0, 30_000.0, 40_000.0, 1.0],  # in no order
+        [100_000.0, 5.0, 6.0, 7.0, 8.0, 9.0],  # no seconds of a day
+    ],
+)
+def test_other_times_are_sorted_and_nothing_more(time):
+    reports = tw.read_reports(pl.DataFrame({"time": time, "x": range(6), "y": [0] * 6}))
+    assert reports.time.tolist() == sorted(time)

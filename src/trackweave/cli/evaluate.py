@@ -11,7 +11,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import load
 from trackweave.io.tables import is_table_file
 from trackweave.metrics import evaluate
-from trackweave.run.judging import compared, doubts_on_times, quality_in
+from trackweave.run.judging import compared, doubts_on_cutoff, doubts_on_times, quality_in
 from trackweave.run.judging import evaluate as evaluate_reports
 
 __all__ = ["run_evaluate", "show_evaluation"]
@@ -49,9 +49,10 @@ def run_evaluate(
     table = load(truth, None if is_beside else told)
     true, claimed = compared(table, tracks, told)
     measures = evaluate(true, claimed, **how)
+    doubts = [*doubts_on_times(true, claimed), *doubts_on_cutoff(measures, true, claimed)]
     if assignments is not None:
         measures = measures.with_assignments(quality_in(assignments))
-    notes = [*table.notes, *doubts_on_times(true, claimed), *_notes(true)]
+    notes = [*table.notes, *doubts, *_notes(true)]
     found = {**measures.as_dict(), "notes": notes}
     show_evaluation(found, voice)
     return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from trackweave import solvers
 from trackweave.association.problem import Answer, AssignmentProblem
-from trackweave.cli.edge import Voice
+from trackweave.cli.edge import Voice, shown
 from trackweave.config.plugins import plugin_class
 from trackweave.config.search import DEFAULT_METHOD, instead_of
 from trackweave.errors import InvalidInputError
@@ -63,6 +63,9 @@ def run_solve(
         "out": None if out is None else str(out),
     }
     voice.results("Answer", found, digits=10)
+    if not voice.on_terminal:
+        cost, bound = (shown(found[name], digits=10) for name in ("cost", "lower_bound"))
+        voice.say(f"cost {cost}, lower bound {bound}, {found['status']}; --json tells all")
     return found
 
 

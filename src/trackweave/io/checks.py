@@ -1,6 +1,6 @@
 """Which rows of a table are bad, and why."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
@@ -14,6 +14,7 @@ from trackweave.io.columns import (
     Times,
     cell_text,
     empty_cells,
+    over_midnight,
     read_numbers,
     read_text,
     read_times,
@@ -184,6 +185,9 @@ class RowChecks:
         times: Times = of_day or read_times(column)
         if of_day is not None:
             self.notes.append(f"{name}: times of the day, read as seconds from midnight")
+        elif not times.iso and (moved := over_midnight(times.numbers.values)) is not None:
+            times = replace(times, numbers=replace(times.numbers, values=moved))
+            self.notes.append(f"{name}: seconds of the day, which go on after midnight")
         within = Range(-_LATEST_S, _LATEST_S, times.expected)
         return self._checked(name, times.numbers, within, optional=optional), times.iso
 

@@ -19,6 +19,7 @@ __all__ = [
     "empty_cells",
     "iso_text",
     "numbered",
+    "over_midnight",
     "read_numbers",
     "read_text",
     "read_times",
@@ -185,7 +186,7 @@ def read_times(column: pl.Series) -> Times:
 
 
 _OF_DAY = r"^\s*(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?\s*$"
-_DAY_S, _NEARLY_A_DAY_S = 86_400.0, 82_800.0
+_DAY_S, _NEARLY_A_DAY_S, _OUT_OF_ORDER_S = 86_400.0, 82_800.0, 60.0
 
 
 def times_of_day(column: pl.Series) -> Times | None:
@@ -205,6 +206,22 @@ def times_of_day(column: pl.Series) -> Times | None:
     values[is_read] += _DAY_S * day
     numbers = Numbers(values, missing.to_numpy(), ~is_read & ~missing.to_numpy())
     return Times(numbers, iso=False, expected="a time of the day, as in the first row")
+
+
+def over_midnight(seconds: FloatArray) -> FloatArray | None:
+    """Return seconds of the day that go on after midnight, None where they never fall back so."""
+    # In the order of the file, and only where nothing else falls back far.
+    known = seconds[np.isfinite(seconds)]
+    if known.size == 0 or known.min() < 0.0 or known.max() >= _DAY_S:
+        return None
+    back = -np.diff(known)
+    falls = back > _NEARLY_A_DAY_S
+    if not falls.any() or np.any(back[~falls] > _OUT_OF_ORDER_S):
+        return None
+    moved = seconds.copy()
+    moved[np.isfinite(seconds)] += _DAY_S * np.r_[0, np.cumsum(falls)]
+    # One sensor after the other, of a whole day each, falls back as well.
+    return moved if np.nanmax(moved) - np.nanmin(moved) < _DAY_S else None
 
 
 def datetime_column(name: str, seconds: FloatArray) -> pl.Series:

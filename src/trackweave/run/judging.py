@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.domain.truth import TruthTable
@@ -20,13 +22,17 @@ from trackweave.metrics import evaluate as measure
 from trackweave.run.result import Result, TrackingResult
 
 __all__ = [
-    "Claimed", "Truth", "compared", "doubts_on_times", "evaluate", "quality_in", "truth_on",
+    "Claimed", "Truth", "compared", "doubts_on_cutoff", "doubts_on_times", "evaluate",
+    "quality_in", "truth_on",
 ]  # fmt: skip
 
 Truth: TypeAlias = TableSource | RawTable | TruthTable
 Claimed: TypeAlias = TableSource | TrackTable | TruthTable | Result
 SHARED = 0.5
 """Of the time of truth and tracks both usually have so much."""
+# An IDF1 below this, and tracks so many cutoffs away at most, ask whether the cutoff is too small;
+# at so many moments that is looked at.
+RARELY, FARTHEST, MOMENTS = 0.3, 300.0, 50
 
 
 def evaluate(  # noqa: PLR0913 the one function that users call with everything
@@ -83,7 +89,7 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     Warns
     -----
     UserWarning
-        Where truth and tracks share hardly any time.
+        Where truth and tracks share hardly any time, or lie farther apart than the cutoff.
 
     Examples
     --------
@@ -104,6 +110,8 @@ def evaluate(  # noqa: PLR0913 the one function that users call with everything
     for doubt in doubts_on_times(true, claimed):
         warnings.warn(doubt, UserWarning, stacklevel=2)
     found = measure(true, claimed, cutoff=cutoff, order=order, max_gap=max_gap, window=window)
+    for doubt in doubts_on_cutoff(found, true, claimed):
+        warnings.warn(doubt, UserWarning, stacklevel=2)
     return found if quality is None else found.with_assignments(quality)
 
 
@@ -165,7 +173,12 @@ def _loaded(truth: Any) -> Any:
 def _tracks_loaded(tracks: Any, told: str | None) -> Any:
     """Return the table of tracks in a file of a format of reports, anything else as it is."""
     # As trackers of video write them; what stands for the target there is the track.
-    if not isinstance(tracks, str | os.PathLike) or is_table_file(Path(tracks)):
+    if not isinstance(tracks, str | os.PathLike):
+        return tracks
+    tracks = Path(tracks)
+    if (tracks / "tracks.csv").is_file():  # a run's directory
+        tracks = tracks / "tracks.csv"
+    if is_table_file(tracks):
         return tracks
     table = load(tracks, told)
     if "track" in table.columns.columns or "target" not in table.columns.columns:
@@ -217,6 +230,34 @@ def doubts_on_times(true: TruthTable, claimed: TrackTable | TruthTable) -> list[
         f"truth is from {begin:.15g} to {end:.15g} s and tracks from {first:.15g} to {last:.15g} "
         "s: if both are of the same, one counts its times otherwise, such as 25 frames a second "
         "for 10"
+    ]
+
+
+def doubts_on_cutoff(
+    found: Evaluation, true: TruthTable, claimed: TrackTable | TruthTable
+) -> list[str]:
+    """Return a sentence where most targets' nearest track is beyond the cutoff all the time."""
+    cutoff = found.cutoff
+    if cutoff is None or found.idf1 is None or found.idf1 >= RARELY or not len(claimed):
+        return []
+    place = claimed.position if isinstance(claimed, TruthTable) else claimed.mean
+    nearest, moments = list[float](), np.unique(true.time)
+    some = moments[np.unique(np.linspace(0, moments.size - 1, MOMENTS).astype(np.int64))]
+    step = float(np.median(np.diff(moments))) if moments.size > 1 else 0.0
+    for moment in some.tolist():
+        # Truth is interpolated for the measures; to tell what is far off, the nearest rows do.
+        apart = np.abs(claimed.time - moment)
+        rows = apart <= max(float(apart.min()), 0.5 * step)
+        there = true.position[true.time == moment]
+        if float(apart.min()) <= step:
+            offset = there[:, None] - place[rows, : true.dim][None]
+            nearest += np.linalg.norm(offset, axis=2).min(axis=1).tolist()
+    usual = float(np.median(nearest)) if nearest else 0.0
+    if not cutoff < usual < FARTHEST * cutoff:
+        return []
+    return [
+        f"cutoff {cutoff:g} m: half of the targets have no track nearer than {usual:.3g} m at a "
+        "time; if reports are no more exact than that, a larger cutoff judges them"
     ]
 
 
