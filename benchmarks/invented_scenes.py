@@ -200,6 +200,73 @@ def tags(rng: np.random.Generator) -> pl.DataFrame:
     return _table(rows, ["x", "y", "identity"])
 
 
+def hall(rng: np.random.Generator) -> pl.DataFrame:
+    """Return four minutes of eight people in a hall, tags that name nobody; a tenth is off."""
+    rows = []
+    for who in range(8):
+        place, goal, rest = rng.uniform(1.0, [29.0, 17.0]), rng.uniform(1.0, [29.0, 17.0]), 0.0
+        velocity, time = np.zeros(2), rng.uniform(0.0, 0.5)
+        while time < 240.0:
+            step = max(rng.normal(0.5, 0.02), 0.3)
+            rest -= step
+            way = goal - place
+            if np.linalg.norm(way) < 0.8:
+                goal, rest = rng.uniform(1.0, [29.0, 17.0]), rng.exponential(3.0)
+            pace = 0.0 if rest > 0 else 1.3
+            velocity += 0.5 * (pace * way / np.linalg.norm(way) - velocity)
+            place, time = place + step * velocity, time + step
+            # Behind the racks in the middle the way of a signal is longer.
+            is_off = rng.random() < (0.25 if 10.0 < place[0] < 18.0 else 0.05)
+            off = rng.exponential(1.0) * _ahead(rng.uniform(0.0, 2 * np.pi)) * is_off
+            if rng.random() < 0.93:
+                rows.append((time, *(place + off + rng.normal(0.0, 0.12, 2)), f"p{who}"))
+    return _table(rows, ["x", "y"])
+
+
+def sector(rng: np.random.Generator) -> pl.DataFrame:
+    """Return fifteen minutes of a radar that sweeps 120 degrees in 4 s and flies back; walkers."""
+    rows = []
+    for who in range(8):
+        place = np.array([rng.uniform(-1500.0, 1500.0), rng.uniform(1500.0, 4000.0)])
+        heading = rng.uniform(0.0, 2 * np.pi)
+        for sweep in range(225):
+            heading += rng.normal(0.0, 0.05)
+            place = place + 4.0 * 1.4 * _ahead(heading)
+            azimuth, reach = float(np.degrees(np.arctan2(*place))), float(np.linalg.norm(place))
+            if abs(azimuth) < 60.0 and rng.random() < 0.85 * min(1.0, 1.4 - reach / 6000.0):
+                time = 4.0 * sweep + 0.1 + 3.6 * (azimuth + 60.0) / 120.0
+                rows.append((time, reach, azimuth, f"w{who}"))
+    for time in rng.uniform(0.0, 900.0, 900):
+        if time % 4.0 < 3.6:
+            rows.append(
+                (time, rng.uniform(300.0, 5000.0), 120.0 * (time % 4.0) / 3.6 - 60.0, NOBODY)
+            )
+    rows = [
+        (time, reach + rng.normal(0.0, 7.0), (azimuth + rng.normal(0.0, 0.4)) % 360.0, who)
+        for time, reach, azimuth, who in rows
+    ]
+    return _table(rows, ["range_m", "azimuth_deg"])
+
+
+def stereo(rng: np.random.Generator) -> pl.DataFrame:
+    """Return ten seconds of thirty bats before two cameras, whose depth errs with its square."""
+    rows, step = [], 1.0 / 30.0
+    for who in range(30):
+        begun = rng.uniform(0.0, 8.0)
+        place = np.array([rng.uniform(-6.0, 6.0), rng.uniform(6.0, 22.0), rng.uniform(-3.0, 3.0)])
+        velocity = np.array([*(rng.uniform(3.0, 7.0) * _ahead(rng.uniform(0.0, 6.3))), 0.0])
+        for frame in range(int(30 * begun), 300):
+            velocity += rng.normal(0.0, np.sqrt(12.0 * step), 3)
+            velocity -= 0.02 * (place - [0.0, 14.0, 0.0]) * (np.abs(place) > [6.0, 18.0, 3.0])
+            place = place + step * velocity
+            noise = place[1] * np.array([0.004, 0.0017 * place[1], 0.004])
+            if 4.0 < place[1] < 26.0 and rng.random() < 0.92:
+                rows.append((frame * step, *(place + rng.normal(0.0, noise)), f"b{who}"))
+    for frame in rng.integers(0, 300, 500):
+        rows.append((frame * step, *rng.uniform([-10.0, 4.0, -4.0], [10.0, 26.0, 4.0]), NOBODY))
+    return _table(rows, ["x", "y", "z"])
+
+
 # What is told of each: where sensors stand, as whoever records knows it.
 AT = {"position": [0.0, 0.0]}
 SCENES: dict[str, tuple[Callable[[np.random.Generator], pl.DataFrame], dict]] = {
@@ -217,6 +284,9 @@ SCENES: dict[str, tuple[Callable[[np.random.Generator], pl.DataFrame], dict]] = 
     "stage_jump": (stage_jump, {}),
     "drones": (drones, {}),
     "tags": (tags, {}),
+    "hall": (hall, {}),
+    "sector": (sector, {}),
+    "stereo": (stereo, {}),
 }
 
 

@@ -1,7 +1,9 @@
 """Sensors that copy others, and reports that come all at once, are told."""
 
 import numpy as np
+import polars as pl
 
+import trackweave as tw
 from run.diagnostics.scenes import case_of, positions
 from trackweave.run.diagnostics.scans import copied_sensors, single_times
 
@@ -34,3 +36,28 @@ def test_numbers_on_a_coarse_grid_are_no_copies() -> None:
     place = np.random.default_rng(1).integers(0, 3, (60, 2)).astype(float)
     reports = positions(np.arange(60.0), place, np.arange(60) % 2, ("a", "b"))
     assert list(copied_sensors(case_of(reports))) == []
+
+
+def lidar(per_object: int) -> pl.DataFrame:
+    """Return half a minute of seven cars, of which each gives so many reports a scan."""
+    rng = np.random.default_rng(4)
+    rows = []
+    for scan in range(150):
+        for car in range(7):
+            for _ in range(per_object):
+                x = 20.0 * car - 60.0 + (4.0 + car) * 0.2 * scan + rng.uniform(-2.2, 2.2)
+                rows.append(
+                    (0.2 * scan, x + rng.normal(0, 0.1), 12.0 * car + rng.uniform(-0.9, 0.9))
+                )
+    return pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
+
+
+def test_objects_that_give_several_reports_a_scan_are_told() -> None:
+    notes = tw.track(lidar(4)).run["notes"]
+    (told,) = [note for note in notes if "lie beside another of their scan" in note]
+    assert "if objects give several reports a scan" in told
+
+
+def test_objects_that_give_one_report_a_scan_are_not() -> None:
+    notes = tw.track(lidar(1)).run["notes"]
+    assert not any("of their scan" in note for note in notes)

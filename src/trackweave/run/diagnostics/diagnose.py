@@ -7,6 +7,7 @@ from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
 from trackweave.run.diagnostics.biased import biased_sensors
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.jumps import common_jumps
+from trackweave.run.diagnostics.repeats import repeated_reports
 from trackweave.run.diagnostics.scans import (
     copied_sensors,
     lone_reports,
@@ -35,6 +36,7 @@ CHECKS: tuple[Check, ...] = (
     copied_sensors,
     lone_reports,
     sparse_scans,
+    repeated_reports,
     azimuths_in_radians,
     other_senses,
     disagreeing_sensors,
