@@ -105,3 +105,30 @@ def test_too_few_reports_tell_nothing():
     found = judged([(0.0, 0.0, 0.0), (1.0, 5.0, 5.0)])
     assert found.scans is None
     assert found.doubt == 1.0
+
+
+def bursts(seed, n_objects=20, seconds=1200.0):
+    """Return rows of objects that report by themselves in bursts, each at any moment."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for _ in range(n_objects):
+        place, speed, time = rng.uniform(0, 3000, 2), rng.normal(0, 2, 2), rng.uniform(0, 10)
+        while time < seconds:
+            rows.append((time, *(place + speed * time + rng.normal(0, 5, 2))))
+            time += rng.exponential(2.0) if rng.random() < 0.6 else rng.exponential(15.0)
+    return rows
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_who_reports_in_bursts_but_hardly_ever_with_another_reports_by_itself(seed):
+    found = judged(bursts(seed))
+    assert found.is_single
+    assert found.by_chance > found.by_themselves
+    assert found.scans is False
+    assert found.doubt > 0.5
+
+
+def test_a_sensor_that_sees_one_object_at_a_time_at_regular_times_looks():
+    found = judged(scans(3, 6, 0.08, n_scans=1500))
+    assert not found.is_single
+    assert found.scans is not False

@@ -8,11 +8,11 @@ from trackweave.estimation.sweeps import sweeps_of
 PERIOD = 5.0
 
 
-def reports(seed, moments_of, span=600.0, period=PERIOD):
+def reports(seed, moments_of, span=600.0, period=PERIOD, count=12):
     """Return times and azimuths of what stands here and there, and the number of each period."""
     rng = np.random.default_rng(seed)
     rows = []
-    for azimuth in rng.uniform(-1, 1, 12):
+    for azimuth in rng.uniform(-1, 1, count):
         for number in range(int(span / period)):
             rows += [
                 (period * (number + moment), azimuth + rng.normal(0, 0.01), number)
@@ -38,8 +38,9 @@ def test_a_beam_that_flies_back_has_a_scan_for_each_period(told):
     assert np.array_equal(number, (period - period[0]).astype(int))
 
 
-def test_a_beam_that_sweeps_back_has_two_scans_for_each_period():
-    time, azimuth, _ = reports(2, to_and_fro)
+@pytest.mark.parametrize("count", [5, 12, 40])
+def test_a_beam_that_sweeps_back_has_two_scans_for_each_period(count):
+    time, azimuth, _ = reports(2, to_and_fro, count=count)
     number, lasts = sweeps_of(time, azimuth)
     assert lasts == pytest.approx(PERIOD / 2, rel=1e-3)
     # In a sweep nothing is seen twice.

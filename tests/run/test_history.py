@@ -7,7 +7,7 @@ from trackweave.config import load_configuration
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
 from trackweave.run import settings_for
-from trackweave.run.history import smoothed_history
+from trackweave.run.history import _not_astray, smoothed_history
 
 CONFIG = {
     "motion": {"process_noise": 0.1, "max_speed": 20.0},
@@ -154,3 +154,20 @@ def test_a_period_thins_the_history_and_leaves_no_track_out():
     for time, track, mean in zip(thinned.time, thinned.track, thinned.mean, strict=True):
         row = np.flatnonzero((every.time == time) & (every.track == track))
         np.testing.assert_allclose(every.mean[row], mean[None], rtol=1e-6, atol=1e-6)
+
+
+def test_a_history_that_went_astray_is_as_it_was_known_then():
+    def table(place: np.ndarray) -> TrackTable:
+        count = len(place)
+        covariance = np.broadcast_to(np.eye(4), (count, 4, 4)).copy()
+        return TrackTable(
+            time=np.arange(float(count)), track=np.ones(count, dtype=np.int64),
+            status=np.full(count, 2), mean=np.column_stack([place, np.zeros((count, 2))]),
+            covariance=covariance, score=np.zeros(count), hits=np.arange(count),
+            last_update=np.arange(float(count)), acceleration=np.empty((count, 0)),
+        )  # fmt: skip
+
+    live = np.random.default_rng(1).normal(0, 1, (9, 2))
+    near, far = live + 2.0, live + np.linspace(0, 9000, 9)[:, None]
+    assert np.array_equal(_not_astray(table(near), table(live)).mean, table(near).mean)
+    assert np.array_equal(_not_astray(table(far), table(live)).mean, table(live).mean)

@@ -34,8 +34,9 @@ GATE_PROBABILITY = 0.9997
 """How many of an object's own reports the gate lets through."""
 FARTHEST = 1e5
 """How far a sensor sees of which nothing says how far [m]."""
-APART = 0.5
-"""Reports of a turning sensor are of one object only if so many turns apart."""
+APART, BESIDE = 0.5, 0.05
+"""Reports of a turning sensor are of one object only if so many turns apart; of scans that a
+column tells so many periods, for a beam that sweeps to and fro is soon back where it turns."""
 
 
 class Context(NamedTuple):
@@ -117,7 +118,7 @@ def scan_input(
         evidence -= np.log(sensor.false_alarms(place[:, :2], volume))
     fading, clearing = sensor.hiding() if context.column >= 0 else (0.0, 0.0)
     error = sensor.identity_error
-    turning = sensor.rotation is not None or scan.moments is not None
+    apart = APART if sensor.rotation is not None else BESIDE if scan.moments is not None else 0.0
     return ScanInput(
         kind=int(kind),
         sensor=context.sensor,
@@ -130,7 +131,7 @@ def scan_input(
         is_heard=sensor.scans is False,
         has_moments=scan.moments is not None,
         is_located=is_located,
-        separation=APART * (sensor.scan_period or 0.0) if turning else 0.0,
+        separation=apart * (sensor.scan_period or 0.0),
         pace=_pace(sensor, context.period),
         gate=_gate(size),
         reach=_reach(sensor),

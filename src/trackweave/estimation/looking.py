@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.frames import scan_period
 
 __all__ = ["Looking", "looking"]
 
@@ -19,6 +20,9 @@ LEAST_EXPECTED, REFRAINS = 3.0, 0.3
 # What threads must tell together. Those of one object that were torn in two return by chance, but
 # by chance hardly any thread keeps a pause: a small share that does decides.
 ENOUGH, DECIDES = 8.0, 0.1
+# So many instants hold one report where objects report by themselves, however they come back, if
+# each is there at fewer of the instants than that.
+SINGLE, SELDOM_SEEN = 0.9, 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +34,9 @@ class Looking:
     by_chance: float  # How many it would give to the others that are seldom reported
     share: float  # At which share of the instants of its life an object is reported, as a median
     n_objects: int  # How many objects' rhythm was seen
+    # Whether hardly any instant holds two reports, and no period puts one after the other: where
+    # many objects are seen seldom, some looks would find several.
+    is_single: bool = False
 
     @property
     def doubt(self) -> float:
@@ -45,7 +52,7 @@ class Looking:
         if self.by_themselves >= max(ENOUGH, DECIDES * self.by_chance):
             return False
         if self.by_chance >= ENOUGH or (self.share > 0.5 and self.n_objects > 1):
-            return True
+            return not (self.is_single and self.share < SELDOM_SEEN)
         return None
 
 
@@ -78,4 +85,6 @@ def looking(time: FloatArray, threads: list[IntArray]) -> Looking:
         else:
             by_chance += expected
     share = float(np.median(shares)) if shares else 0.0
-    return Looking(by_themselves, by_chance, share, len(shares))
+    singles = np.mean(np.unique(time, return_counts=True)[1] == 1)
+    is_single = bool(singles >= SINGLE) and scan_period(instants) is None
+    return Looking(by_themselves, by_chance, share, len(shares), is_single)

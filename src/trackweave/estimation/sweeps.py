@@ -22,9 +22,11 @@ FEWEST_SWEEPS, LEAST_REPORTS = 4.0, 1.2
 STEPS, NEAR_STEPS, PERIOD_ERROR = 12, 24, 0.1
 # The string is so much shorter than by the usual period.
 SHORT = 0.25
-# Directions are told apart in so many moments of a period. A beam flies back where so many of them
-# hold nearly all of the way back; else it sweeps back as slowly.
-MOMENTS, FLIES_BACK, NEARLY_ALL = 24, 3, 0.7
+# Directions are told apart in so many moments of a period. A beam flies back where nearly all of
+# the way back is in so many times fewer of them than nearly all of the way there.
+MOMENTS, FLIES_BACK, NEARLY_ALL = 24, 0.5, 0.7
+# Where it turns is told to one of so many parts of half a period, by so many reports.
+FOLDS, FOLDED = 200, 1000
 
 
 def sweeps_of(
@@ -52,7 +54,7 @@ def sweeps_of(
     rates = _possible_rates(float(elapsed[count - 1]), count, period)
     if rates.size < 3:
         return None
-    lengths = _strings(elapsed[:count], azimuth[:count], rates)
+    lengths = _strings(elapsed[:count] * rates[:, None] % 1.0, azimuth[:count])
     if lengths.min() >= SHORT * np.median(lengths):
         return None
     usual, rate = float(np.median(lengths)), float(rates[np.argmin(lengths)])
@@ -60,7 +62,7 @@ def sweeps_of(
         count = min(2 * count, time.size)
         step = 1.0 / (STEPS * float(elapsed[count - 1]))
         near = rate + step * np.arange(-NEAR_STEPS, NEAR_STEPS + 1) / 2
-        lengths = _strings(elapsed[:count], azimuth[:count], near)
+        lengths = _strings(elapsed[:count] * near[:, None] % 1.0, azimuth[:count])
         rate = float(near[np.argmin(lengths)])
         if lengths.min() >= SHORT * usual:
             return None
@@ -82,9 +84,9 @@ def _possible_rates(span: float, count: int, period: float | None) -> FloatArray
     return np.arange(least, most, 1.0 / STEPS) / span
 
 
-def _strings(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> FloatArray:
-    """Return how far successive reports of a period are apart in direction, on average."""
-    order = np.argsort(elapsed * rates[:, None] % 1.0, axis=1)
+def _strings(moments: FloatArray, azimuth: FloatArray) -> FloatArray:
+    """Return how far reports of successive moments are apart in direction, of each row."""
+    order = np.argsort(moments, axis=1)
     step = np.diff(azimuth[order], axis=1)
     return np.asarray(np.mean(1.0 - np.cos(step), axis=1))
 
@@ -101,12 +103,20 @@ def _cuts(moment: FloatArray, azimuth: FloatArray) -> FloatArray:
         return np.empty(0)
     sense = 1.0 if np.count_nonzero(way > 0) >= np.count_nonzero(way < 0) else -1.0
     back = np.maximum(-sense * way, 0.0)
-    longest = np.sort(back)[::-1]
-    if longest[:FLIES_BACK].sum() >= NEARLY_ALL * longest.sum():
+    if _steps(back) < FLIES_BACK * _steps(np.maximum(sense * way, 0.0)):
         # In the midst of the moments in which it flies back, where hardly any report comes.
         last = int(np.argmax(back))
         gap = (held[(last + 1) % held.size] - held[last]) % MOMENTS
         return np.array([((held[last] + 0.5 + gap / 2.0) / MOMENTS) % 1.0])
-    swept = np.cumsum(way)
-    ends = [held[(int(end(swept)) + 1) % held.size] for end in (np.argmax, np.argmin)]
-    return np.sort((np.array(ends) + 0.5) / MOMENTS)
+    # Folded where it turns, what it sees on both ways lies on one curve.
+    turns = np.arange(0.0, 0.5, 0.5 / FOLDS)
+    some = np.linspace(0, moment.size - 1, min(moment.size, FOLDED)).astype(np.int64)
+    lengths = _strings(np.abs((moment[some] - turns[:, None] + 0.5) % 1.0 - 0.5), azimuth[some])
+    turn = turns[np.argmin(lengths)]
+    return np.array([turn, turn + 0.5])
+
+
+def _steps(way: FloatArray) -> int:
+    """Return how many of the longest steps make nearly all of a way."""
+    longest = np.cumsum(np.sort(way)[::-1])
+    return int(np.searchsorted(longest, NEARLY_ALL * longest[-1])) + 1

@@ -25,6 +25,9 @@ from trackweave.run.scans import scan_ends
 
 __all__ = ["Smoothing", "shown_times", "smoothed_at", "smoothed_history", "smoothed_together"]
 
+ASTRAY, MOSTLY = 30.0, 0.25
+"""A track is astray of which this part is so many standard deviations from where it was known."""
+
 Way = tuple[MotionRule, ForeignMotion | None]
 Smoothing: TypeAlias = Callable[
     [ReportTable, Mapping[int, int], TrackTable, Settings, TrackTable | None], TrackTable
@@ -222,6 +225,8 @@ def smoothed_at(
         for path, each in zip(paths, states, strict=True)
     ]
     table = TrackTable.concatenate(parts, reports.dim)
+    if any(sensor.measurement.is_bearing_only for sensor in settings.sensors):
+        table = _not_astray(table, tracks)
     table = _with_status(table, tracks)
     return table.at(np.lexsort((table.track, table.time)))
 
@@ -351,6 +356,27 @@ def _table(
         last_update=update[kept],
         acceleration=mean[kept, at : at + motion.dim] if at > 0 else np.empty((kept.size, 0)),
     )
+
+
+def _not_astray(table: TrackTable, tracks: TrackTable) -> TrackTable:
+    """Return a history in which tracks that went astray are as they were known then."""
+    # A filter that sets out anew along a bearing may settle kilometres from where crossing
+    # bearings had put the object, and is as sure of it.
+    order = np.lexsort((tracks.time, tracks.track))
+    mean, covariance = table.mean.copy(), table.covariance.copy()
+    for track in np.unique(table.track).tolist():
+        rows, known = np.flatnonzero(table.track == track), order[tracks.track[order] == track]
+        if not known.size:
+            continue
+        before = np.searchsorted(tracks.time[known], table.time[rows], "right") - 1
+        then = known[np.maximum(before, 0)]
+        is_same = tracks.time[then] == table.time[rows]
+        off = np.linalg.norm((mean[rows] - tracks.mean[then])[:, : table.dim], axis=1)
+        spread = np.trace(tracks.covariance[then, : table.dim, : table.dim], axis1=1, axis2=2)
+        is_astray = off[is_same] > ASTRAY * np.sqrt(spread[is_same])
+        if is_astray.size and np.mean(is_astray) > MOSTLY:
+            mean[rows], covariance[rows] = tracks.mean[then], tracks.covariance[then]
+    return replace(table, mean=mean, covariance=covariance)
 
 
 def _with_status(table: TrackTable, tracks: TrackTable) -> TrackTable:

@@ -102,7 +102,7 @@ def lone_reports(case: Case) -> Iterator[Finding]:
                 sensor.name,
                 f"sensor {sensor.name}: {np.sum(sizes == 1)} of {sizes.size} scans hold one "
                 f"report {why}; for a rotating sensor give its rotation and scan_period, or a "
-                "`scan` column",
+                "`scan` column, and scans = false where objects report by themselves",
                 weight=40.0,
             )
 
