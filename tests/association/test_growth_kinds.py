@@ -16,6 +16,7 @@ from trackweave.models.motion import (
 )
 from trackweave.models.strength import StrengthModel
 
+APART = 0.05 * 4.0  # of scans that a column tells, in seconds
 STEADY = ConstantVelocity(2.0, 100.0)
 PULLING = ConstantAcceleration(0.3, 100.0, 10.0)
 TURNING = CoordinatedTurn(2.0, 1e-4, 100.0, 0.1)
@@ -110,8 +111,8 @@ def test_reports_of_a_turn_are_scored_at_their_own_times(motion, seed):
     assert assert_same(window) > 0
 
 
-def test_two_reports_of_a_turn_are_never_of_one_object():
-    """Of one turning radar's reports, those of a track lie half a turn apart at least."""
+def test_two_reports_beside_one_another_in_told_scans_are_never_of_one_object():
+    """Of scans with times of their own, a track's reports lie apart by a part of the period."""
     window = KindWindow(4, STEADY, (POLAR,), times=(2.0, 4.0, 6.0, 8.0), turning=2.0)
     assert assert_same(window) > 0
     tree = window.tree()
@@ -122,11 +123,12 @@ def test_two_reports_of_a_turn_are_never_of_one_object():
             for view, index in zip(window.views, choice, strict=True)
             if index is not None
         ]
-        assert np.all(np.diff(times) >= 2.0)
-    # Without the rule there would be more.
+        assert np.all(np.diff(times) >= APART)
+    # The nearer they have to lie apart, the fewer there are.
     for view in window.views:
-        view.separation = 0.0
-    assert len(every(window.views, window.setting)) > len(found)
+        assert view.separation == APART
+        view.separation = 2.0
+    assert len(every(window.views, window.setting)) < len(found)
 
 
 @pytest.mark.parametrize("motion", [STEADY, THREE], ids=["one mode", "three"])

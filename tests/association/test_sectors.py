@@ -110,7 +110,8 @@ def test_reports_of_a_turning_sensor_lie_half_a_turn_apart():
     still = turning(rotation=None)
     assert looked(still, Scan(1.0, "radar", [[5.0, 0.3]])).separation == 0.0
     own_times = Scan(1.0, "radar", [[5.0, 0.3]], moments=[0.5])
-    assert looked(still, own_times).separation == 2.0
+    # Nobody knows that it turns: a beam that sweeps to and fro is soon back.
+    assert looked(still, own_times).separation == pytest.approx(0.2)
 
 
 def test_a_moving_sensor_sees_about_where_it_is():

@@ -50,6 +50,18 @@ def test_a_beam_that_sweeps_back_has_two_scans_for_each_period(count):
     assert number[-1] == pytest.approx(2 * 600.0 / PERIOD, abs=2)
 
 
+@pytest.mark.parametrize("count", [20_000, 200_000])
+def test_dense_reports_are_of_the_shortest_sweep(count):
+    # The first few hundred are of a few sweeps, and every second fits twice the period.
+    time = np.sort(np.random.default_rng(0).uniform(0, 36_000, count))
+    number, lasts = sweeps_of(time, 2.0 * (time / 4.0 % 1.0) - 1.0)
+    assert lasts == pytest.approx(4.0, rel=1e-4)
+    # Cut in the gap between sweeps; these have none.
+    assert np.mean(number - number[0] == np.floor(time / 4.0) - np.floor(time[0] / 4.0)) > 0.9
+    _, lasts = sweeps_of(time, np.abs(2.0 * (time / 8.0 % 1.0) - 1.0))
+    assert lasts == pytest.approx(4.0, rel=1e-4)
+
+
 def test_a_beam_that_turns_round_does_not_sweep():
     time, azimuth, _ = reports(3, lambda a: [(a + 1) / 2])
     assert sweeps_of(time, np.pi * azimuth) is None

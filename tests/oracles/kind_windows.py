@@ -89,7 +89,8 @@ class KindWindow:
             identity=rng.choice([-1, *names], count)[seen] if names else None,
             strength=rng.normal(10.0, 6.0, count)[seen] if sensor.strength else None,
         )  # fmt: skip
-        separation = 0.5 * sensor.scan_period if turning else 0.0
+        apart = 0.5 if sensor.rotation is not None else 0.05
+        separation = apart * sensor.scan_period if turning else 0.0
         reference = time - turning / 2 if turning else None
         return View(scan, sensor, LOG_DENSITY, survival_cost, reference, separation, hiding)
 

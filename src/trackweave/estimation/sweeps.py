@@ -14,8 +14,13 @@ from trackweave.arrays import FloatArray, IntArray
 
 __all__ = ["sweeps_of"]
 
-# The period is found from so many reports, then followed through the others, each time twice.
-FIRST_REPORTS, FEWEST_REPORTS = 240, 40
+# The period is found from so many reports, then followed through the others, each time twice as
+# many, of which so many are looked at.
+FIRST_REPORTS, FEWEST_REPORTS, MOST_REPORTS = 240, 40, 5000
+# Where reports are so dense that these are of few sweeps, stretches so many times as long tell.
+LONGER = (1, 4, 16, 64)
+# The period that is found may be so many of the true one.
+MOST_PERIODS = 4
 # There are so many sweeps at least in these, and more than so many reports in each.
 FEWEST_SWEEPS, LEAST_REPORTS = 4.0, 1.2
 # Periods are tried so many to a period over all reports, and near one that is known this far off.
@@ -47,25 +52,21 @@ def sweeps_of(
     -------
     None where no beam sweeps so, or it turns round, or too few reports tell.
     """
-    count = min(FIRST_REPORTS, time.size)
-    if count < FEWEST_REPORTS:
-        return None
     elapsed = time - time[0]
-    rates = _possible_rates(float(elapsed[count - 1]), count, period)
-    if rates.size < 3:
+    found = _begun(elapsed, azimuth, period)
+    if found is None:
         return None
-    lengths = _strings(elapsed[:count] * rates[:, None] % 1.0, azimuth[:count])
-    if lengths.min() >= SHORT * np.median(lengths):
-        return None
-    usual, rate = float(np.median(lengths)), float(rates[np.argmin(lengths)])
+    rate, usual, count = found
     while count < time.size:
         count = min(2 * count, time.size)
         step = 1.0 / (STEPS * float(elapsed[count - 1]))
         near = rate + step * np.arange(-NEAR_STEPS, NEAR_STEPS + 1) / 2
-        lengths = _strings(elapsed[:count] * near[:, None] % 1.0, azimuth[:count])
+        some = np.linspace(0, count - 1, min(count, MOST_REPORTS)).astype(np.int64)
+        lengths = _strings(elapsed[some] * near[:, None] % 1.0, azimuth[some])
         rate = float(near[np.argmin(lengths)])
         if lengths.min() >= SHORT * usual:
             return None
+    rate = _shortest(elapsed, azimuth, rate)
     turned = rate * elapsed
     cuts = _cuts(turned % 1.0, azimuth)
     if not cuts.size:
@@ -74,11 +75,44 @@ def sweeps_of(
     return begun - begun[0], 1.0 / (rate * cuts.size)
 
 
-def _possible_rates(span: float, count: int, period: float | None) -> FloatArray:
-    """Return how many periods there may be in a second."""
+def _begun(
+    elapsed: FloatArray, azimuth: FloatArray, period: float | None
+) -> tuple[float, float, int] | None:
+    """Return sweeps per second, the string by the usual period, and by how many reports."""
+    most = FIRST_REPORTS / LEAST_REPORTS
+    for longer in LONGER:
+        count = min(longer * FIRST_REPORTS, elapsed.size)
+        some = np.linspace(0, count - 1, min(count, FIRST_REPORTS)).astype(np.int64)
+        rates = _possible_rates(float(elapsed[count - 1]), most, period)
+        if some.size < FEWEST_REPORTS or rates.size < 3:
+            return None
+        lengths = _strings(elapsed[some] * rates[:, None] % 1.0, azimuth[some])
+        rate, usual = float(rates[np.argmin(lengths)]), float(np.median(lengths))
+        if lengths.min() < SHORT * usual:
+            turns = not _cuts(rate * elapsed[some] % 1.0, azimuth[some]).size
+            return None if turns else (rate, usual, count)
+        if count == elapsed.size:
+            return None
+        # Of more sweeps in the same time these would have told.
+        most = FEWEST_SWEEPS * (LONGER[1] / LONGER[0]) ** 2
+    return None
+
+
+def _shortest(elapsed: FloatArray, azimuth: FloatArray, rate: float) -> float:
+    """Return how many periods there are in a second where the one found may be several."""
+    some = np.linspace(0, elapsed.size - 1, min(elapsed.size, MOST_REPORTS)).astype(np.int64)
+    step = 1.0 / (STEPS * float(elapsed[-1]))
+    aside = step * np.arange(-NEAR_STEPS, NEAR_STEPS + 1) / 2
+    rates = np.concatenate([times * rate + aside for times in range(1, MOST_PERIODS + 1)])
+    lengths = _strings(elapsed[some] * rates[:, None] % 1.0, azimuth[some])
+    return float(rates[np.argmin(lengths)])
+
+
+def _possible_rates(span: float, most: float, period: float | None) -> FloatArray:
+    """Return how many periods there may be in a second, at most so many in all of the time."""
     if span <= 0:
         return np.empty(0)
-    least, most = FEWEST_SWEEPS, count / LEAST_REPORTS
+    least = FEWEST_SWEEPS
     if period is not None:
         least, most = span / period * (1 - PERIOD_ERROR), span / period * (1 + PERIOD_ERROR)
     return np.arange(least, most, 1.0 / STEPS) / span

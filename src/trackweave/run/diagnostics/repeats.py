@@ -16,6 +16,8 @@ __all__ = ["repeated_reports"]
 # are: objects that go in a group are told apart.
 FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE = 100, 0.6, 0.1, 0.25, 0.5
 WEIGHT, REACH = 75.0, 3.0
+# The first so many of a sensor's reports are looked at.
+MOST = 20_000
 
 
 def repeated_reports(case: Case) -> Iterator[Finding]:
@@ -23,7 +25,8 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
     reports = case.reports
     moment = reports.time if reports.scan is None else reports.scan
     for index in case.examined:
-        rows = case.rows[index][np.isfinite(case.place[case.rows[index], 0])]
+        rows = case.rows[index][:MOST]
+        rows = rows[np.isfinite(case.place[rows, 0])]
         # What stands where false alarms come again and again is known already.
         rows = rows[~_is_echo(case.position[rows], case.sensors[index].echoes)]
         if case.sensors[index].scans is False or rows.size < FEWEST:
