@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._rhythm import CHANGED, COUNT, INTERVAL, LOST, TIME
 
 __all__ = ["intervals_since", "log_weights", "still_lives"]
@@ -25,14 +25,21 @@ def log_weights(
     return np.log(both) - cost, living / both
 
 
-def intervals_since(rhythm: FloatArray, time: float) -> FloatArray:
-    """Return for how many of its own intervals each object was not heard, 0 where unknown."""
-    since = (time - rhythm[:, TIME]) * np.exp(-rhythm[:, INTERVAL])
-    return np.asarray(np.where(rhythm[:, COUNT] > 0.0, np.maximum(since, 0.0), 0.0))
+def intervals_since(rhythm: FloatArray, rows: IntArray, time: float) -> FloatArray:
+    """Return for how many of its own intervals each row's object was not heard, 0 for unknown."""
+    since, count = np.zeros(rows.shape[0]), rhythm[rows, COUNT]
+    if not count.any():
+        return since
+    heard = np.flatnonzero(count > 0.0)
+    own = rhythm[rows[heard]]
+    since[heard] = np.maximum((time - own[:, TIME]) * np.exp(-own[:, INTERVAL]), 0.0)
+    return since
 
 
 def still_lives(lives: FloatArray, since: FloatArray) -> FloatArray:
     """Return how probable it is that objects live that report themselves, after that silence."""
+    if not since.any():
+        return lives
     # Reports are lost one by one, or its object fell silent, or it lives no more.
     heard = LOST ** np.maximum(since - 1.0, 0.0) + CHANGED * np.exp(-since / SILENT)
     alive = lives * np.minimum(heard, 1.0)

@@ -37,7 +37,7 @@ def live_rows(
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
             states = average_at(source, leaf, time, tree, by_belief=by_belief)
-            since = intervals_since(nodes.rhythm[leaf], time)
+            since = intervals_since(nodes.rhythm, leaf, time)
             known = _rows(nodes, families, leaf, since, states)
             parts.append(
                 (*known, *_chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief))
@@ -73,7 +73,7 @@ def _live_leaves(
     for room in _rooms(tree, inactive):
         nodes, families, count = room
         leaf = np.flatnonzero(nodes.chosen[:count] == 1)
-        since = intervals_since(nodes.rhythm[leaf], time)
+        since = intervals_since(nodes.rhythm, leaf, time)
         lives, in_sight = _chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief)
         chance = lives * in_sight
         known = (time - nodes.time[leaf] <= tree.rule.max_shown) & (nodes.is_line[leaf] == 0)
