@@ -37,3 +37,12 @@ def test_noise_along_a_line_of_sight_is_told_by_axis():
 def test_noise_that_is_alike_is_one_number():
     told = tw.track(camera(2, (0.2, 0.2, 0.2))).run["configuration"]
     assert told["sensors"]["default"]["sigma"] == pytest.approx(0.2, rel=0.15)
+
+
+def test_a_sensor_beside_another_that_sees_other_objects_is_told_too():
+    is_rights = pl.col("target").is_in(["0", "1"]).fill_null(value=False)
+    table = camera(3, (0.08, 0.5, 0.08)).with_columns(
+        sensor=pl.when(is_rights).then(pl.lit("right")).otherwise(pl.lit("left"))
+    )
+    sigma = tw.track(table).run["configuration"]["sensors"]["left"]["sigma"]
+    assert sigma["y"] > 3.0 * sigma["x"]

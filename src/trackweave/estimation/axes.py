@@ -31,11 +31,8 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
         if name not in sensors or sensors[name].scans is False:
             continue
         chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
-        off = [
-            _off(reports.time[rows], reports.measurement[rows])
-            for rows in chains
-            if rows.size >= BESIDE
-        ]
+        chains = [rows for rows in chains if rows.size >= BESIDE]
+        off = [_off(reports.time[rows], reports.measurement[rows]) for rows in chains]
         if len(off) < FEWEST_TRACKS or sum(map(len, off)) < FEWEST_REPORTS:
             continue
         noise = np.quantile(np.abs(np.concatenate(off)), MOST, axis=0) / MOST_OF_NORMAL

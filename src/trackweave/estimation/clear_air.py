@@ -10,7 +10,7 @@ __all__ = ["in_the_clear"]
 
 # A chain is in the clear beside whose reports so few others are, within so many standard
 # deviations and half of the usual interval; such chains tell alone where there are so many.
-NEAR, OTHERS = 4.0, 0.3
+NEAR, OTHERS = 5.6, 0.3
 FEWEST_CHAINS, FEWEST_REPORTS = 8, 80
 
 
