@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.noise import calm_noise, least_noise, noise_in_turns, noise_of_chains
+from trackweave.estimation.noise import (
+    LONGEST_CHAIN,
+    MOST_CHAINS,
+    arrays_of,
+    calm_noise,
+    least_noise,
+    noise_in_turns,
+    noise_of_chains,
+)
 
 N_CHAINS, N_SCANS = 12, 60
 PERIOD = 0.04
@@ -126,3 +134,23 @@ def test_what_is_noisier_far_away_is_no_turn() -> None:
     assert noise_in_turns(time, place, (sigma, process), 1e-5) == process
     crowded = noise_of_chains(time, place, 15.0, 1e-4)
     assert noise_in_turns(time, place, crowded, 1e-4) < 1.0
+
+
+def test_noise_with_wide_tails_is_no_turn() -> None:
+    """Ships that hold their course, reported with errors of a Student's t of three degrees."""
+    rng = np.random.default_rng(9)
+    time = np.broadcast_to(6.0 * np.arange(60.0), (30, 60))
+    velocity = rng.normal(0.0, 6.0, (30, 1, 2))
+    place = velocity * time[..., None] + 40.0 * rng.standard_t(3, (30, 60, 2))
+    assert noise_of_chains(time, place, 60.0, 1e-9)[1] < 0.05
+
+
+def test_chains_as_arrays_are_the_longest_without_reports_of_one_moment() -> None:
+    short = np.array([0.0, 1.0, 1.0, 2.0])
+    long = np.arange(5.0)
+    time, place = arrays_of([(short, short[:, None]), (long, long[:, None])])
+    np.testing.assert_array_equal(time[0], long)
+    np.testing.assert_array_equal(time[1], [0.0, 1.0, 2.0, np.nan, np.nan])
+    np.testing.assert_array_equal(place[..., 0], time)
+    many = [(np.arange(n), np.zeros((n, 2))) for n in range(2, 200)]
+    assert arrays_of(many)[1].shape == (MOST_CHAINS, LONGEST_CHAIN, 2)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
@@ -19,13 +20,15 @@ def follow_chains(
     process: float,
     elsewhere: float,
     limit: float,
+    counted: NDArray[np.bool_],
 ) -> tuple[float, float, float]:
     """Run a filter of nearly constant velocity along each chain.
 
     A report came from its object or, as likely as ``elsewhere`` says (a share times a density),
     from somewhere else; then it must not pull the filter along. A chain ends at the first step
-    that is NaN. Returns minus the log-likelihood of all chains, by how much the reports beyond a
-    squared distance of ``limit`` are trusted, and by how much all are.
+    that is NaN. Returns minus the log-likelihood of all chains, by how much those of the
+    ``counted`` reports that are beyond a squared distance of ``limit`` are trusted, and by how
+    much all reports are.
     """
     dim = places.shape[2]
     position, velocity = np.empty(dim), np.empty(dim)
@@ -57,7 +60,7 @@ def follow_chains(
             trust = math.exp(own - either)
             surprise -= either
             trusted += trust
-            far += trust if square > limit else 0.0
+            far += trust if square > limit and counted[chain, scan] else 0.0
             gain_p, gain_v = trust * pp / spread, trust * pv / spread
             for axis in range(dim):
                 off = places[chain, scan, axis] - position[axis]

@@ -8,14 +8,13 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded
 from trackweave.estimation.neighbours import expected_of
-from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.noise import arrays_of, noise_of_chains
 from trackweave.estimation.refine import Followed, sure_tracks
 
 __all__ = ["with_axes"]
 
 # So many reports of so many tracks tell, and noise that is so many times as large along one axis.
 FEWEST_REPORTS, FEWEST_TRACKS, APART = 200, 8, 2.0
-LONGEST_CHAIN, MOST_CHAINS = 60, 80
 # Reports before and after one that say where it is.
 BESIDE = 5
 # So many reports lie off by no more than so many standard deviations: of noise that grows with the
@@ -49,14 +48,9 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
 def _process(reports: ReportTable, chains: list[IntArray], axes: tuple[float, ...]) -> float:
     """Return the process noise along the axis with the least noise [m²/s³]."""
     quiet = int(np.argmin(axes))
-    chains = [rows[np.r_[True, np.diff(reports.time[rows]) > 1e-6]] for rows in chains]
-    chains = sorted(chains, key=len, reverse=True)[:MOST_CHAINS]
-    length = min(max(map(len, chains)), LONGEST_CHAIN)
-    time, place = np.full((len(chains), length), np.nan), np.full((len(chains), length, 1), np.nan)
-    for row, rows in enumerate(chains):
-        rows = rows[:length]
-        time[row, : rows.size] = reports.time[rows]
-        place[row, : rows.size, 0] = reports.measurement[rows, quiet]
+    time, place = arrays_of(
+        (reports.time[rows], reports.measurement[rows, quiet : quiet + 1]) for rows in chains
+    )
     density = 1e-3 / max(float(np.ptp(reports.measurement[:, quiet])), 1e-9)
     return noise_of_chains(time, place, axes[quiet], density)[1]
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.along_sight import process_along_sight
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
@@ -44,7 +45,7 @@ def with_components(
     # ``ranging`` are the places of those sensors [m]; rows that say where one was come first.
     # Sigma is one number for each of range [m], azimuth and elevation [rad] where tracks tell it,
     # and as it was elsewhere.
-    sensors = dict(estimates.sensors)
+    sensors, processes = dict(estimates.sensors), list[float]()
     tracks = sure_tracks(estimates, reports, followed)
     for name, place in ranging.items():
         if name in sensors:
@@ -58,7 +59,12 @@ def with_components(
                 sensors[name] = replace(
                     sensors[name], sigma=sigma, sigma_of_most=of_most, across=across
                 )
-    return replace(estimates, sensors=sensors)
+                places = [platform_of(reports, rows, place) for rows in own]
+                process = process_along_sight(reports, own, places, of_most)
+                processes += [] if process is None else [process]
+    # Objects are the same for all sensors; what one sees besides is its own noise.
+    least = bounded(min(processes, default=estimates.process_noise))
+    return replace(estimates, sensors=sensors, process_noise=least)
 
 
 def _rows_of(reports: ReportTable, tracks: list[Track], index: int) -> list[IntArray]:

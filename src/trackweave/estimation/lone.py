@@ -8,7 +8,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.identities import identity_threads
 from trackweave.estimation.looking import LASTING, Looking, looking
-from trackweave.estimation.noise import least_noise, noise_of_chains
+from trackweave.estimation.noise import MOST_CHAINS, arrays_of, least_noise, noise_of_chains
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
 from trackweave.estimation.threads import Threads, once, threads_of
 
@@ -17,7 +17,7 @@ __all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
 MOST_REPORTS = 12000
 # Threads of fewer are false alarms.
 OF_OBJECTS = 3
-LONGEST_CHAIN, MOST_CHAINS, LEAST_REPORTS = 60, 80, 40
+LEAST_REPORTS = 40
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
 # An object's speed is that of the middle of its thread where this may lead to others, and where
@@ -188,14 +188,10 @@ def _noise(
     false_rate: float,
 ) -> tuple[float | None, float | None]:
     """Return sigma and process noise along threads, as they are where these are too few."""
-    chains = [rows[:LONGEST_CHAIN] for rows in threads[:MOST_CHAINS]]
-    if sum(map(len, chains)) < LEAST_REPORTS:
+    chains = threads[:MOST_CHAINS]
+    if sum(rows.size for rows in chains) < LEAST_REPORTS:
         return sigma, None
-    length = max(map(len, chains))
-    times = np.full((len(chains), length), np.nan)
-    places = np.full((len(chains), length, position.shape[1]), np.nan)
-    for number, rows in enumerate(chains):
-        times[number, : rows.size], places[number, : rows.size] = time[rows], position[rows]
+    times, places = arrays_of((time[rows], position[rows]) for rows in chains)
     start = sigma
     if start is None:
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]

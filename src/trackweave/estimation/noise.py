@@ -1,17 +1,30 @@
 """Measurement noise and process noise by maximum likelihood on sure tracks."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 from trackweave.estimation._noise import WRONG, follow_chains
-from trackweave.estimation.neighbours import noises_of_chains
+from trackweave.estimation.neighbours import expected_of, noises_of_chains
 from trackweave.estimation.simplex import least_by_simplex
 
-__all__ = ["calm_noise", "least_noise", "noise_in_turns", "noise_of_chains"]
+__all__ = [
+    "LONGEST_CHAIN",
+    "MOST_CHAINS",
+    "arrays_of",
+    "calm_noise",
+    "least_noise",
+    "noise_in_turns",
+    "noise_of_chains",
+]
 
+MOST_CHAINS, LONGEST_CHAIN = 80, 60
+"""So many chains tell of noise, and so many reports of each."""
+SAME_TIME = 1e-6
 # How far the search may go from where it starts, as logarithms of factors.
 FURTHEST = 12.0
 # Where it starts: of a noise that is next to none, what objects do by themselves is far more.
@@ -36,6 +49,23 @@ STRIDE, FEWEST_IN_CHAIN, FEWEST_IN_ALL = 4, 6, 60
 CALMER = 4.0
 # Noise grows no more than this to such steps, and no more than that to steps twice as long.
 WIDER, LONGER = 1.7, 1.5
+
+
+def arrays_of(
+    chains: Iterable[tuple[FloatArray, FloatArray]],
+) -> tuple[FloatArray, FloatArray]:
+    """Return the longest chains' times and places as arrays of one row each, padded with NaN."""
+    # Of each chain its times, of shape (reports,), and places, of shape (reports, dim); arrays
+    # have the shapes (chains, reports) and (chains, reports, dim).
+    longest = sorted(chains, key=lambda chain: chain[0].size, reverse=True)[:MOST_CHAINS]
+    length = min(longest[0][0].size, LONGEST_CHAIN)
+    time = np.full((len(longest), length), np.nan)
+    place = np.full((len(longest), length, longest[0][1].shape[1]), np.nan)
+    for row, (times, places) in enumerate(longest):
+        # Two reports of one moment would tell of endless speed.
+        kept = np.flatnonzero(np.diff(times[:length], prepend=-np.inf) > SAME_TIME)
+        time[row, : kept.size], place[row, : kept.size] = times[kept], places[kept]
+    return time, place
 
 
 def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to take it
@@ -180,7 +210,7 @@ def _fitted(
 def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
     """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
     variance, process, density = noise
-    return follow_chains(step, places, variance, process, WRONG * density, np.inf)[0]
+    return follow_chains(step, places, variance, process, WRONG * density, np.inf, _all(places))[0]
 
 
 def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
@@ -188,10 +218,10 @@ def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, floa
     # Sharp turns are rare, and yet no track should be lost in one. What is far off for another
     # reason, as reports are noisier far from a radar, stays where it is however much it grows.
     variance, process, density = noise
-    before = math.inf
+    before, counted = math.inf, _beside_curves(step, places, variance)
     for number in range(MOST_DOUBLINGS):
         grown = process * 2.0**number
-        far, all_own = _far_off(step, places, (variance, grown, density))
+        far, all_own = _far_off(step, places, (variance, grown, density), counted)
         # A single one of few reports tells nothing.
         if far <= max(FAR_SHARE * all_own, 1.0):
             return grown
@@ -204,13 +234,37 @@ def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, floa
 
 
 def _far_off(
-    step: FloatArray, places: FloatArray, noise: tuple[float, float, float]
+    step: FloatArray,
+    places: FloatArray,
+    noise: tuple[float, float, float],
+    counted: NDArray[np.bool_],
 ) -> tuple[float, float]:
     """Return how many of the objects' own reports lie where one in a hundred does, and all."""
     variance, process, density = noise
     limit = quantile_of(places.shape[2], 0.99)
-    _, far, trusted = follow_chains(step, places, variance, process, WRONG * density, limit)
+    _, far, trusted = follow_chains(
+        step, places, variance, process, WRONG * density, limit, counted
+    )
     return far, trusted
+
+
+def _beside_curves(step: FloatArray, places: FloatArray, variance: float) -> NDArray[np.bool_]:
+    """Tell of each report whether it lies where its neighbours before and after say."""
+    # Behind a turn a report is far from where the filter expects it, and not from there; one that
+    # is wild is far from both, and those beside it may be.
+    limit = quantile_of(places.shape[2], 0.99) * variance
+    beside = np.zeros(places.shape[:2], dtype=np.bool_)
+    time = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
+    for row, count in enumerate(np.isfinite(time).sum(axis=1)):
+        if count > 4:
+            curve, known = expected_of(time[row, :count], places[row, :count])[-1]
+            off = np.sum((places[row, 2 : count - 2] - curve) ** 2, axis=1)
+            beside[row, 2 : count - 2] = off < limit * (1.0 + known)
+    return beside
+
+
+def _all(places: FloatArray) -> NDArray[np.bool_]:
+    return np.ones(places.shape[:2], dtype=np.bool_)
 
 
 def _all_followed(
@@ -222,7 +276,7 @@ def _all_followed(
     n_lost = 0
     for row, variance in enumerate(variances):
         chain = step[row : row + 1], places[row : row + 1]
-        own = follow_chains(*chain, variance, process, WRONG * density, np.inf)[2]
+        own = follow_chains(*chain, variance, process, WRONG * density, np.inf, _all(chain[1]))[2]
         n_reports = int(np.count_nonzero(np.isfinite(step[row]))) - 1
         n_lost += int(n_reports - own > max(LOST_REPORTS, LOST_PART * n_reports))
     return bool(n_lost <= LOST_CHAINS * step.shape[0])

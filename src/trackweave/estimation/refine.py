@@ -13,7 +13,7 @@ from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
-from trackweave.estimation.noise import calm_noise, noise_in_turns, noise_of_chains
+from trackweave.estimation.noise import arrays_of, calm_noise, noise_in_turns, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
 
@@ -40,8 +40,6 @@ SURE_HITS, LASTING_HITS = 6, 12
 SEEN = 0.6
 LEAST_CHAINS_REPORTS = 40
 """Fewer reports in tracks tell nothing of noise."""
-MOST_CHAINS = 80
-LONGEST_CHAIN = 60
 # What is believed beforehand of the chance of detection, as if seen so often.
 USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
 DETECTION_RANGE = (0.3, 0.96)
@@ -343,19 +341,11 @@ def _noise(
     """Return sigma and process noise along the tracks, None where they are too few."""
     reports, index = of
     chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
-    chains = sorted((rows for rows in chains if rows.size >= SURE_HITS), key=len, reverse=True)
+    chains = [rows for rows in chains if rows.size >= SURE_HITS]
     chains = in_the_clear(chains, of, sensor.plane_sigma)
-    chains = [rows[:LONGEST_CHAIN] for rows in chains[:MOST_CHAINS]]
     if sum(map(len, chains)) < LEAST_CHAINS_REPORTS:
         return None
-    length = max(map(len, chains))
-    time = np.full((len(chains), length), np.nan)
-    place = np.full((len(chains), length, reports.dim), np.nan)
-    for row, rows in enumerate(chains):
-        # Two reports of one moment would tell of endless speed.
-        rows = rows[np.r_[True, np.diff(reports.time[rows]) > 1e-6]]
-        time[row, : rows.size] = reports.time[rows]
-        place[row, : rows.size] = reports.measurement[rows]
+    time, place = arrays_of((reports.time[rows], reports.measurement[rows]) for rows in chains)
     if is_wild:
         # Noise that is the tail's would seem to be turns.
         kept = is_as_most(time, place)

@@ -97,6 +97,9 @@ def settle(
     # attempts of one run share.
     _require_few_sensors(reports, configuration)
     require_told(reports, configuration)
+    if reports.row is None:
+        # By it what becomes of a report is found again.
+        reports = replace(reports, row=np.arange(1, len(reports) + 1))
     observed = observe(reports, configuration)
     places = positions_in(reports, configuration)
     unplaced = [

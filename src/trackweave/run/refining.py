@@ -19,7 +19,8 @@ from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.plausibility import believable
-from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
+from trackweave.estimation.rates import RateNoise, rate_noise
+from trackweave.estimation.refine import Followed, Track, refined, stretch_of, sure_tracks
 from trackweave.estimation.standing import with_seldom, with_standing
 from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
@@ -59,6 +60,7 @@ TURNING_DEPTH = 3
 # The estimates must follow from the reports alone, whatever the seed of a run.
 SEED = 1
 USUAL_RATE_SIGMA = 1.0
+SAME_TIME = 1e-6
 MOST_MISSES = 1000
 TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
 TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 5.0, 50
@@ -164,10 +166,17 @@ def _directed(
     estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
     sure = sure_tracks(estimates, stretch, followed)
     estimates = with_standing(estimates, reports, ranging, (stretch, sure))
-    sensors = dict(estimates.sensors)
+    sensors, notes = dict(estimates.sensors), list(estimates.notes)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):
-            sensors[name] = _in_own_units(sensors[name], observed[name])
+            rates = _rates(name, directions, (stretch, sure), sensors[name].plane_sigma)
+            sensors[name] = _in_own_units(sensors[name], observed[name], rates)
+            if rates.doubt:
+                notes.append(
+                    f"sensor {name}: its range_rate_mps {rates.doubt}; expected metres per second,"
+                    " positive for what moves away. Left as they are, with a sigma of "
+                    f"{rates.sigma:g} m/s they count for little"
+                )
     tracks = [(stretch.time[track.rows], stretch.measurement[track.rows]) for track in sure]
     bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
     for name in bearing:
@@ -185,7 +194,30 @@ def _directed(
         name: _harmless(sensor, sensors) if name in bearing else sensor
         for name, sensor in sensors.items()
     }
-    return _paced(_in_window(replace(estimates, sensors=sensors), observed), bearing, directions)
+    estimates = replace(estimates, sensors=sensors, notes=tuple(notes))
+    return _paced(_in_window(estimates, observed), bearing, directions)
+
+
+def _rates(
+    name: str, directions: Directions, tracks: tuple[ReportTable, list[Track]], sigma: float
+) -> RateNoise:
+    """Return the noise of range rates, the usual where there are none or no track tells."""
+    # ``tracks`` are reports and those of them that are sure; ``sigma`` is the noise of ranges [m].
+    (stretch, sure), reports = tracks, directions.reports
+    kind = directions.observed[name].measurement
+    usual = RateNoise(USUAL_RATE_SIGMA)
+    if not kind.has_rate or reports.row is None or stretch.row is None:
+        return usual
+    column = kind.columns(stretch.dim).index("range_rate_mps")
+    by_row = np.argsort(reports.row)
+    of_sensor = stretch.sensor == stretch.sensors.index(name)
+    told = []
+    for track in sure:
+        rows = track.rows[of_sensor[track.rows]]
+        rows = rows[np.diff(stretch.time[rows], prepend=-np.inf) > SAME_TIME]
+        at = by_row[np.searchsorted(reports.row, stretch.row[rows], sorter=by_row)]
+        told.append((stretch.time[rows], *reports.measurement[at][:, [0, column]].T))
+    return rate_noise(told, sigma) or usual
 
 
 def _in_window(estimates: Estimates, observed: Mapping[str, ObservedSensor]) -> Estimates:
@@ -228,12 +260,14 @@ def _harmless(sensor: SensorEstimate, sensors: Mapping[str, SensorEstimate]) -> 
     return replace(sensor, detection_probability=min(sensor.detection_probability, digits(most)))
 
 
-def _in_own_units(sensor: SensorEstimate, seen: ObservedSensor) -> SensorEstimate:
+def _in_own_units(
+    sensor: SensorEstimate, seen: ObservedSensor, rates: RateNoise
+) -> SensorEstimate:
     """Return a ranging sensor with noise for each column, and clutter per unit of all of them."""
     assert isinstance(sensor.sigma, tuple)
     sigma = sensor.sigma
     if seen.measurement.has_rate:
-        sigma = (*sigma, USUAL_RATE_SIGMA)
+        sigma = (*sigma, rates.sigma)
     density = sensor.clutter_density * sensor.covered / seen.extent
     return replace(sensor, sigma=sigma, clutter_density=density)
 
