@@ -136,13 +136,18 @@ def test_what_is_noisier_far_away_is_no_turn() -> None:
     assert noise_in_turns(time, place, crowded, 1e-4) < 1.0
 
 
-def test_noise_with_wide_tails_is_no_turn() -> None:
-    """Ships that hold their course, reported with errors of a Student's t of three degrees."""
+@pytest.mark.parametrize("degrees", [3, 4, 5])
+@pytest.mark.parametrize("process", [0.1, 1.0, 5.0])
+def test_noise_with_wide_tails_is_no_turn(process: float, degrees: int) -> None:
+    """Ships whose reports have errors of a Student's t of few degrees of freedom."""
     rng = np.random.default_rng(9)
-    time = np.broadcast_to(6.0 * np.arange(60.0), (30, 60))
-    velocity = rng.normal(0.0, 6.0, (30, 1, 2))
-    place = velocity * time[..., None] + 40.0 * rng.standard_t(3, (30, 60, 2))
-    assert noise_of_chains(time, place, 60.0, 1e-9)[1] < 0.05
+    interval, shape = 6.0, (30, 60, 2)
+    time = np.broadcast_to(interval * np.arange(shape[1]), shape[:2])
+    turns = rng.normal(0.0, np.sqrt(process * interval), shape)
+    velocity = rng.normal(0.0, 6.0, (30, 1, 2)) + np.cumsum(turns, axis=1)
+    place = np.cumsum(interval * velocity, axis=1) + 40.0 * rng.standard_t(degrees, shape)
+    found = noise_of_chains(time, place, 60.0, 1e-9)[1]
+    assert 0.7 * process < found < 2.5 * process
 
 
 def test_chains_as_arrays_are_the_longest_without_reports_of_one_moment() -> None:
