@@ -44,6 +44,7 @@ def library_defaults():
     found["sensors.a.measurement"] = sensor["measurement"].word
     found["sensors.a.rotation"] = sensor["rotation"] or "none"
     found["sensors.a.echoes"] = list(sensor["echoes"])
+    found["sensors.a.sigma_at"] = list(sensor["sigma_at"])
     found |= {f"plots.{name}": getattr(plots, name) for name in ("cost", "gate", "max_tuples")}
     found["plots.keep_lone"] = argument(PlotFuser, "keep_lone")
     found["tracker.pairing"] = argument(NearestNeighbourTracker, "pairing")

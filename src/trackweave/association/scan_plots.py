@@ -150,8 +150,9 @@ def _number_or_none(value: float | None, name: str) -> float | None:
 
 def _sigmas(scan: Scan, sensor: Sensor, dim: int) -> FloatArray:
     """Return the standard deviation of each number of the reports."""
-    usual = np.broadcast_to(sensor.sigmas(dim), (len(scan), sensor.sigmas(dim).shape[0]))
-    return np.where(np.isnan(scan.sigma), usual, scan.sigma) if len(scan) else usual.copy()
+    if not len(scan):
+        return np.empty((0, sensor.sigmas(dim).size))
+    return sensor.noise(scan.sigma, scan.measurement, dim)
 
 
 def _field_of_view(coverage: Coverage) -> FieldOfView | None:

@@ -91,9 +91,8 @@ def scan_input(
     # Living on since the last scan costs ``survival_cost`` [nats].
     kind, dim, count = sensor.measurement, context.dim, len(scan)
     size = scan.measurement.shape[1] if count else kind.n_components(dim)
-    usual = sensor.sigmas(dim)[:size]
-    sigma = np.where(np.isnan(scan.sigma), usual, scan.sigma).reshape(count, size)
     measurement = scan.measurement.reshape(count, size)
+    sigma = sensor.noise(scan.sigma.reshape(count, size), measurement, dim)
     platform = sensor.platform
     if scan.platform is not None and scan.platform.size:
         platform = scan.platform

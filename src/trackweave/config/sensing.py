@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -60,10 +60,10 @@ USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # Keys that are taken as they are, in the order of a complete configuration; those of them that
 # are not estimated where nothing is.
 PLAIN = (
-    "identity_error", "hidden_share", "mean_silence", "echoes", "tail_share", "tail_scale",
-    "tail_persistence", "trust",
+    "identity_error", "hidden_share", "mean_silence", "echoes", "sigma_at", "tail_share",
+    "tail_scale", "tail_persistence", "trust",
 )  # fmt: skip
-NONE_AT_ZERO = {"hidden_share", "echoes", "tail_share", "tail_persistence"}
+NONE_AT_ZERO = {"hidden_share", "echoes", "sigma_at", "tail_share", "tail_persistence"}
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
 USUAL_SIGMA = {
@@ -129,6 +129,9 @@ def sensor_of(
         raise InvalidInputError(
             f'sensors.{name}.measurement: "{said}"; expected "{kind.word}", as its reports hold'
         )
+    if found is not None and sources.said(("sensors", name, "sigma")) is not None:
+        # What is told holds everywhere.
+        found = replace(found, sigma_at=())
     sigma = _sigma(choose("sigma", *_likely_sigma(found, seen)), name, seen)
     if isinstance(kind, ForeignKind):
         configuration.plugins.enter(name, kind, sources)
@@ -164,7 +167,7 @@ def sensor_of(
 def _likely(found: SensorEstimate | None, key: str) -> tuple[Any, Any]:
     """Return the value of a key as estimated, None for none, and as usual."""
     value, usual = getattr(found, key, None), USUAL[key]
-    if key == "echoes":
+    if key in {"echoes", "sigma_at"}:
         # As files hold them, which a complete configuration is read from again.
         value, usual = [*map(list, value or ())], []
     return None if key in NONE_AT_ZERO and not value else value, usual

@@ -16,6 +16,7 @@ WRONG = 0.05
 def follow_chains(
     step: FloatArray,
     places: FloatArray,
+    scale: FloatArray,
     variance: float,
     process: float,
     elsewhere: float,
@@ -26,9 +27,9 @@ def follow_chains(
 
     A report came from its object or, as likely as ``elsewhere`` says (a share times a density),
     from somewhere else; then it must not pull the filter along. A chain ends at the first step
-    that is NaN. Returns minus the log-likelihood of all chains, by how much those of the
-    ``counted`` reports that are beyond a squared distance of ``limit`` are trusted, and by how
-    much all reports are.
+    that is NaN. Noise has the ``variance`` times the square of each report's ``scale``. Returns
+    minus the log-likelihood of all chains, by how much those of the ``counted`` reports that are
+    beyond a squared distance of ``limit`` are trusted, and by how much all reports are.
     """
     dim = places.shape[2]
     position, velocity = np.empty(dim), np.empty(dim)
@@ -41,8 +42,9 @@ def follow_chains(
             position[axis] = places[chain, 1, axis]
             velocity[axis] = (places[chain, 1, axis] - places[chain, 0, axis]) / interval
         # Two reports determine position and velocity exactly, with this covariance.
-        pp, pv = variance, variance / interval
-        vv = 2.0 * variance / interval**2 + process * interval / 3.0
+        before, now = scale[chain, 0] ** 2 * variance, scale[chain, 1] ** 2 * variance
+        pp, pv = now, now / interval
+        vv = (before + now) / interval**2 + process * interval / 3.0
         for scan in range(2, places.shape[1]):
             interval = step[chain, scan - 1]
             if not math.isfinite(interval):
@@ -50,7 +52,7 @@ def follow_chains(
             pp += 2.0 * interval * pv + interval**2 * vv + process * interval**3 / 3.0
             pv += interval * vv + process * interval**2 / 2.0
             vv += process * interval
-            spread, square = pp + variance, 0.0
+            spread, square = pp + scale[chain, scan] ** 2 * variance, 0.0
             for axis in range(dim):
                 position[axis] += velocity[axis] * interval
                 square += (places[chain, scan, axis] - position[axis]) ** 2 / spread

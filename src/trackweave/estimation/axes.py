@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded
-from trackweave.estimation.neighbours import expected_of
 from trackweave.estimation.noise import arrays_of, noise_of_chains
+from trackweave.estimation.noise_places import beside_neighbours
 from trackweave.estimation.refine import Followed, sure_tracks
 
 __all__ = ["with_axes"]
@@ -27,11 +27,13 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
     sensors = dict(estimates.sensors)
     tracks, process = sure_tracks(estimates, reports, followed), list[float]()
     for index, name in enumerate(reports.sensors):
-        if name not in sensors or sensors[name].scans is False:
+        if name not in sensors or sensors[name].scans is False or sensors[name].sigma_at:
             continue
         chains = [track.rows[reports.sensor[track.rows] == index] for track in tracks]
         chains = [rows for rows in chains if rows.size >= BESIDE]
-        off = [_off(reports.time[rows], reports.measurement[rows]) for rows in chains]
+        off = [
+            beside_neighbours(reports.time[rows], reports.measurement[rows])[1] for rows in chains
+        ]
         if len(off) < FEWEST_TRACKS or sum(map(len, off)) < FEWEST_REPORTS:
             continue
         noise = np.quantile(np.abs(np.concatenate(off)), MOST, axis=0) / MOST_OF_NORMAL
@@ -53,13 +55,3 @@ def _process(reports: ReportTable, chains: list[IntArray], axes: tuple[float, ..
     )
     density = 1e-3 / max(float(np.ptp(reports.measurement[:, quiet])), 1e-9)
     return noise_of_chains(time, place, axes[quiet], density)[1]
-
-
-def _off(time: FloatArray, place: FloatArray) -> FloatArray:
-    """Return how far reports lie off the curve through their neighbours, as single ones do [m]."""
-    apart = np.r_[True, np.diff(time) > 1e-6]
-    time, place = time[apart], place[apart]
-    if time.size < BESIDE:
-        return np.empty((0, place.shape[1]))
-    curve, known = expected_of(time, place)[-1]
-    return np.asarray((place[2:-2] - curve) / np.sqrt(1.0 + known)[:, None])

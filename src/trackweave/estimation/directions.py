@@ -27,6 +27,8 @@ FEWEST_TRACKS, N_DISTANCES, LESS_OFF = 8, 30, 0.7
 # Bearings within this of a track may be of its object [rad].
 NEAR = 0.25
 N_ROUNDS = 30
+# Process noise in the plane and along the line of sight are told within such a factor.
+ALIKE = 2.5
 LEAST_ANGLE, MOST_ANGLE = 1e-5, 0.2
 USUAL_DETECTION, USUAL_CHANCES = 0.7, 10.0
 
@@ -63,8 +65,12 @@ def with_components(
                 process = process_along_sight(reports, own, places, of_most)
                 processes += [] if process is None else [process]
     # Objects are the same for all sensors; what one sees besides is its own noise.
-    least = bounded(min(processes, default=estimates.process_noise))
-    return replace(estimates, sensors=sensors, process_noise=least)
+    known = estimates.process_noise
+    along = bounded(min(processes, default=known))
+    # Where both agree, that in the plane has seen every turn.
+    if known / ALIKE < along < known * ALIKE:
+        along = known
+    return replace(estimates, sensors=sensors, process_noise=along)
 
 
 def _rows_of(reports: ReportTable, tracks: list[Track], index: int) -> list[IntArray]:

@@ -28,6 +28,8 @@ class SensorEstimate:
     scans: bool | None = None
     # Noise along each axis of a position [m], where it is not alike; None for sigma along all.
     axes: tuple[float, ...] | None = None
+    # Noise at some places, where it is not alike everywhere, as in ``[sensors.NAME] sigma_at``.
+    sigma_at: tuple[tuple[float, ...], ...] = ()
     # By how much else it puts objects elsewhere than other sensors do, as a standard deviation
     # along an axis that is part of ``sigma`` [m].
     disagreement: float = 0.0

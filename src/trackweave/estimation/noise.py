@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,11 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 from trackweave.estimation._noise import WRONG, follow_chains
-from trackweave.estimation.neighbours import expected_of, noises_of_chains
+from trackweave.estimation.neighbours import (
+    expected_of,
+    noise_beside_curves,
+    noises_of_chains,
+)
 from trackweave.estimation.simplex import least_by_simplex
 
 __all__ = [
@@ -35,6 +40,8 @@ LEAST_OF_STEP = 1e-3
 # Of reports, so many may be further off than one in a hundred should be.
 FAR_SHARE = 0.014
 MOST_DOUBLINGS, MOST_DOUBLINGS_IN_TURNS = 10, 20
+# Noise is hidden in motion where its variance is less than this part of that beside curves.
+HIDDEN = 0.25
 # Of a chain whose reports are noisier than most, as far from a radar, noise is so many times the
 # usual at most.
 NOISIER = 2.2
@@ -49,6 +56,14 @@ STRIDE, FEWEST_IN_CHAIN, FEWEST_IN_ALL = 4, 6, 60
 CALMER = 4.0
 # Noise grows no more than this to such steps, and no more than that to steps twice as long.
 WIDER, LONGER = 1.7, 1.5
+
+
+class _Chains(NamedTuple):
+    """Chains that are long enough, without their gaps; NaN behind their ends."""
+
+    step: FloatArray  # Time from report to report [s], shape (chains, reports − 1)
+    places: FloatArray
+    scale: FloatArray  # How many times the usual noise each report has, shape (chains, reports)
 
 
 def arrays_of(
@@ -76,22 +91,24 @@ def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to ta
     *,
     fixed: bool = False,
     follows_turns: bool = True,
+    scale: FloatArray | None = None,
 ) -> tuple[float, float]:
     """Return the noise under which a Kalman filter finds chains of reports least surprising."""
     # It is sigma along an axis [m] and the process noise [m²/s³]; it starts from ``sigma``, above
     # 0, which stays if it is fixed. Times have the shape (chains, scans), positions (chains,
     # scans, dim), NaN where there was none. The density is that of reports that came from
     # elsewhere, per unit of volume and scan. The process noise grows until sharp turns are
-    # followed; not where some of what is far off is of other objects.
-    step, places = _gathered(time, position)
-    if step.size == 0:
+    # followed; not where some of what is far off is of other objects. ``scale`` is how many times
+    # the noise each report has, of the shape of the times; None for once.
+    chains = _gathered(time, position, scale)
+    if chains.step.size == 0:
         return sigma, 0.0
     least = least_noise(position)
-    sigma, process = _fitted((step, places), sigma, density, fixed=fixed)
+    sigma, process = _fitted(chains, sigma, density, fixed=fixed)
     if sigma < least and not fixed:
-        sigma, process = _fitted((step, places), least, density, fixed=True)
+        sigma, process = _fitted(chains, least, density, fixed=True)
     if follows_turns:
-        process = _grown(step, places, (sigma**2, process, density))
+        process = _grown(chains, (sigma**2, process, density))
     return sigma, process
 
 
@@ -104,22 +121,26 @@ def least_noise(position: FloatArray) -> float:
 
 
 def noise_in_turns(
-    time: FloatArray, position: FloatArray, noise: tuple[float, float], density: float
+    time: FloatArray,
+    position: FloatArray,
+    noise: tuple[float, float],
+    density: float,
+    scale: FloatArray | None = None,
 ) -> float:
     """Return the process noise with which a filter loses hardly any chain in a turn [m²/s³]."""
     # The chains are of tracks beyond doubt, as in ``noise_of_chains``; it starts from a noise
     # above 0.
     sigma, process = noise
-    step, places = _gathered(time, position)
+    chains = _gathered(time, position, scale)
     # What is noisier all along is no turn, however far off it seems by the noise of most; beside
     # the curve through their neighbours reports of a turn are no farther off than others.
-    begun = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
-    own = noises_of_chains(begun, places)
+    own = noises_of_chains(_times(chains), chains.places)
+    own /= np.sqrt(np.nanmean(chains.scale**2, axis=1))
     most = float(np.nanmedian(own)) if np.isfinite(own).any() else np.inf
     ratio = np.nan_to_num(own) / max(most, 1e-300)
     variances = (sigma * np.clip(ratio, 1.0, NOISIER)) ** 2
     for _ in range(MOST_DOUBLINGS_IN_TURNS):
-        if _all_followed(step, places, (variances, process, density)):
+        if _all_followed(chains, (variances, process, density)):
             return process
         process *= 2
     # What no process noise mends is no turn.
@@ -127,7 +148,11 @@ def noise_in_turns(
 
 
 def calm_noise(
-    time: FloatArray, position: FloatArray, sigma: float, density: float
+    time: FloatArray,
+    position: FloatArray,
+    sigma: float,
+    density: float,
+    scale: FloatArray | None = None,
 ) -> tuple[float, float] | None:
     """Return the noise of chains whose errors wander, as seen over several scans."""
     # Errors that are alike from scan to scan, as of boxes around people whose legs swing, look
@@ -135,70 +160,76 @@ def calm_noise(
     # process noise is less; that of real accelerations is not. Manoeuvres to and fro average out
     # as well, but then the noise grows with each longer step, whereas that of wandering errors
     # soon stays. It is None where longer steps tell nothing else.
-    step, places = _gathered(time, position)
-    if step.size == 0:
+    scale = np.ones(time.shape) if scale is None else scale
+    chains = _gathered(time, position, scale)
+    if chains.step.size == 0:
         return None
-    first = _fitted((step, places), sigma, density)
-    thinned = _thinned(time, position, STRIDE)
+    first = _fitted(chains, sigma, density)
+    thinned = _thinned((time, position, scale), STRIDE)
     if thinned is None:
         return None
-    found = _fitted(_gathered(*thinned), first[0], density)
+    found = _fitted(thinned, first[0], density)
     is_calmer = found[1] * CALMER < first[1] and first[0] < found[0] < WIDER * first[0]
-    longer = _thinned(time, position, 2 * STRIDE)
+    longer = _thinned((time, position, scale), 2 * STRIDE)
     # Where errors wander, what hardly moves by itself is followed; where objects turn, it is lost.
-    variances = np.full(len(step), found[0] ** 2)
-    if not is_calmer or not _all_followed(step, places, (variances, found[1], density)):
+    variances = np.full(len(chains.step), found[0] ** 2)
+    if not is_calmer or not _all_followed(chains, (variances, found[1], density)):
         return None
     if longer is None:
         return found
     # Noise of errors soon forgotten stays what it is; turns to and fro go on growing.
-    last = _fitted(_gathered(*longer), found[0], density)
+    last = _fitted(longer, found[0], density)
     return found if last[0] < LONGER * found[0] else None
 
 
-def _thinned(
-    time: FloatArray, position: FloatArray, stride: int
-) -> tuple[FloatArray, FloatArray] | None:
+def _thinned(chains: tuple[FloatArray, FloatArray, FloatArray], stride: int) -> _Chains | None:
     """Return every so many-th report of chains, from each start; None where these are few."""
-    times = [time[:, start::stride] for start in range(stride)]
-    places = [position[:, start::stride] for start in range(stride)]
-    width = min(part.shape[1] for part in times)
-    thin_time = np.concatenate([part[:, :width] for part in times])
-    thin_place = np.concatenate([part[:, :width] for part in places])
-    count = np.isfinite(thin_time).sum(axis=1)
+    # Of the chains times, positions and scales.
+    width = chains[0].shape[1] // stride
+    time, position, scale = (
+        np.concatenate([each[:, start::stride][:, :width] for start in range(stride)])
+        for each in chains
+    )
+    count = np.isfinite(time).sum(axis=1)
     kept = count >= FEWEST_IN_CHAIN
     if count[kept].sum() < FEWEST_IN_ALL:
         return None
-    return thin_time[kept], thin_place[kept]
+    return _gathered(time[kept], position[kept], scale[kept])
 
 
-def _gathered(time: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return steps and places of chains that are long enough, without their gaps."""
+def _gathered(time: FloatArray, position: FloatArray, scale: FloatArray | None) -> _Chains:
+    """Return the chains that are long enough, without their gaps."""
+    scale = np.ones(time.shape) if scale is None else scale
     chains = [
-        (t[rows], p[rows])
-        for t, p in zip(time, position, strict=True)
+        (t[rows], p[rows], s[rows])
+        for t, p, s in zip(time, position, scale, strict=True)
         if (rows := np.flatnonzero(np.isfinite(p[:, 0]))).size >= 4
     ]
-    length = max((t.size for t, _ in chains), default=1)
-    times = np.full((len(chains), length), np.nan)
+    length = max((t.size for t, _, _ in chains), default=1)
+    times, scales = np.full((2, len(chains), length), np.nan)
     places = np.full((len(chains), length, position.shape[2]), np.nan)
-    for row, (t, p) in enumerate(chains):
-        times[row, : t.size], places[row, : t.size] = t, p
-    return np.diff(times, axis=1), places
+    for row, (t, p, s) in enumerate(chains):
+        times[row, : t.size], places[row, : t.size], scales[row, : t.size] = t, p, s
+    return _Chains(np.diff(times, axis=1), places, scales)
+
+
+def _times(chains: _Chains) -> FloatArray:
+    """Return the times of reports since the first of their chain [s]."""
+    begin = np.zeros((len(chains.step), 1))
+    return np.concatenate([begin, np.cumsum(chains.step, axis=1)], axis=1)
 
 
 def _fitted(
-    chains: tuple[FloatArray, FloatArray], sigma: float, density: float, *, fixed: bool = False
+    chains: _Chains, sigma: float, density: float, *, fixed: bool = False
 ) -> tuple[float, float]:
-    """Return the likeliest sigma and process noise of steps and places."""
-    step, places = chains
-    unit = sigma**2 / float(np.nanmedian(step)) ** 3
+    """Return the likeliest sigma and process noise of chains."""
+    unit = sigma**2 / float(np.nanmedian(chains.step)) ** 3
 
     def surprise(logs: FloatArray) -> float:
         if np.max(np.abs(logs)) > FURTHEST:
             return math.inf
         variance = sigma**2 if fixed else float(np.exp(logs[-1])) * sigma**2
-        return _surprise(step, places, (variance, float(np.exp(logs[0])) * unit, density))
+        return _surprise(chains, (variance, float(np.exp(logs[0])) * unit, density))
 
     starts = [np.array([level] if fixed else [level, 0.0]) for level in STARTS]
     best = min(starts, key=surprise)
@@ -207,21 +238,23 @@ def _fitted(
     return sigma * scale, float(np.exp(found[0])) * unit
 
 
-def _surprise(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
+def _surprise(chains: _Chains, noise: tuple[float, float, float]) -> float:
     """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
     variance, process, density = noise
-    return follow_chains(step, places, variance, process, WRONG * density, np.inf, _all(places))[0]
+    return follow_chains(*chains, variance, process, WRONG * density, np.inf, _all(chains.places))[
+        0
+    ]
 
 
-def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, float]) -> float:
+def _grown(chains: _Chains, noise: tuple[float, float, float]) -> float:
     """Return the process noise with which hardly any report lies far off [m²/s³]."""
     # Sharp turns are rare, and yet no track should be lost in one. What is far off for another
     # reason, as reports are noisier far from a radar, stays where it is however much it grows.
     variance, process, density = noise
-    before, counted = math.inf, _beside_curves(step, places, variance)
+    before, counted = math.inf, _beside_curves(chains, variance)
     for number in range(MOST_DOUBLINGS):
         grown = process * 2.0**number
-        far, all_own = _far_off(step, places, (variance, grown, density), counted)
+        far, all_own = _far_off(chains, (variance, grown, density), counted)
         # A single one of few reports tells nothing.
         if far <= max(FAR_SHARE * all_own, 1.0):
             return grown
@@ -234,32 +267,31 @@ def _grown(step: FloatArray, places: FloatArray, noise: tuple[float, float, floa
 
 
 def _far_off(
-    step: FloatArray,
-    places: FloatArray,
-    noise: tuple[float, float, float],
-    counted: NDArray[np.bool_],
+    chains: _Chains, noise: tuple[float, float, float], counted: NDArray[np.bool_]
 ) -> tuple[float, float]:
     """Return how many of the objects' own reports lie where one in a hundred does, and all."""
     variance, process, density = noise
-    limit = quantile_of(places.shape[2], 0.99)
-    _, far, trusted = follow_chains(
-        step, places, variance, process, WRONG * density, limit, counted
-    )
+    limit = quantile_of(chains.places.shape[2], 0.99)
+    _, far, trusted = follow_chains(*chains, variance, process, WRONG * density, limit, counted)
     return far, trusted
 
 
-def _beside_curves(step: FloatArray, places: FloatArray, variance: float) -> NDArray[np.bool_]:
+def _beside_curves(chains: _Chains, variance: float) -> NDArray[np.bool_]:
     """Tell of each report whether it lies where its neighbours before and after say."""
     # Behind a turn a report is far from where the filter expects it, and not from there; one that
     # is wild is far from both, and those beside it may be.
+    time, (_, places, scale) = _times(chains), chains
+    # A fit that takes turns for motion alone leaves next to no noise, beside which all is wild.
+    told = noise_beside_curves(time, places) ** 2
+    variance = told if variance < HIDDEN * told else variance
     limit = quantile_of(places.shape[2], 0.99) * variance
     beside = np.zeros(places.shape[:2], dtype=np.bool_)
-    time = np.concatenate([np.zeros((len(step), 1)), np.cumsum(step, axis=1)], axis=1)
     for row, count in enumerate(np.isfinite(time).sum(axis=1)):
         if count > 4:
             curve, known = expected_of(time[row, :count], places[row, :count])[-1]
             off = np.sum((places[row, 2 : count - 2] - curve) ** 2, axis=1)
-            beside[row, 2 : count - 2] = off < limit * (1.0 + known)
+            own = scale[row, 2 : count - 2] ** 2
+            beside[row, 2 : count - 2] = off < limit * own * (1.0 + known)
     return beside
 
 
@@ -267,16 +299,16 @@ def _all(places: FloatArray) -> NDArray[np.bool_]:
     return np.ones(places.shape[:2], dtype=np.bool_)
 
 
-def _all_followed(
-    step: FloatArray, places: FloatArray, noise: tuple[FloatArray, float, float]
-) -> bool:
+def _all_followed(chains: _Chains, noise: tuple[FloatArray, float, float]) -> bool:
     """Tell whether a filter follows all chains to their ends, but for few."""
     # Behind a turn that is too sharp for it, what an object reports seems to come from elsewhere.
     variances, process, density = noise
     n_lost = 0
     for row, variance in enumerate(variances):
-        chain = step[row : row + 1], places[row : row + 1]
-        own = follow_chains(*chain, variance, process, WRONG * density, np.inf, _all(chain[1]))[2]
-        n_reports = int(np.count_nonzero(np.isfinite(step[row]))) - 1
+        chain = _Chains(*(each[row : row + 1] for each in chains))
+        own = follow_chains(
+            *chain, variance, process, WRONG * density, np.inf, _all(chain.places)
+        )[2]
+        n_reports = int(np.count_nonzero(np.isfinite(chains.step[row]))) - 1
         n_lost += int(n_reports - own > max(LOST_REPORTS, LOST_PART * n_reports))
-    return bool(n_lost <= LOST_CHAINS * step.shape[0])
+    return bool(n_lost <= LOST_CHAINS * len(chains.step))

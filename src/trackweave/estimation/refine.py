@@ -16,6 +16,7 @@ from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
 from trackweave.estimation.noise import arrays_of, calm_noise, noise_in_turns, noise_of_chains
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
+from trackweave.models.local_noise import local_noise
 
 __all__ = [
     "DETECTION_RANGE",
@@ -346,22 +347,38 @@ def _noise(
     if sum(map(len, chains)) < LEAST_CHAINS_REPORTS:
         return None
     time, place = arrays_of((reports.time[rows], reports.measurement[rows]) for rows in chains)
+    scale = _scale(sensor, reports, chains)
     if is_wild:
         # Noise that is the tail's would seem to be turns.
         kept = is_as_most(time, place)
-        time, place = time[kept], place[kept]
-    calm = calm_noise(time, place, sensor.plane_sigma, sensor.clutter_density)
-    sigma, process = calm or noise_of_chains(
-        time, place, sensor.plane_sigma, sensor.clutter_density
-    )
+        time, place, scale = time[kept], place[kept], scale[kept]
+    usual, density = sensor.plane_sigma, sensor.clutter_density
+    calm = calm_noise(time, place, usual, density, scale)
+    sigma, process = calm or noise_of_chains(time, place, usual, density, scale=scale)
     unit = float(np.nanmedian(np.diff(time, axis=1))) ** 3
     if sigma**2 < HIDING * process * unit:
         # A filter that takes turns for noise of its own finds none in the reports.
         sigma = max(sigma, noise_beside_curves(time, place))
-        _, process = noise_of_chains(time, place, sigma, sensor.clutter_density, fixed=True)
+        _, process = noise_of_chains(time, place, sigma, density, fixed=True, scale=scale)
     # The tracks are sure, so that what is far off behind a turn is of no other object.
-    process = noise_in_turns(time, place, (sigma, max(process, 1e-9)), sensor.clutter_density)
+    process = noise_in_turns(time, place, (sigma, max(process, 1e-9)), density, scale)
     return sigma, process
+
+
+def _scale(sensor: SensorEstimate, reports: ReportTable, chains: list[IntArray]) -> FloatArray:
+    """Return how many times the usual noise each report of some chains has."""
+    noise = [reports.sigma[rows, : reports.dim] for rows in chains]
+    if sensor.sigma_at:
+        local = [local_noise(sensor.sigma_at, reports.measurement[rows]) for rows in chains]
+        noise = [np.where(np.isnan(own), at, own) for own, at in zip(noise, local, strict=True)]
+    level = [np.sqrt(np.mean(own**2, axis=1)) for own in noise]
+    known = np.log(np.concatenate(level))
+    usual = np.exp(np.nanmean(known)) if np.isfinite(known).any() else 1.0
+    _, scale = arrays_of(
+        (reports.time[rows], np.nan_to_num(own / usual, nan=1.0)[:, None])
+        for rows, own in zip(chains, level, strict=True)
+    )
+    return np.asarray(scale[..., 0])
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:

@@ -20,6 +20,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
+from trackweave.models.local_noise import local_noise
 
 __all__ = ["fitted_persistence", "fitted_tails", "with_tails"]
 
@@ -197,6 +198,8 @@ def _beside(
         time, position = reports.time[rows], reports.measurement[rows]
         middle = position[2:-2, :2]
         variance = np.full((middle.shape[0], 2), found.plane_sigma**2)
+        if found.sigma_at:
+            variance = local_noise(found.sigma_at, position[2:-2])[:, :2] ** 2
         turned = np.broadcast_to(np.eye(2), (middle.shape[0], 2, 2))
         if isinstance(found.sigma, tuple) and place is not None:
             relative = middle - platform_of(reports, rows, place)[2:-2, :2]

@@ -55,7 +55,7 @@ def log_likelihood(values: RunValues) -> float | None:
         now = known.time == moments[before] if before >= 0 else np.zeros(len(known), dtype=bool)
         sensor = sensors[int(reports.sensor[first[number]])]
         own = reports.sigma[rows, : reports.dim]
-        sigma = np.where(np.isnan(own), sensor.sigmas(reports.dim), own)
+        sigma = sensor.noise(own, place[rows], reports.dim)
         seen = _foreseen(known, now, float(time), noise)
         total += _scan(place[rows], sigma, seen, sensor, volume)
     return total / len(reports)

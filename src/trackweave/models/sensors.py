@@ -13,6 +13,7 @@ from trackweave.fields import checked_dimension, plain, settle
 from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
 from trackweave.models.biases import Biases
 from trackweave.models.coverage import FieldOfView, hiding
+from trackweave.models.local_noise import local_noise
 from trackweave.models.measurements import NO_PLATFORM
 from trackweave.models.rotation import Rotation
 from trackweave.models.strength import StrengthModel
@@ -29,6 +30,11 @@ Echo: TypeAlias = Annotated[
     Key("four numbers in brackets, such as [9e3, 4e3, 150.0, 0.3]", size=(4, 4)),
 ]
 """A place that gives false alarms: x, y, their spread [m], their number a scan."""
+NoiseAt: TypeAlias = Annotated[
+    tuple[Annotated[float, COORDINATE], ...],
+    Key("x, y and a noise along each axis, such as [40.0, 5.0, 0.3, 0.5]", size=(4, 5)),
+]
+"""The noise at a place: x, y, and standard deviations along x, y[, z] [m]."""
 CHANCE = PROBABILITY.said("a number between 0 and 1, both excluded")
 
 
@@ -43,6 +49,9 @@ class Sensor:
     sigma
         Standard deviation of each number of a report [m, rad, m/s]: one for all, or one each.
         Applies where a report carries none. Must be positive.
+    sigma_at
+        For positions whose noise is not the same everywhere: for some places x, y and the standard
+        deviation along each axis there [m], instead of ``sigma``. In between it is interpolated.
     detection_probability
         Chance that a scan reports an object that it covers.
     clutter_density
@@ -129,6 +138,7 @@ class Sensor:
     hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
     mean_silence: Annotated[float, SECONDS] = 60.0
     echoes: Annotated[tuple[Echo, ...], Key()] = ()
+    sigma_at: Annotated[tuple[NoiseAt, ...], Key()] = ()
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
     tail_persistence: Annotated[float, Key("a number from 0 to 0.999", 0, 0.999)] = 0.0
@@ -142,6 +152,8 @@ class Sensor:
         sigmas = np.atleast_1d(np.asarray(self.sigma, dtype=float))
         if sigmas.size == 0 or not np.all(sigmas > 0):
             raise InvalidInputError(f"sigma: {self.sigma}; expected numbers > 0")
+        if self.sigma_at:
+            self._check_places()
         told = (self.scan_period, self.rotation)
         if self.scans is False and told != (None, None):
             raise InvalidInputError(
@@ -151,6 +163,18 @@ class Sensor:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
         if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
+
+    def _check_places(self) -> None:
+        sizes = {len(each) for each in self.sigma_at}
+        if len(sizes) > 1 or min(min(each[2:]) for each in self.sigma_at) <= 0:
+            raise InvalidInputError(
+                f"sigma_at: {[*map(list, self.sigma_at)]}; expected x, y and as many numbers > 0 "
+                "for each place"
+            )
+        if isinstance(self.measurement, ForeignKind) or not self.measurement.is_position:
+            raise InvalidInputError(
+                f"sigma_at: of a sensor of {self.measurement.word}; expected one of positions"
+            )
 
     @property
     def platform(self) -> FloatArray:
@@ -248,3 +272,34 @@ class Sensor:
                 f"sensor {self.name}: sigma for {sigmas.size} axes; expected 1 or {size}"
             )
         return np.ascontiguousarray(np.broadcast_to(sigmas, (size,)))
+
+    def noise(self, told: FloatArray, measurement: FloatArray, dim: int) -> FloatArray:
+        """Return the standard deviation of each number of some reports [m, rad, m/s].
+
+        Parameters
+        ----------
+        told
+            What each report says of it, shape (reports, numbers); NaN where it says nothing.
+        measurement
+            What they hold, of the same shape.
+        dim
+            Number of dimensions of the tracking space.
+
+        Returns
+        -------
+        A report's own, else that of its place or sensor; of the same shape.
+
+        Raises
+        ------
+        InvalidInputError
+            If the sensor was given another number of them.
+        """
+        usual: FloatArray = self.sigmas(dim)[: told.shape[1]]
+        if self.sigma_at and told.shape[0]:
+            usual = local_noise(self.sigma_at, measurement)[:, : told.shape[1]]
+            if usual.shape[1] < told.shape[1]:
+                raise InvalidInputError(
+                    f"sensor {self.name}: sigma_at for {usual.shape[1]} axes; expected "
+                    f"{told.shape[1]}"
+                )
+        return np.where(np.isnan(told), usual, told)

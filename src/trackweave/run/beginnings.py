@@ -52,11 +52,15 @@ class Evidence:
         kinds, widths, turning = [], [], []
         usual = np.full((len(reports.sensors), columns), np.nan)
         places, tails = np.zeros((len(reports.sensors), 6)), np.zeros((len(reports.sensors), 3))
+        own = reports.sigma.copy()
         for number, name in enumerate(reports.sensors):
             sensor, kind = by_name[name], reports.kind_of(number)
             # Positions may have fewer numbers than the space has dimensions.
             width = min(kind.n_components(dim), columns)
             usual[number, :width] = sensor.sigmas(dim)[:width]
+            if sensor.sigma_at:
+                rows = np.ix_(reports.sensor == number, range(width))
+                own[rows] = sensor.noise(own[rows], reports.measurement[rows], dim)
             places[number] = sensor.platform
             tails[number] = sensor.tail_share, sensor.tail_scale, sensor.tail_persistence
             kinds.append(int(kind))
@@ -71,7 +75,7 @@ class Evidence:
             kind=np.array(kinds, dtype=np.int64)[of],
             width=np.array(widths, dtype=np.int64)[of],
             measurement=reports.measurement,
-            sigma=np.where(np.isnan(reports.sigma), usual[of], reports.sigma),
+            sigma=np.where(np.isnan(own), usual[of], own),
             platform=platform,
             tail=tails[of],
             turning=np.array(turning, dtype=np.int64)[of],

@@ -18,6 +18,7 @@ from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.noise_places import with_noise_places
 from trackweave.estimation.plausibility import believable
 from trackweave.estimation.rates import RateNoise, rate_noise
 from trackweave.estimation.refine import Followed, Track, refined, stretch_of, sure_tracks
@@ -123,6 +124,7 @@ def estimates_for(
         estimates = with_clutter_places(estimates, stretch, followed)
         estimates = believable(estimates, reports, **sure)
         if directions is None:
+            estimates = with_noise_places(estimates, stretch, followed)
             estimates = with_axes(estimates, stretch, followed)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break

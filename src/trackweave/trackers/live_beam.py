@@ -88,7 +88,7 @@ def _azimuth(sensor: Sensor, scan: Scan) -> FloatArray:
         platform = np.asarray(scan.platform)
     if isinstance(kind, ForeignKind):
         dim = kind.dim or 2
-        sigma = np.where(np.isnan(scan.sigma), sensor.sigmas(dim), scan.sigma)
+        sigma = sensor.noise(scan.sigma, scan.measurement, dim)
         reported = kind.reported(scan.measurement, sigma, scan.context, scan.covariance)
         platforms = np.broadcast_to(platform, (len(scan), 6))
         place, _ = kind.first_state(platforms, reported, dim)

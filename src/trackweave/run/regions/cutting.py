@@ -205,7 +205,7 @@ def _noise(reports: ReportTable, settings: Settings, index: int) -> float:
     assert not isinstance(kind, ForeignKind)
     size = kind.n_components(reports.dim)
     told = reports.sigma[rows, :size]
-    sigma = np.where(np.isnan(told), sensor.sigmas(reports.dim)[:size], told)
+    sigma = sensor.noise(told, reports.measurement[rows, :size], reports.dim)
     if kind.is_position:
         return float(np.quantile(sigma[:, :2].max(axis=1), 0.99))
     across = reports.measurement[rows, 0] * sigma[:, 1]
