@@ -4,8 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
+import trackweave as tw
 from trackweave import track
 from trackweave.errors import InvalidInputError
+from trackweave.metrics import assignment_quality
 
 
 def table(n_objects=8, until=240.0):
@@ -88,3 +90,25 @@ def test_refuses_a_scan_period_of_a_sensor_that_does_not_scan():
     told = {"sensors": {"default": {"scans": False, "scan_period": 2.0}}}
     with pytest.raises(InvalidInputError, match="scans = true with a scan_period"):
         track(table(), told)
+
+
+def test_two_ships_under_one_number_make_no_noise_of_the_others() -> None:
+    """One falls silent for four minutes, one lies moored, and all keep their names."""
+    rng, rows = np.random.default_rng(3), []
+    ships = [  # metres east and north, m/s, seconds between messages, number
+        (0, 2_000, 7.0, 0.5, 6, "111"), (2_000, 11_000, 5.5, -3.0, 10, "222"),
+        (14_000, 10_000, -6.0, 1.5, 6, "222"), (8_000, 13_000, 1.0, -8.0, 6, "444"),
+        (6_700, 4_500, 0.0, 0.0, 180, "555"), (1_500, 7_500, 8.0, 0.0, 6, "666"),
+    ]  # fmt: skip
+    for ship, (east, north, right, up, period, number) in enumerate(ships):
+        for time in np.arange(rng.uniform(0, period), 1500.0, period):
+            if number != "666" or not 600 < time < 840:
+                place = np.array([east + right * time, north + up * time])
+                rows.append((round(time), *(place + rng.normal(0.0, 5.0, 2)), number, str(ship)))
+    names = ["time", "x", "y", "identity", "target"]
+    result = tw.track(pl.DataFrame(rows, names, orient="row").sort("time"))
+    assert 3.0 < result.run["configuration"]["sensors"]["default"]["sigma"] < 8.0
+    found = result.assignments
+    quality = assignment_quality(found["target"].to_list(), found["track"].to_list())
+    assert quality.idf1 is not None
+    assert quality.idf1 > 0.99

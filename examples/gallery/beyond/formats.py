@@ -27,7 +27,7 @@ table = simulate(scene, rng=5).reports
 x, y = table.measurement.T
 reports = pl.DataFrame({"time": table.time, "lat": 54.0 + y / 111e3, "lon": 8.0 + x / 65.4e3})
 result = tw.track(reports)
-files = written(writers_named("geojson,kml,czml,cot,readsb,asterix-062"), result.output())
+files = written(writers_named(["geojson,kml,czml,cot,readsb,asterix-062"]), result.output())
 sizes = {name: len(content) / 1e3 for name, content in (files | result.files()).items()}
 
 figure, (plan, bars) = plt.subplots(1, 2, figsize=(10, 4.4))

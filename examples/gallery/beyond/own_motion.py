@@ -3,8 +3,8 @@ A motion model of your own
 ==========================
 
 Boats that drift: speed fades within a minute, and waves stir it up again. One class with two
-methods says so, and every part of the library uses it. A nearly constant velocity, the usual
-model, runs on where boats are out of sight (grey); the drifting one slows down.
+methods says so, and every part of the library uses it. Where boats are out of sight (grey), a
+nearly constant velocity, the usual model, expects them farther on than the drifting one.
 """
 
 from dataclasses import dataclass

@@ -4,8 +4,9 @@ Coverage, learned from what others see
 
 Two radars watch the same boats. Nobody says that the western one sees no farther than 4 km, nor
 that a hill hides the west from the other one. Where a radar is silent although the other goes on,
-it does not see: taken for misses, these silences would end tracks. Lines are the edges that the
-run learned.
+it does not see: taken for misses, these silences would end tracks. Lines are what the run
+learned: the western radar's reach, and the sector that the hill leaves to the eastern one, drawn
+to 6 km.
 """
 
 import matplotlib.pyplot as plt

@@ -1,5 +1,7 @@
 """What objects do by themselves, as ranges tell it that are more exact than directions."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
@@ -7,7 +9,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.neighbours import is_as_most
 from trackweave.estimation.noise import LONGEST_CHAIN, arrays_of, noise_of_chains
 
-__all__ = ["process_along_sight"]
+__all__ = ["platform_of", "process_along_sight"]
 
 # A piece lasts while its line of sight turns by so little that directions add this part of the
 # noise of ranges to what lies along it, between these angles [rad]; so many reports tell.
@@ -15,6 +17,17 @@ ADDED, LEAST_ANGLE, MOST_ANGLE = 0.5, 0.02, 0.2
 FEWEST_IN_PIECE, FEWEST = 6, 60
 # Reports from elsewhere, over all the length that reports are spread.
 ELSEWHERE = 1e-3
+
+
+def platform_of(reports: ReportTable, rows: np.ndarray, place: Sequence[float]) -> FloatArray:
+    """Return where the sensor was, shape (rows, dim)."""
+    dim = reports.measurement.shape[1]
+    stands = np.zeros(dim)
+    stands[: min(dim, len(place))] = list(place)[:dim]
+    if reports.platform is None:
+        return np.broadcast_to(stands, (rows.size, dim))
+    said = reports.platform[rows, :dim]
+    return np.where(np.isnan(said), stands, said)
 
 
 def process_along_sight(
@@ -33,7 +46,7 @@ def process_along_sight(
         relative = reports.measurement[rows] - place
         for piece in _pieces(relative, sigma):
             middle = relative[piece][(piece.stop - piece.start) // 2]
-            along = reports.measurement[rows[piece]] @ (middle / np.linalg.norm(middle))
+            along = reports.measurement[rows[piece]] @ (middle / max(np.linalg.norm(middle), 1e-9))
             pieces.append((reports.time[rows[piece]], along[:, None]))
     if sum(time.size for time, _ in pieces) < FEWEST:
         return None

@@ -8,11 +8,11 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.along_sight import process_along_sight
+from trackweave.estimation.along_sight import platform_of, process_along_sight
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
-from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, platform_of, sure_tracks
+from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, sure_tracks
 
 __all__ = ["across_of", "bearing_sensor", "components", "with_components"]
 

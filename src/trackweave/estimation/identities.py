@@ -22,6 +22,9 @@ USUAL_ERROR, TRUSTED = 1e-4, 500.0
 MOST_WRONG, LEAST_NAMED, MOST_WILD = 0.01, 0.95, 0.1
 # Fewer identities, or reports of each as a median, are no names of objects.
 LEAST_IDENTITIES, LEAST_REPORTS = 2, 4
+# Several objects share an identity of so many reports that lie so many times as far off the way
+# from the one before to the one after as those of most.
+FEWEST_BY_TURNS, BY_TURNS = 10, 30.0
 
 
 def identity_error(reports: ReportTable, sensor: int) -> float | None:
@@ -76,7 +79,8 @@ def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | N
 
     Returns
     -------
-    In order of time, without those that are absurd; the longest first.
+    In order of time, without those that are absurd; the longest first. Identities under which
+    several objects report, here and there by turns, are left out.
     """
     named = _named(reports)[rows]
     if rows.size == 0 or np.count_nonzero(named) < LEAST_NAMED * rows.size:
@@ -95,7 +99,23 @@ def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | N
     wrong = identity_error(reports, int(reports.sensor[rows[0]]))
     if wrong is None or wrong > MOST_WRONG:
         return None
+    threads = _of_one(reports, rows, threads)
+    if len(threads) < LEAST_IDENTITIES:
+        return None
     return sorted(threads, key=lambda each: -each.size)
+
+
+def _of_one(reports: ReportTable, rows: IntArray, threads: list[IntArray]) -> list[IntArray]:
+    """Return the threads but those of which reports lie here and there by turns."""
+    off = np.full(len(threads), np.nan)
+    for number, thread in enumerate(threads):
+        place, time = reports.measurement[rows[thread]], reports.time[rows[thread]]
+        if thread.size >= FEWEST_BY_TURNS:
+            share = (time[1:-1] - time[:-2]) / np.maximum(time[2:] - time[:-2], 1e-9)
+            between = place[:-2] + share[:, None] * (place[2:] - place[:-2])
+            off[number] = np.median(np.linalg.norm(place[1:-1] - between, axis=1))
+    usual = float(np.nanmedian(off)) if np.isfinite(off).any() else np.inf
+    return [each for each, own in zip(threads, off, strict=True) if not own > BY_TURNS * usual]
 
 
 def _named(reports: ReportTable) -> NDArray[np.bool_]:

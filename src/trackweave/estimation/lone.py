@@ -77,7 +77,12 @@ def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArra
     if named is None:
         threads = threads_of(time, position)
     else:
-        threads = Threads([heard[each] for each in named], heard.size, is_whole=True)
+        # What is under a name that several share is of objects as well, and tells no more.
+        assert reports.identity is not None
+        own = reports.identity[rows[heard]]
+        is_told = np.isin(own, [-1, *(own[each[0]] for each in named)])
+        count = int(np.count_nonzero(is_told))
+        threads = Threads([heard[each] for each in named], count, is_whole=True)
     return looking(reports.time[rows], threads.rows), threads, rows
 
 

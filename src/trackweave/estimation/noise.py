@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 from trackweave.estimation._noise import WRONG, follow_chains
-from trackweave.estimation.neighbours import (
-    expected_of,
-    noise_beside_curves,
-    noises_of_chains,
-)
+from trackweave.estimation.neighbours import expected_of, noise_beside_curves, noises_of_chains
 from trackweave.estimation.simplex import least_by_simplex
 
 __all__ = [
@@ -25,6 +21,7 @@ __all__ = [
     "least_noise",
     "noise_in_turns",
     "noise_of_chains",
+    "scales_of",
 ]
 
 MOST_CHAINS, LONGEST_CHAIN = 80, 60
@@ -81,6 +78,17 @@ def arrays_of(
         kept = np.flatnonzero(np.diff(times[:length], prepend=-np.inf) > SAME_TIME)
         time[row, : kept.size], place[row, : kept.size] = times[kept], places[kept]
     return time, place
+
+
+def scales_of(chains: Iterable[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """Return how many times the usual noise each report has, as ``arrays_of`` lays chains out."""
+    # Of each chain its times and the noise of its reports along each axis [m], shape (reports,
+    # dim); those with NaN have the usual one.
+    told = [(time, np.sqrt(np.mean(noise**2, axis=1, keepdims=True))) for time, noise in chains]
+    known = np.log(np.concatenate([level for _, level in told]))
+    usual = np.exp(np.nanmean(known)) if np.isfinite(known).any() else 1.0
+    scale = arrays_of((time, np.nan_to_num(level / usual, nan=1.0)) for time, level in told)[1]
+    return np.asarray(scale[..., 0])
 
 
 def noise_of_chains(  # noqa: PLR0913 what is known of the chains, and how to take it
@@ -241,9 +249,8 @@ def _fitted(
 def _surprise(chains: _Chains, noise: tuple[float, float, float]) -> float:
     """Return minus the log-likelihood of all chains, each report from its object or elsewhere."""
     variance, process, density = noise
-    return follow_chains(*chains, variance, process, WRONG * density, np.inf, _all(chains.places))[
-        0
-    ]
+    counted, elsewhere = _all(chains.places), WRONG * density
+    return follow_chains(*chains, variance, process, elsewhere, np.inf, counted)[0]
 
 
 def _grown(chains: _Chains, noise: tuple[float, float, float]) -> float:

@@ -43,9 +43,11 @@ def with_noise_places(estimates: Estimates, reports: ReportTable, followed: Foll
 
 
 def _with_places(sensor: SensorEstimate, found: _Off) -> SensorEstimate:
+    if len(found.off) < 2 * FEWEST_REPORTS:
+        return replace(sensor, sigma_at=())
     cells = _cells(found)
     noise = np.array([_noise(found.off[rows]) for rows in cells])
-    level = np.sqrt(np.mean(noise**2, axis=1)) if len(cells) > 1 else np.ones(1)
+    level = np.sqrt(np.mean(noise**2, axis=1))
     if level.min() <= 0.0 or level.max() < APART * level.min() or not _agree(found, cells):
         return replace(sensor, sigma_at=())
     middles = [found.place[rows].mean(axis=0)[:2] for rows in cells]
@@ -93,7 +95,7 @@ def _cells(found: _Off) -> list[IntArray]:
         cells.sort(key=len)
         rows = cells.pop()
         place = found.place[rows, :2]
-        side = int(np.argmax(np.ptp(place, axis=0))) if rows.size else 0
+        side = int(np.argmax(np.ptp(place, axis=0)))
         order = rows[np.argsort(place[:, side], kind="stable")]
         halves = np.array_split(order, 2)
         if all(_tells(found, half) for half in halves):

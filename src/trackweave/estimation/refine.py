@@ -1,6 +1,6 @@
 """What tracks that were made of a stretch of the reports tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,13 @@ from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
-from trackweave.estimation.noise import arrays_of, calm_noise, noise_in_turns, noise_of_chains
+from trackweave.estimation.noise import (
+    arrays_of,
+    calm_noise,
+    noise_in_turns,
+    noise_of_chains,
+    scales_of,
+)
 from trackweave.estimation.silences import long_pauses, silences
 from trackweave.models.coverage import FieldOfView
 from trackweave.models.local_noise import local_noise
@@ -23,7 +29,6 @@ __all__ = [
     "LEAST_CHAINS_REPORTS",
     "Followed",
     "Track",
-    "platform_of",
     "refined",
     "stretch_of",
     "sure_tracks",
@@ -204,17 +209,6 @@ def _is_seen(track: Track, estimates: Estimates, reports: ReportTable, followed:
     return False
 
 
-def platform_of(reports: ReportTable, rows: np.ndarray, place: Sequence[float]) -> FloatArray:
-    """Return where the sensor was, shape (rows, dim)."""
-    dim = reports.measurement.shape[1]
-    stands = np.zeros(dim)
-    stands[: min(dim, len(place))] = list(place)[:dim]
-    if reports.platform is None:
-        return np.broadcast_to(stands, (rows.size, dim))
-    said = reports.platform[rows, :dim]
-    return np.where(np.isnan(said), stands, said)
-
-
 def _detection(
     sensor: SensorEstimate,
     tracks: list[Track],
@@ -347,7 +341,7 @@ def _noise(
     if sum(map(len, chains)) < LEAST_CHAINS_REPORTS:
         return None
     time, place = arrays_of((reports.time[rows], reports.measurement[rows]) for rows in chains)
-    scale = _scale(sensor, reports, chains)
+    scale = scales_of((reports.time[rows], _own(sensor, reports, rows)) for rows in chains)
     if is_wild:
         # Noise that is the tail's would seem to be turns.
         kept = is_as_most(time, place)
@@ -365,20 +359,11 @@ def _noise(
     return sigma, process
 
 
-def _scale(sensor: SensorEstimate, reports: ReportTable, chains: list[IntArray]) -> FloatArray:
-    """Return how many times the usual noise each report of some chains has."""
-    noise = [reports.sigma[rows, : reports.dim] for rows in chains]
-    if sensor.sigma_at:
-        local = [local_noise(sensor.sigma_at, reports.measurement[rows]) for rows in chains]
-        noise = [np.where(np.isnan(own), at, own) for own, at in zip(noise, local, strict=True)]
-    level = [np.sqrt(np.mean(own**2, axis=1)) for own in noise]
-    known = np.log(np.concatenate(level))
-    usual = np.exp(np.nanmean(known)) if np.isfinite(known).any() else 1.0
-    _, scale = arrays_of(
-        (reports.time[rows], np.nan_to_num(own / usual, nan=1.0)[:, None])
-        for rows, own in zip(chains, level, strict=True)
-    )
-    return np.asarray(scale[..., 0])
+def _own(sensor: SensorEstimate, reports: ReportTable, rows: IntArray) -> FloatArray:
+    """Return the noise along each axis of some reports [m]; NaN where none is their own."""
+    own = reports.sigma[rows, : reports.dim]
+    at = local_noise(sensor.sigma_at, reports.measurement[rows]) if sensor.sigma_at else own
+    return np.where(np.isnan(own), at, own)
 
 
 def _speed(tracks: list[Track], reports: ReportTable) -> float | None:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.along_sight import platform_of
 from trackweave.estimation.directions import components
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
-from trackweave.estimation.refine import Track, platform_of
+from trackweave.estimation.refine import Track
 from trackweave.estimation.trees import all_within, n_within, tree_of
 
 __all__ = ["with_seldom", "with_standing"]

@@ -17,9 +17,10 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import poisson_reaches
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.along_sight import platform_of
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
-from trackweave.estimation.refine import Followed, Track, platform_of, sure_tracks
+from trackweave.estimation.refine import Followed, Track, sure_tracks
 from trackweave.models.local_noise import local_noise
 
 __all__ = ["fitted_persistence", "fitted_tails", "with_tails"]

@@ -108,7 +108,8 @@ def earth_tracks(output: Output, name: str) -> Iterator[EarthTrack]:
     if not {"lat", "lon"} <= set(rows.columns):
         raise InvalidInputError(
             f"format {name}: tracks have no latitudes and longitudes; expected reports in lat,lon"
-            ", or [frame] origin in the configuration"
+            ", [frame] origin = [latitude, longitude], or place = [latitude, longitude] of a"
+            " sensor that measures from where it stands"
         )
     if rows.is_empty():
         return

@@ -15,8 +15,9 @@ from trackweave.plugin_faults import is_ours, told_as_theirs
 __all__ = ["try_on", "writers_named", "written"]
 
 
-def writers_named(names: Sequence[str] | None) -> list[Format]:
+def writers_named(names: str | Sequence[str] | None) -> list[Format]:
     """Return the formats that lists with commas name, each of which can be written."""
+    names = [names] if isinstance(names, str) else names
     each = [name.strip() for some in names or () for name in some.split(",")]
     twice = next((name for name in each if each.count(name) > 1), None)
     if twice is not None:

@@ -24,6 +24,8 @@ __all__ = ["patient", "solve"]
 BUDGETS = frozenset({"evaluations", "branches", "epochs"})
 WITHOUT_END = 10**12
 """A budget that no time limit leaves anything of."""
+BRANCHES = 250
+"""Of a problem that somebody waits for: five times those of each step of a tracker."""
 
 
 def solve(  # noqa: PLR0913 the one function that users call with everything
@@ -42,7 +44,8 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
     problem
         What to choose from.
     solver
-        How; None for ``Auto``, with no other budget than the time where that is limited.
+        How; None for ``Auto`` with 250 branches, or with no other budget than the time where that
+        is limited.
     rng
         The only source of randomness: a generator, or a seed.
     hint
@@ -74,7 +77,7 @@ def solve(  # noqa: PLR0913 the one function that users call with everything
     array([[1, 1],
            [2, 2]])
     """
-    chosen = Auto() if solver is None else solver
+    chosen = Auto(branches=BRANCHES) if solver is None else solver
     _require_arguments(problem, chosen, hint, stop)
     if time_limit is not None:
         expected = "a number ≥ 0 of seconds, or None"

@@ -79,7 +79,7 @@ export class Details {
     if (Number.isFinite(facts.visible)) lines.push(["In sight", percent(facts.visible)]);
     if (facts.hits !== undefined) lines.push(["Reports", counted(facts.hits)]);
     if (facts.sensors?.length) lines.push(["Sensors", facts.sensors.map((name) => plain(name, 20)).join(", ")]);
-    lines.push(["Since", `${clockTime(course.time[0], store.calendar)} (${lasting(time - course.time[0])})`]);
+    lines.push(["First row", `${clockTime(course.time[0], store.calendar)} (${lasting(time - course.time[0])})`]);
     const end = ended ? clockTime(course.time[course.n - 1], store.calendar) : `${lasting(time - course.time[row])} ago`;
     lines.push(["Last row", end]);
     return lines;

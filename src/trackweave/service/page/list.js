@@ -48,7 +48,7 @@ export class TrackList {
       const text = (course, row) => (course.speed(row) > 1e-9 ? `${String(Math.round(course.heading(row)) % 360).padStart(3, "0")}°` : "–");
       columns.push({ key: "heading", name: "Course", text, value: (course, row) => course.heading(row) });
     }
-    columns.push({ key: "age", name: "Since", text: (course) => shortSpan(this.map.time - course.time[0]), value: (course) => -course.time[0] });
+    columns.push({ key: "age", name: "Shown", text: (course) => shortSpan(this.map.time - course.time[0]), value: (course) => -course.time[0] });
     return columns;
   }
 
