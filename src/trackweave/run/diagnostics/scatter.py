@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.models.motion import ConstantVelocity, Imm
+from trackweave.models.motion import ConstantVelocity, Imm, RandomWalk
 from trackweave.run.diagnostics.case import Case
 
 __all__ = ["Scatter", "is_noise", "scatter_of", "without_motion"]
@@ -46,10 +46,13 @@ def scatter_of(
     # Of three reports of one track and sensor, so many apart, the middle one is compared with the
     # straight way between the others. By white noise of acceleration alone its variance would be q
     # a² b² / 3 (a + b), with a and b the times between them. Squares of positions on the plane are
-    # of both axes. ``tracks`` are rows by time, instead of the case's paths.
+    # of both axes. ``tracks`` are rows by time, instead of the case's paths. What walks at random
+    # keeps no way, so that there are none.
     squares, drifts = [np.empty((0, 2))], [np.empty(0)]
     is_polar = case.reports.kind_of(index).has_range
-    if tracks is None:
+    if isinstance(case.settings.motion, RandomWalk):
+        tracks = []
+    elif tracks is None:
         tracks = [path.rows for path in case.paths]
     for each in tracks[:MOST_PATHS]:
         rows = each[case.reports.sensor[each] == index][:MOST_REPORTS]
