@@ -7,8 +7,8 @@ import numpy as np
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded
+from trackweave.estimation.neighbours import beside_neighbours
 from trackweave.estimation.noise import arrays_of, noise_of_chains
-from trackweave.estimation.noise_places import beside_neighbours
 from trackweave.estimation.refine import Followed, sure_tracks
 
 __all__ = ["with_axes"]

@@ -6,7 +6,14 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 
-__all__ = ["LONGEST_SPAN", "expected_of", "is_as_most", "noise_beside_curves", "noises_of_chains"]
+__all__ = [
+    "LONGEST_SPAN",
+    "beside_neighbours",
+    "expected_of",
+    "is_as_most",
+    "noise_beside_curves",
+    "noises_of_chains",
+]
 
 # Neighbours are no farther apart than so many usual intervals.
 LONGEST_SPAN = 6.0
@@ -50,6 +57,20 @@ def noises_of_chains(time: FloatArray, place: FloatArray) -> FloatArray:
         off = np.linalg.norm(where[2:-2] - curve, axis=1) / np.sqrt(1.0 + known)
         noise[row] = np.median(off)
     return noise
+
+
+def beside_neighbours(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places of reports, and how far they lie off the curve through their neighbours."""
+    # The curve is that through the two before and the two after, and distances are as those of a
+    # single report from where it should be; those among long pauses are left out.
+    apart = np.flatnonzero(np.diff(time, prepend=-np.inf) > 1e-6)
+    time, place = time[apart], place[apart]
+    if time.size < FEWEST - 1:
+        return np.empty((0, place.shape[1])), np.empty((0, place.shape[1]))
+    curve, known = expected_of(time, place)[-1]
+    near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
+    middle = place[2:-2][near]
+    return middle, (middle - curve[near]) / np.sqrt(1.0 + known[near])[:, None]
 
 
 def expected_of(time: FloatArray, place: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

@@ -8,10 +8,10 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
-from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
+from trackweave.estimation.neighbours import beside_neighbours
 from trackweave.estimation.refine import Followed, Track, sure_tracks
 
-__all__ = ["beside_neighbours", "with_noise_places"]
+__all__ = ["with_noise_places"]
 
 # So many reports of so many tracks tell of a place, and of so many places there are at most.
 FEWEST_REPORTS, FEWEST_TRACKS, MOST_PLACES = 60, 3, 16
@@ -22,7 +22,6 @@ APART, ALIKE = 2.0, 0.7
 SOME, FEWEST_OF_HALF = 0.6, 10
 # So many reports lie off by no more than so many standard deviations.
 MOST, MOST_OF_NORMAL = 0.9, 1.6449
-BESIDE = 5
 
 
 class _Off(NamedTuple):
@@ -72,20 +71,6 @@ def _beside(reports: ReportTable, tracks: list[Track], index: int) -> _Off:
         place, off = beside_neighbours(reports.time[rows], reports.measurement[rows])
         parts.append(_Off(place, off, np.full(len(off), number)))
     return _Off(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def beside_neighbours(time: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return places of reports, and how far they lie off the curve through their neighbours."""
-    # The curve is that through the two before and the two after, and distances are as those of a
-    # single report from where it should be; those among long pauses are left out.
-    apart = np.flatnonzero(np.diff(time, prepend=-np.inf) > 1e-6)
-    time, place = time[apart], place[apart]
-    if time.size < BESIDE:
-        return np.empty((0, place.shape[1])), np.empty((0, place.shape[1]))
-    curve, known = expected_of(time, place)[-1]
-    near = time[4:] - time[:-4] < LONGEST_SPAN * float(np.median(np.diff(time)))
-    middle = place[2:-2][near]
-    return middle, (middle - curve[near]) / np.sqrt(1.0 + known[near])[:, None]
 
 
 def _cells(found: _Off) -> list[IntArray]:

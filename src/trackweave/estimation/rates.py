@@ -8,7 +8,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from trackweave.arrays import FloatArray
 from trackweave.chi_squared import quantile_of
 from trackweave.estimation.estimates import bounded
-from trackweave.estimation.neighbours import expected_of
+from trackweave.estimation.neighbours import beside_neighbours
 
 __all__ = ["RateNoise", "rate_noise"]
 
@@ -49,7 +49,9 @@ def rate_noise(
     tracks = [track for track in tracks if track[0].size >= SPAN]
     if sum(time.size for time, _, _ in tracks) < FEWEST:
         return None
-    off = np.concatenate([_beside_curve(time, rate) for time, _, rate in tracks])
+    off = np.concatenate([beside_neighbours(time, rate[:, None])[1] for time, _, rate in tracks])
+    if off.size == 0:
+        return None
     sigma = max(_spread(off), LEAST)
     change, mean, spread, single = (
         np.concatenate(parts) for parts in zip(*map(_compared, tracks), strict=True)
@@ -60,12 +62,6 @@ def rate_noise(
     is_clear = np.abs(change) > CLEAR * noise
     wide = max(_spread(single - change), sigma)
     return RateNoise(bounded(wide, LEAST), _doubt(change[is_clear], mean[is_clear]))
-
-
-def _beside_curve(time: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return how far rates are beside the curve through two before and two after."""
-    curve, known = expected_of(time, rate[:, None])[-1]
-    return (rate[2:-2] - curve[:, 0]) / np.sqrt(1.0 + known)
 
 
 def _spread(off: FloatArray) -> float:
