@@ -51,6 +51,13 @@ def test_rates_are_those_of_the_chain_that_made_the_pauses() -> None:
     assert silence == pytest.approx(20.0, rel=0.1)
 
 
+def test_one_short_silence_tells_little_of_how_long_they_last() -> None:
+    pauses = np.zeros(3000, dtype=np.int64)
+    pauses[100] = 4
+    _, silence = silences([(4.0 * (pauses + 1.0), pauses)])
+    assert 25.0 < silence < 40.0  # Between its 16 s and the usual 60 s.
+
+
 def test_without_silences_what_is_usual_stands() -> None:
     assert silences([]) == (USUAL_SHARE, USUAL_SILENCE)
     usual = Lifecycle()

@@ -10,7 +10,8 @@ __all__ = ["long_pauses", "silences"]
 
 # Pauses so long that among all of them chance would make fewer than this many.
 BY_CHANCE = 0.05
-# What is believed beforehand, as of a twentieth of a silence.
+# What is believed beforehand: the share as of a twentieth of a silence, and how long one lasts as
+# of one, as few tell little of it (of logarithms, as one may last ten times as long as another).
 USUAL_SHARE, USUAL_SILENCE, BELIEVED = 0.01, 60.0, 0.05
 SHARES, LEAST_SILENCE, LONGEST_SILENCE = (0.003, 0.3), 5.0, 600.0
 
@@ -59,8 +60,10 @@ def silences(gaps: Sequence[tuple[FloatArray, IntArray]]) -> tuple[float, float]
     long = long_pauses(pauses, int(pauses.sum()) + pauses.size)
     interval = float(np.median(times))
     hidden = float(np.sum(times[long] - interval))
-    believed = BELIEVED * USUAL_SILENCE
-    mean = (believed + hidden) / (BELIEVED + int(long.sum()))
+    believed, n_long = BELIEVED * USUAL_SILENCE, int(long.sum())
+    mean = USUAL_SILENCE
+    if n_long and hidden > 0.0:
+        mean *= (hidden / n_long / USUAL_SILENCE) ** (n_long / (n_long + 1.0))
     share = (believed + hidden) / (believed / USUAL_SHARE + float(times.sum()))
     mean = float(np.clip(mean, LEAST_SILENCE * interval, max(LONGEST_SILENCE, 10 * interval)))
     return float(np.clip(share, *SHARES)), mean

@@ -97,6 +97,38 @@ def test_what_the_tracker_held_to_be_one_object_stays_so():
     assert found.parted == ()
 
 
+def standing(seed: int, *, together: bool) -> tuple[joins.Segments, TrackTable, list[int]]:
+    """Return eight cars that nobody sees while they stand, for 20 to 60 s, and ten that drive."""
+    rng = np.random.default_rng(seed)
+    rows, whose, track = [], [], 0
+    for number in range(18):
+        heading, speed = rng.uniform(0, 2 * np.pi), rng.uniform(5, 15)
+        velocity = speed * np.array([np.cos(heading), np.sin(heading)])
+        place, wait = rng.uniform(0, 3000, 2), rng.uniform(20, 60) if number < 8 else 0.0
+        stop = rng.uniform(40, 100)
+        for time in np.arange(0.0, 200.0):
+            if stop <= time < stop + wait:
+                continue
+            own = track + (not together and number < 8 and time >= stop)
+            gone = min(time, stop) + max(0.0, time - stop - wait)
+            rows.append((time, own, *(place + gone * velocity + rng.normal(0, 1, 2)), *velocity))
+        whose += [number] * (2 if number < 8 else 1)
+        track += 1 if together or number >= 8 else 2
+    return *cut(np.array(sorted(rows))), whose
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_is_not_seen_while_it_stands_keeps_its_name(seed):
+    segments, states, _ = standing(seed, together=True)
+    found = joins_of(segments, states)
+    assert found.parted == ()
+    np.testing.assert_array_equal(found.before, segments.before)
+    segments, states, whose = standing(seed, together=False)
+    found = joins_of(segments, states)
+    assert len(found.found) >= 7
+    assert all(whose[join.before] == whose[join.after] for join in found.found)
+
+
 def airport(seed: int, links: int) -> tuple[joins.Segments, TrackTable]:
     """Return segments of arrivals at one place whose tracks go on as departures from another."""
     _, states, _ = seen(WHOLE, seed)

@@ -1,12 +1,14 @@
 """What objects do while they are seen tells what they do in as long a time unseen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.trackers.joining.segments import Paths, Segments
-from trackweave.trackers.joining.straying import TAIL, Straying, student_log_density
+from trackweave.trackers.joining.straying import TAILS, Straying, student_log_density
 
 
 @pytest.mark.parametrize("size", [1, 2, 3])
@@ -15,15 +17,16 @@ def test_the_density_is_that_of_scipy(size):
     root = rng.normal(size=(5, size, size))
     scale = root @ root.swapaxes(1, 2) + np.eye(size)
     off = rng.normal(0.0, 4.0, (5, size))
+    tail = np.array([1.0, 2.0, 2.5, 4.0, 8.0])
     expected = [
-        multivariate_t(shape=each, df=TAIL).logpdf(row)
-        for row, each in zip(off, scale, strict=True)
+        multivariate_t(shape=each, df=degrees).logpdf(row)
+        for row, each, degrees in zip(off, scale, tail, strict=True)
     ]
-    np.testing.assert_allclose(student_log_density(off, scale), expected)
+    np.testing.assert_allclose(student_log_density(off, scale, tail), expected)
 
 
-def flown(turn: float, n_objects: int = 12, n: int = 120) -> tuple[Paths, Segments]:
-    """Return objects of 10 m/s whose headings wander, by radians per root second."""
+def flown(turn: float | np.ndarray, n_objects: int = 12, n: int = 120) -> tuple[Paths, Segments]:
+    """Return objects of 10 m/s whose headings wander, by radians per root second (of each)."""
     rng = np.random.default_rng(7)
     heading = rng.uniform(0, 2 * np.pi, (n_objects, 1)) + np.cumsum(
         rng.normal(0.0, turn, (n_objects, n)), axis=1
@@ -44,7 +47,7 @@ def flown(turn: float, n_objects: int = 12, n: int = 120) -> tuple[Paths, Segmen
     return Paths(states), Segments(each, zero, zero + n - 1.0, whole, zero + 1.0, each * 0 - 1)
 
 
-def straying(turn: float) -> Straying:
+def straying(turn: float | np.ndarray) -> Straying:
     found = Straying.learned(*flown(turn), 1.0)
     assert found is not None
     return found
@@ -60,6 +63,13 @@ def test_who_flies_straight_does_not_stray():
     assert np.all(straying(1e-4).squares < 0.02**2)
 
 
+def test_where_most_fly_straight_and_few_turn_tails_are_wide():
+    all_turn = straying(0.1).tails[:, 0]
+    few_turn = straying(np.where(np.arange(12) < 3, 0.1, 1e-4)[:, np.newaxis]).tails[:, 0]
+    assert np.all(few_turn[4:] == TAILS[0])
+    assert np.all(all_turn[4:] > TAILS[0])
+
+
 def test_where_nobody_is_surely_known_nothing_is_learned():
     paths, segments = flown(0.1)
     few = Segments(*(getattr(segments, name) for name in ("track", "begin", "end")),
@@ -72,5 +82,20 @@ def test_going_on_straight_is_likelier_than_coming_back():
     found = straying(0.02)
     own, other = np.array([60]), np.array([80])
     back = np.array([paths.first[5] + 80])
-    on = found.log_density(paths, own, other)
-    assert on > found.log_density(paths, own, back) + 5.0
+    on, _ = found.log_density(paths, own, other)
+    assert on > found.log_density(paths, own, back)[0] + 5.0
+
+
+def test_who_stood_is_where_it_was():
+    paths, _ = flown(0.02, n_objects=12)
+    found = straying(0.02)
+    time = paths.states.time
+    # One is where it was half a minute ago, another where it would have gone.
+    place = paths.states.mean.copy()
+    place[90, :2] = place[60, :2] + 0.1
+    stands = Paths(replace(paths.states, mean=place))
+    own, later = np.array([60, 60]), np.array([90, 88])
+    assert np.all(time[later] > time[own])
+    went, stood = found.log_density(stands, own, later)
+    assert stood[0] > went[0] + 5.0
+    assert went[1] > stood[1] + 5.0

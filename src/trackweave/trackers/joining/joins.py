@@ -40,6 +40,9 @@ KNOWN_LINK = 2.0
 CLEAR, DOUBTED = 0.8, 0.5
 """How probable a join has to be that the tracker had not made, and what it held to be one object
 stays so unless this is less probable."""
+STOPS, BELIEVED = 0.05, 20.0
+"""So many of those that nobody sees stand meanwhile (what is told by its Doppler or its lights is
+not seen where it does), believed beforehand as if so many silences told it."""
 ROUNDS, MESSAGES = 20, 40
 SURE = 25.0
 """Nothing is surer than this [nats]: of larger odds, differences would be lost."""
@@ -144,17 +147,17 @@ def joins_of(  # noqa: PLR0913 all by name but the record
         pairs = pairs.at(may[pairs.ends[pairs.end], pairs.begins[pairs.begin]])
     if pairs.wait.size == 0:
         return None
-    gain = straying.log_density(
+    ways = straying.log_density(
         paths, paths.last[pairs.ends[pairs.end]], paths.first[pairs.begins[pairs.begin]]
     )
     # Of how long a silence lasts nothing is known but its order.
-    gain -= np.log(np.maximum(pairs.wait, least) * np.log(max(span / least, 2.0)))
+    told = -np.log(np.maximum(pairs.wait, least) * np.log(max(span / least, 2.0)))
     is_known = segments.before[pairs.begins[pairs.begin]] == pairs.ends[pairs.end]
-    gain += np.where(is_known, KNOWN_LINK, 0.0)
+    told += np.where(is_known, KNOWN_LINK, 0.0)
     if named is not None:
-        gain += _naming(pairs, *named)
+        told += _naming(pairs, *named)
     rates = _Rates(paths, segments, pairs, span)
-    gain, probability = rates.settled(pairs, gain)
+    gain, probability = rates.settled(pairs, told, ways)
     if merge is not None:
         # Who is who after a merge may be a guess; that both go on is none.
         followed = np.zeros(pairs.ends.size)
@@ -246,15 +249,21 @@ class _Rates:
         self._ends = [(w, _Kind(room, ended, w)) for w in (firm_end, ~firm_end)]
         self._presence = room.presence(ended)
 
-    def settled(self, pairs: _Pairs, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def settled(
+        self, pairs: _Pairs, told: FloatArray, ways: tuple[FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
         """Return what speaks for each pair against two objects [nats], and its probability."""
         # Begun where all are silences: what ends for good has to show.
         begun, ended = np.full(pairs.begins.size, 0.9), np.full(pairs.ends.size, 0.9)
-        total, share = gain, np.zeros_like(gain)
+        total, share, (went, stood) = told, np.zeros_like(told), ways
+        stops = STOPS
         for _ in range(ROUNDS):
             new, odds = self._new(begun), self._odds(ended)
-            total = gain + np.log(odds)[pairs.end] - np.log(new)[pairs.begin]
+            either = np.logaddexp(np.log1p(-stops) + went, np.log(stops) + stood)
+            total = told + either + np.log(odds)[pairs.end] - np.log(new)[pairs.begin]
             share = _marginals(pairs, total)
+            n_stood = float(share @ np.exp(np.log(stops) + stood - either))
+            stops = (STOPS * BELIEVED + n_stood) / (BELIEVED + float(share.sum()))
             ended = np.bincount(pairs.end, share, pairs.ends.size)
             begun = np.bincount(pairs.begin, share, pairs.begins.size)
         return total, share

@@ -6,23 +6,28 @@ now and then, aircraft that hold, people who stop.
 """
 
 from dataclasses import dataclass
-from math import lgamma, log, pi
+from math import pi
 from typing import Self
 
 import numpy as np
+from scipy.special import gammaln
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import Paths, Segments
 
 __all__ = ["Straying", "student_log_density"]
 
-TAIL = 4.0
-"""Degrees of freedom of Student's t: some objects turn back, most go on."""
+TAILS = (1.0, 2.0, 4.0, 8.0)
+"""Degrees of freedom of Student's t that are tried: of some objects all turn a little, of others
+most go dead straight and a few turn back."""
 N_LAGS, N_STARTS, N_SEGMENTS, FEWEST = 14, 12, 300, 10
 """Times that are looked at, beginnings of such a time in one segment, segments, and how many
 cases tell of one time."""
 LEAST_STRAY, LEAST_CHANGE = 0.02, 0.05
 """Nobody flies straighter, as a share of the way, or keeps its speed better (of its logarithm)."""
+NOWHERE, ANEW = 1e-3, 0.5
+"""Who stood is so far from where it was, as a share of the way that it could have gone, and its
+speed (the logarithm) so far from that before."""
 SCALES = np.exp(np.linspace(-25.0, 5.0, 121))
 
 
@@ -36,6 +41,7 @@ class Straying:
 
     time: FloatArray  # Ascending [s], shape (times,)
     squares: FloatArray  # Squared scales: along, across[, up], speed; shape (times, dim + 1)
+    tails: FloatArray  # Degrees of freedom, of the place and of the speed; shape (times, 2)
 
     @classmethod
     def learned(cls, paths: Paths, segments: Segments, least: float) -> Self | None:
@@ -46,47 +52,66 @@ class Straying:
             return None
         # Evenly chosen, as a record's beginning is no better than its end.
         firm = firm[np.linspace(0, firm.size - 1, min(firm.size, N_SEGMENTS)).astype(int)]
-        times, found = [], []
+        times, found, tails = [], [], []
         for lag in np.geomspace(least, max(float(length.max()), 2.0 * least), N_LAGS):
             before, after = _cases(paths, firm[length[firm] >= lag], float(lag))
-            squares = _scales(paths, before, after)
-            if squares is not None:
+            told = _scales(paths, before, after)
+            if told is not None:
                 times.append(lag)
-                found.append(squares)
-        return cls(np.array(times), np.array(found)) if times else None
+                found.append(told[0])
+                tails.append(told[1])
+        return cls(np.array(times), np.array(found), np.array(tails)) if times else None
 
-    def log_density(self, paths: Paths, before: IntArray, after: IntArray) -> FloatArray:
-        """Return how likely segments that end in some states go on in others, pair by pair."""
+    def log_density(
+        self, paths: Paths, before: IntArray, after: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return how likely segments go from state to state, moving and standing, pair by pair."""
         # The logarithm of the density of the place [m⁻ᵈ] and of the logarithm of the speed.
         wait = paths.states.time[after] - paths.states.time[before]
         off, covariance, pace = _off(paths, before, after)
-        scales = self._at(wait)
+        scales, tails = self._at(wait, self.squares), self._at(wait, self.tails)
         dim = paths.dim
         diagonal = np.arange(dim)
         covariance[:, diagonal, diagonal] += (
             (scales[:, :dim] + LEAST_STRAY**2) * (pace * wait**2)[:, np.newaxis]
         )  # fmt: skip
-        place = student_log_density(off, covariance)
+        place = student_log_density(off, covariance, tails[:, 0])
         change, unsure = _change(paths, before, after)
         spread = unsure + scales[:, dim] + LEAST_CHANGE**2
-        kept = student_log_density(change[:, np.newaxis], spread[:, np.newaxis, np.newaxis])
-        return place + kept
-
-    def _at(self, wait: FloatArray) -> FloatArray:
-        logs = np.log(np.maximum(wait, self.time[0]))
-        return np.stack(
-            [np.interp(logs, np.log(self.time), column) for column in self.squares.T], axis=1
+        kept = student_log_density(
+            change[:, np.newaxis], spread[:, np.newaxis, np.newaxis], tails[:, 1]
         )
+        stood = _stood(paths, before, after, pace * wait**2)
+        anew = _at_rest(change[:, np.newaxis], (unsure + ANEW**2)[:, np.newaxis, np.newaxis])
+        return place + kept, stood + anew
+
+    def _at(self, wait: FloatArray, told: FloatArray) -> FloatArray:
+        logs = np.log(np.maximum(wait, self.time[0]))
+        return np.stack([np.interp(logs, np.log(self.time), column) for column in told.T], axis=1)
 
 
-def student_log_density(off: FloatArray, scale: FloatArray) -> FloatArray:
-    """Return the log density of multivariate t, for rows of (rows, n) and (rows, n, n)."""
+def _stood(paths: Paths, before: IntArray, after: IntArray, way: FloatArray) -> FloatArray:
+    """Return how likely objects stood in the silence and are where they were, pair by pair."""
+    # Of a way squared [m²] the part that is nothing keeps exact positions from being singular.
+    states, dim = paths.states, paths.dim
+    moved = states.mean[after, :dim] - states.mean[before, :dim]
+    scale = states.covariance[before, :dim, :dim] + states.covariance[after, :dim, :dim]
+    scale[:, np.arange(dim), np.arange(dim)] += (NOWHERE**2 * way)[:, np.newaxis]
+    return _at_rest(moved, scale)
+
+
+def _at_rest(off: FloatArray, scale: FloatArray) -> FloatArray:
+    return student_log_density(off, scale, np.full(off.shape[0], TAILS[-1]))
+
+
+def student_log_density(off: FloatArray, scale: FloatArray, tail: FloatArray) -> FloatArray:
+    """Return the log density of multivariate t, of shapes (rows, n), (rows, n, n) and (rows,)."""
     # S. Kotz, S. Nadarajah, Multivariate t Distributions and Their Applications, 2004, eq. (1.1).
     n = off.shape[1]
     squared = np.sum(off * np.linalg.solve(scale, off[..., np.newaxis])[..., 0], axis=1)
-    size = lgamma((TAIL + n) / 2) - lgamma(TAIL / 2) - 0.5 * n * log(TAIL * pi)
+    size = gammaln((tail + n) / 2) - gammaln(tail / 2) - 0.5 * n * np.log(tail * pi)
     log_volume = 0.5 * np.linalg.slogdet(scale)[1]
-    return np.asarray(size - log_volume - 0.5 * (TAIL + n) * np.log1p(squared / TAIL))
+    return np.asarray(size - log_volume - 0.5 * (tail + n) * np.log1p(squared / tail))
 
 
 def _cases(paths: Paths, segments: IntArray, lag: float) -> tuple[IntArray, IntArray]:
@@ -106,8 +131,10 @@ def _cases(paths: Paths, segments: IntArray, lag: float) -> tuple[IntArray, IntA
     return early[apart], late[apart]
 
 
-def _scales(paths: Paths, before: IntArray, after: IntArray) -> FloatArray | None:
-    """Return the squared scales that cases tell; None for too few."""
+def _scales(
+    paths: Paths, before: IntArray, after: IntArray
+) -> tuple[FloatArray, tuple[float, float]] | None:
+    """Return the squared scales and the degrees of freedom that cases tell; None for too few."""
     off, covariance, pace = _off(paths, before, after)
     change, unsure = _change(paths, before, after)
     # Where an object stands it strays from nothing.
@@ -120,18 +147,31 @@ def _scales(paths: Paths, before: IntArray, after: IntArray) -> FloatArray | Non
         paths.states.track[before][moves], return_inverse=True, return_counts=True
     )
     weight = 1.0 / n[own]
-    found = [
-        _scale(off[moves, axis] / np.sqrt(way), covariance[moves, axis, axis] / way, weight)
-        for axis in range(paths.dim)
-    ]
-    return np.array([*found, _scale(change[moves], unsure[moves], weight)])
+    axes = range(paths.dim)
+    share = off[moves] / np.sqrt(way)[:, np.newaxis]
+    known = covariance[moves][:, axes, axes] / way[:, np.newaxis]
+    place, tail = _likeliest(share, known, weight)
+    speed, steady = _likeliest(change[moves, np.newaxis], unsure[moves, np.newaxis], weight)
+    return np.array([*place, *speed]), (tail, steady)
 
 
-def _scale(off: FloatArray, known: FloatArray, weight: FloatArray) -> float:
-    """Return the likeliest squared scale beyond what is known, of t."""
-    spread = known[np.newaxis] + SCALES[:, np.newaxis]
-    likely = -0.5 * np.log(spread) - 0.5 * (TAIL + 1.0) * np.log1p(off**2 / (TAIL * spread))
-    return float(SCALES[np.argmax(likely @ weight)])
+def _likeliest(
+    off: FloatArray, known: FloatArray, weight: FloatArray
+) -> tuple[list[float], float]:
+    """Return the likeliest squared scale of each column beyond what is known, and their tail."""
+    best: tuple[float, list[float], float] = (-np.inf, [], 0.0)
+    for tail in TAILS:
+        likely, scales = 0.0, []
+        for own, unsure in zip(off.T, known.T, strict=True):
+            spread = unsure[np.newaxis] + SCALES[:, np.newaxis]
+            each = -0.5 * np.log(spread) - 0.5 * (tail + 1.0) * np.log1p(own**2 / (tail * spread))
+            total = each @ weight
+            scales.append(float(SCALES[np.argmax(total)]))
+            size = gammaln((tail + 1) / 2) - gammaln(tail / 2) - 0.5 * np.log(tail * pi)
+            likely += float(total.max()) + float(size) * float(weight.sum())
+        if likely > best[0]:
+            best = (likely, scales, tail)
+    return best[1], best[2]
 
 
 def _off(
