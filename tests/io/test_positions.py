@@ -90,6 +90,11 @@ def test_says_what_is_wrong_with_positions(columns, message):
     assert str(caught.value).startswith(f"table, {message}")
 
 
+def test_ranges_under_another_name_are_told_by_which_to_call_them():
+    with pytest.raises(DataFormatError, match=r"range_m=NAME&azimuth_deg=NAME"):
+        positions(**{"Range (m)": [1.0], "Azimuth": [2.0]})
+
+
 @pytest.mark.parametrize("origin", [(91.0, 0.0), (0.0, float("nan")), (1.0,), "ab", None, 3.0])
 def test_refuses_an_origin_that_is_no_position(origin):
     with pytest.raises(InvalidInputError, match="frame_origin"):

@@ -87,6 +87,20 @@ def test_a_picture_opens_as_a_file_and_asks_for_nothing(watched: Watched, tmp_pa
     assert "2" in watched.page.locator(".list .hint").inner_text()
 
 
+def test_a_picture_opens_where_most_tracks_are(watched: Watched, tmp_path: Path) -> None:
+    directory = write_run(tmp_path / "run")
+    for name in ("tracks.csv", "history.csv"):
+        lines = (directory / name).read_text().splitlines()
+        gone = [line for line in lines if line.startswith(("4,2,", "5,2,"))]
+        (directory / name).write_text("\n".join(x for x in lines if x not in gone) + "\n")
+    run_plot(Voice(quiet=True), directory, out=tmp_path / "picture.html")
+    watched.open((tmp_path / "picture.html").as_uri())
+    assert watched.value("trackweave.map.instant.n") == 2
+    assert 2 <= watched.value("trackweave.map.time") < 4
+    watched.page.keyboard.press("End")
+    watched.wait("trackweave.map.instant.n === 1")
+
+
 def test_time_goes_by_slider_and_keys(watched: Watched, tmp_path: Path) -> None:
     watched.open(picture(tmp_path))
     watched.page.keyboard.press("Home")

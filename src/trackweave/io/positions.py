@@ -99,6 +99,8 @@ def read_positions(
     hint = "; --from 'csv?x=NAME&y=NAME' tells what columns are called in a file"
     if {"left", "top"} <= names:
         hint = "; of boxes, give their middle as x, y"
+    elif any(word in name.lower() for name in names for word in ("range", "azimuth", "bearing")):
+        hint = "; of what a radar tells, --from 'csv?range_m=NAME&azimuth_deg=NAME' does"
     raise DataFormatError(
         f"{checks.name}, columns x and y: missing; expected position columns {_EXPECTED}{hint} "
         f"({checks.listed_columns})"

@@ -42,11 +42,21 @@ class Amendment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignments:
-    """Reports and the tracks that they are given to."""
+    """Reports and the tracks that they are given to; columns of shape (reports,).
 
-    report: IntArray  # As numbered in ``Hypothesis``, shape (reports,)
-    track: IntArray  # Identifier of each one's track, -1 for a false alarm
-    probability: FloatArray  # NaN where the method tells none
+    Parameters
+    ----------
+    report
+        Each report's number, as in `Hypothesis`.
+    track
+        The identifier of its track, -1 for a false alarm.
+    probability
+        How probable that is by all hypotheses that are kept; NaN where the method tells none.
+    """
+
+    report: IntArray
+    track: IntArray
+    probability: FloatArray
 
     __repr__ = summary
 

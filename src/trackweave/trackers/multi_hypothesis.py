@@ -176,7 +176,7 @@ class MultiHypothesisTracker(ScanByScan):
         return final
 
     def pending(self) -> Assignments:
-        """Return the assignments of the window's reports, which later scans may amend."""
+        """Return ``report``, ``track`` (-1: none) and how probable it is, as things stand."""
         return self._report_index.assignments(self._open.first_slot, self._open.end_slot)
 
     def clusters(self) -> Clusters:

@@ -186,7 +186,9 @@ export class Page {
     const begun = performance.now();
     const now = ms / 1000;
     this.map.following = this.timeline.following;
-    if (Number.isNaN(this.timeline.shown) && Number.isFinite(this.store.latest)) this.timeline.shown = this.store.latest;
+    if (Number.isNaN(this.timeline.shown) && Number.isFinite(this.store.latest)) {
+      this.timeline.shown = this.live ? this.store.latest : this.timeline.busiest();
+    }
     this.timeline.advance(Math.min(now - this.before, 0.25), now);
     this.before = now;
     this.map.show(this.timeline.shown, ms);

@@ -116,6 +116,24 @@ export class Timeline {
     this.range.setAttribute("aria-valuetext", this.text.textContent);
   }
 
+  /** Return a moment, as late as can be, at which as many tracks are there as ever. */
+  busiest() {
+    const changes = [];
+    for (const { confirmed, ended } of this.map.store.courses.values()) {
+      if (confirmed === Infinity) continue;
+      changes.push([confirmed, 1]);
+      if (ended < this.to) changes.push([ended, -1]);
+    }
+    changes.sort((one, other) => one[0] - other[0] || other[1] - one[1]);
+    let [count, most, moment] = [0, 0, this.to];
+    changes.forEach(([time, change], k) => {
+      count += change;
+      const next = changes[k + 1] ? changes[k + 1][0] : this.to;
+      if (count >= most) [most, moment] = [count, k + 1 < changes.length ? (time + next) / 2 : next];
+    });
+    return moment;
+  }
+
   /** Count how many tracks there were when: costly, so only now and then. */
   count() {
     const changes = new Float64Array(BARS + 2);
