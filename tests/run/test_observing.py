@@ -109,6 +109,22 @@ def test_scan_numbers_leave_no_turn_to_be_guessed() -> None:
     assert observe(reports, load_configuration(None))["default"].rotation is None
 
 
+def test_a_missing_place_is_refused_before_anything_is_estimated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("trackweave.run.refining.estimates_for", lambda *_: pytest.fail("late"))
+    two = pl.DataFrame(
+        {
+            "time": np.repeat(np.arange(40.0), 2),
+            "sensor": ["a", "b"] * 40,
+            "range_m": np.full(80, 9e3),
+            "azimuth_deg": np.arange(80.0),
+        }
+    )
+    with pytest.raises(InvalidInputError, match=r"sensors\.a\.position, sensors\.b\.position"):
+        settle(read_reports(two), load_configuration({}))
+
+
 def test_measures_what_reports_fill() -> None:
     seen = observe(table(radar()), load_configuration(None))["default"]
     # The sector from 250 to 20 degrees is not watched.

@@ -138,7 +138,10 @@ def fill(
     seen = observed or {}
     # Files begin with how objects move, which takes the sensors' periods to fill.
     sources.values["motion"] = {}
-    require_places(sources, {name: seen[name] for name in names if name in seen})
+    require_places(
+        lambda name: sources.said(("sensors", name, "position")),
+        {name: seen[name] for name in names if name in seen},
+    )
     sensors = tuple(
         sensor_of(
             sources,

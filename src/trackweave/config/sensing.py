@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
@@ -81,14 +81,13 @@ MOST_NAMED, MOST_SHOWN = 20, 3
 FINEST_ANGLE_DEG, COARSEST_ANGLE_DEG = 1e-3, 20.0
 
 
-def require_places(sources: Sources, observed: Mapping[str, ObservedSensor]) -> None:
+def require_places(said: Callable[[str], Any], observed: Mapping[str, ObservedSensor]) -> None:
     """Refuse sensors of which nobody says where they stand, all at once."""
+    # ``said`` returns what is told of a sensor's position, None for nothing.
     missing = {
         name: " and ".join(seen.measurement.columns(seen.dim)[:2])
         for name, seen in observed.items()
-        if seen.needs_place
-        and not seen.says_where
-        and sources.said(("sensors", name, "position")) is None
+        if seen.needs_place and not seen.says_where and said(name) is None
     }
     if not missing:
         return

@@ -9,7 +9,13 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
-from trackweave.config.sensing import ObservedSensor, is_period, told_rotation, view_keys
+from trackweave.config.sensing import (
+    ObservedSensor,
+    is_period,
+    require_places,
+    told_rotation,
+    view_keys,
+)
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
@@ -111,6 +117,7 @@ def settle(
         observed |= {n: replace(observed[n], plane=_plane_in_words(reports)) for n in unplaced}
     if to_be_edited:
         observed |= {name: replace(observed[name], needs_place=False) for name in unplaced}
+    require_places(places.get, observed)
     rotations = {
         name: seen.rotation for name, seen in observed.items() if seen.rotation is not None
     }
