@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from trackweave.domain.reports import ReportTable
 from trackweave.models.rotation import Rotation
 from trackweave.run.scans import (
+    FULL,
     MOST_MISSING,
     N_SECTORS,
     complete_scans,
     missing_times,
+    notes_on_pauses,
     swept_together,
 )
 
@@ -72,6 +74,25 @@ def test_scans_of_all_sensors_come_in_order_of_time() -> None:
         (2.0, "A", 0),
         (3.0, "A", 1),
     ]
+
+
+@pytest.mark.parametrize(("n_before", "empty"), [(FULL - 1, [1.0, 2.0, 3.0]), (FULL, [])])
+def test_after_many_reports_a_scan_without_any_is_none(n_before: int, empty: list[float]) -> None:
+    scans = complete_scans(table([*[0.0] * n_before, 4.0], [0] * (n_before + 1)), {"A": 1.0})
+    assert [scan.time for scan in scans if len(scan) == 0] == empty
+    notes = notes_on_pauses(scans, {"A": 1.0})
+    assert bool(notes) is not bool(empty)
+    if notes:
+        assert notes[0].startswith("sensor A: 1 pause of up to 4 s right after scans of 8 reports")
+
+
+def test_a_turn_without_reports_is_one_and_no_more_of_them_after_many() -> None:
+    turning = {"A": Rotation(8.0, 0.0, 1)}
+    for n_before, most in ((FULL - 1, 3 * N_SECTORS), (FULL, N_SECTORS)):
+        times = [*np.linspace(0.1, 7.9, n_before), 7.9 + 3 * 8.0 + 0.1]
+        scans = complete_scans(table(times, [0] * len(times)), {"A": 8.0}, turning)
+        later = [scan for scan in scans if len(scan) == 0 and scan.time > 8.0]
+        assert most - 2 <= len(later) <= most + 2
 
 
 def test_reports_of_a_numbered_scan_keep_their_own_times() -> None:

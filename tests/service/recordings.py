@@ -56,11 +56,23 @@ def lone_reports(seed: int = 5) -> tuple[pl.DataFrame, dict[str, Any]]:
     }
 
 
-def turning_radar(seed: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
+def paused(seed: int = 4) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return the same boats; one radar pauses early and all of them later."""
+    frame, configuration = positions(seed)
+    own = (pl.col("sensor") == "pier") & pl.col("time").is_between(30.0, 60.0)
+    return frame.filter(~(own | pl.col("time").is_between(75.0, 95.0))), configuration
+
+
+def paused_turns(seed: int = 7) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what a radar sees of many aircraft that turns on after pauses of turns."""
+    return turning_radar(seed, n_aircraft=14)
+
+
+def turning_radar(seed: int = 6, n_aircraft: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
     """Return what a radar whose beam turns sees of aircraft; two turns are empty."""
     rng, rows, period, phase = np.random.default_rng(seed), [], 4.0, 1.0
     when = lambda turn, azimuth: (turn + ((azimuth - phase) % (2 * np.pi)) / (2 * np.pi)) * period  # noqa: E731
-    for _ in range(6):
+    for _ in range(n_aircraft):
         place, velocity = rng.uniform(-3e4, 3e4, 2), rng.normal(0, 150, 2)
         for turn in range(40):
             time = turn * period
@@ -87,4 +99,7 @@ def turning_radar(seed: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
     }
 
 
-ALL = {"positions": positions, "lone reports": lone_reports, "turning radar": turning_radar}
+ALL = {
+    "positions": positions, "paused": paused, "lone reports": lone_reports,
+    "turning radar": turning_radar, "paused turns": paused_turns,
+}  # fmt: skip

@@ -43,7 +43,7 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
             process.append(_process(reports, chains, axes))
     if process:
         # Along the others what objects do is hidden in the noise.
-        estimates = replace(estimates, process_noise=bounded(min(process)))
+        estimates = replace(estimates, process_noise=bounded(min(process), 1e-30))
     return replace(estimates, sensors=sensors)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import share_within
+from trackweave.estimation.covering import along_line
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import segments
 from trackweave.estimation.trees import ball_volume, tree_of
@@ -78,8 +79,8 @@ class _Segment:
 
 def local_density(position: FloatArray) -> float:
     """Return how dense points [m], shape (points, dim), are where they are, per m² (m³)."""
-    # It is a geometric mean over them; 0 where they are too few to tell.
-    if position.shape[0] <= NEIGHBOURS:
+    # It is a geometric mean over them; 0 where they are too few to tell, or on a line.
+    if position.shape[0] <= NEIGHBOURS or along_line(position) is not None:
         return 0.0
     distance = tree_of(position).query(position, k=NEIGHBOURS + 1)[0][:, -1]
     volume = ball_volume(np.maximum(distance, 1e-9), position.shape[1])

@@ -5,7 +5,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.estimation.trees import FEW, tree_of
 
-__all__ = ["covered_by", "note_on_area", "spacing_of"]
+__all__ = ["along_line", "covered_by", "note_on_area", "spacing_of"]
 
 FEWEST_IN_HULL = 10
 # Of the square of its extent, a line's area is less: rounding.
@@ -27,10 +27,19 @@ def covered_by(position: FloatArray, sigma: float) -> float:
     # Reports in one place or on a line still come from a surrounding as wide as their noise.
     sides = np.maximum(np.ptp(position, axis=0), 6 * sigma)
     box = float(np.prod(sides))
-    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL else None
+    hull = _hull(position) if position.shape[0] > FEWEST_IN_HULL and dim > 1 else None
     # The outermost of n reports lie about 1/n of a side within the edges.
     margin = (1 + 2 / position.shape[0]) ** dim
     return float(np.clip(max(box if hull is None else hull, 0.1 * box) * margin, 1e-9, 1e24))
+
+
+def along_line(position: FloatArray) -> FloatArray | None:
+    """Return the direction of the line on which many reports lie [m], None where they do not."""
+    if position.shape[0] <= FEWEST_IN_HULL or position.shape[1] < 2:
+        return None
+    spread, ways = np.linalg.eigh(np.cov(position.T))
+    # Ascending: all but the last have to be rounding.
+    return None if spread[-2] > FLAT * spread[-1] or spread[-1] <= 0.0 else ways[:, -1]
 
 
 def _hull(position: FloatArray) -> float | None:
@@ -77,7 +86,9 @@ def _turn(
 
 def note_on_area(position: FloatArray, covered: float) -> str | None:
     """Return what is taken for the area of many reports that span none, None if they span one."""
-    if position.shape[0] <= FEWEST_IN_HULL or _hull(position) is not None:
+    if position.shape[0] <= FEWEST_IN_HULL or position.shape[1] == 1:
+        return None
+    if _hull(position) is not None:
         return None
     unit = "m²" if position.shape[1] == 2 else "m³"
     return (

@@ -66,7 +66,7 @@ def with_components(
                 processes += [] if process is None else [process]
     # Objects are the same for all sensors; what one sees besides is its own noise.
     known = estimates.process_noise
-    along = bounded(min(processes, default=known))
+    along = bounded(min(processes, default=known), 1e-30)
     # Where both agree, that in the plane has seen every turn.
     if known / ALIKE < along < known * ALIKE:
         along = known

@@ -14,7 +14,7 @@ from trackweave.estimation.chains import (
     detection_share,
     speed_of_few,
 )
-from trackweave.estimation.covering import covered_by, note_on_area, spacing_of
+from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import Frames, frames_of
@@ -91,7 +91,7 @@ def estimate(
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
         process_noise=bounded(
-            np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3
+            np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3, 1e-30
         ),
         max_speed=bounded(max_speed),
         new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
@@ -185,6 +185,10 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     """Return what the reports of a sensor tell that looks."""
     rows = reports.sensor == index
     position = reports.measurement[rows]
+    line = along_line(position)
+    if line is not None:
+        along = replace(reports, measurement=(reports.measurement @ line)[:, np.newaxis])
+        return _on_line(along, index, sigma, position)
     blocks, period = frames_of(reports, index)
     n_scans = sum(len(block) for block in blocks)
     per_scan = sum(p.shape[0] for block in blocks for p in block.position) / max(n_scans, 1)
@@ -225,6 +229,26 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         # Of those present, each began at some time of the recording, or of the last fifty scans.
         min(max(n_scans, 10), 50),
         note_on_area(position, covered),
+    )
+
+
+def _on_line(
+    reports: ReportTable, index: int, sigma: float | None, position: FloatArray
+) -> _Findings:
+    """Return what the reports of a sensor tell that lie on a line, from places along it."""
+    found = _look_at(reports, index, sigma)
+    sensor = found.sensor
+    # The surrounding of a line is as wide as the noise.
+    wide = covered_by(position, sensor.plane_sigma) / sensor.covered
+    return replace(
+        found,
+        sensor=replace(
+            sensor,
+            covered=sensor.covered * wide,
+            clutter_density=digits(float(np.clip(sensor.clutter_density / wide, 1e-30, 1e10))),
+            density=sensor.density / wide,
+        ),
+        note=note_on_area(position, sensor.covered * wide),
     )
 
 

@@ -85,8 +85,9 @@ class Estimates:
     speed_of_few: float = 0.0
 
 
-def bounded(value: float, least: float = 1e-9) -> float:
+def bounded(value: float, least: float = 1e-12) -> float:
     """Return a value, rounded, that a configuration takes: the data's scale may be anything."""
+    # Features of glaciers go 1e-6 m/s, and change that by 1e-24 m²/s³.
     return digits(float(np.clip(value, least, 1e8)))
 
 

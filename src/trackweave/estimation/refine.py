@@ -133,7 +133,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     speed = _speed(tracks, reports)
     if noises:
         # Objects are the same for all sensors; what one sees besides is its own wandering.
-        estimates = replace(estimates, process_noise=bounded(min(noises)))
+        estimates = replace(estimates, process_noise=bounded(min(noises), 1e-30))
     if speed is not None:
         # The few that are faster may all come at other times.
         speed = bounded(max(speed, WIDER * estimates.speed_of_few))
@@ -355,7 +355,7 @@ def _noise(
         sigma = max(sigma, noise_beside_curves(time, place))
         _, process = noise_of_chains(time, place, sigma, density, fixed=True, scale=scale)
     # The tracks are sure, so that what is far off behind a turn is of no other object.
-    process = noise_in_turns(time, place, (sigma, max(process, 1e-9)), density, scale)
+    process = noise_in_turns(time, place, (sigma, max(process, 1e-30)), density, scale)
     return sigma, process
 
 

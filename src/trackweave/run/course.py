@@ -33,6 +33,7 @@ from trackweave.run.polar_to_cartesian import laid
 from trackweave.run.scans import (
     complete_scans,
     instants_of,
+    notes_on_pauses,
     scan_ends,
     swept_together,
     with_turns,
@@ -136,6 +137,7 @@ def course_of(
             tracker = FusedPlotsTracker(fuser, inside, max_ahead=None)
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
     scans = complete_scans(reports, periods, rotations)
+    notes += notes_on_pauses(scans, periods)
     alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
     return Course(alone, _steps(scans, settings, rotations), tuple(notes))
 

@@ -31,7 +31,7 @@ from trackweave.run.kept import Kept
 from trackweave.run.record import Assigned
 from trackweave.run.scans import (
     complete_scans,
-    missing_times,
+    missing_turns,
     swept_together,
     turn_ends,
     with_turns,
@@ -341,8 +341,9 @@ def _follow(
         rows = reports.sensor == index
         if name in rotations and np.any(rows):
             # A turn's scan counts as of its end, its reports as of their own times.
-            ends = np.unique(turn_ends(reports.time[rows], rotations[name])[1])
-            looks[name] = sorted([*ends, *missing_times(ends, rotations[name].period)])
+            turns = turn_ends(reports.time[rows], rotations[name])[1]
+            ends, count = np.unique(turns, return_counts=True)
+            looks[name] = sorted([*ends, *missing_turns(ends, count, rotations[name].period)])
     views = {each.name: each.field_of_view for each in sensors if each.field_of_view is not None}
     return Followed(
         assigned.track,

@@ -2,14 +2,16 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import FollowedRotation, Rotation
+from trackweave.summaries import counted
 
 __all__ = [
     "N_SECTORS",
@@ -17,6 +19,8 @@ __all__ = [
     "complete_scans",
     "instants_of",
     "missing_times",
+    "missing_turns",
+    "notes_on_pauses",
     "scan_ends",
     "swept_together",
     "turn_ends",
@@ -122,6 +126,9 @@ def with_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> IntAr
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
+# After a scan with so many reports one without any was none: chance empties it once in three
+# thousand times, and that several objects hide at once is rarer than that a sensor pauses.
+FULL, PAUSE = 8, 1.75
 
 
 def complete_scans(
@@ -131,18 +138,18 @@ def complete_scans(
 ) -> list[Scan]:
     """Return the scans of a table in order of time, with the empty ones between them."""
     # A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
-    # covered was missed. Scans of one time are in the order of the table's sensors. A sensor with
-    # a rotation makes sectors, in which each report keeps its own time; one with the period None
-    # does not scan.
+    # covered was missed; unless there were many just before: then it did not look. Scans of
+    # one time are in the order of the table's sensors. A sensor with a rotation makes sectors, in
+    # which each report keeps its own time; one with the period None does not scan.
     turning = rotations or {}
     scans = list(_scans_at_a_time(reports, turning))
-    times: dict[str, list[float]] = {}
+    seen: dict[str, list[Scan]] = {}
     for scan in sorted(scans, key=lambda scan: scan.time):
-        times.setdefault(scan.sensor, []).append(scan.time)
+        seen.setdefault(scan.sensor, []).append(scan)
     for index, sensor in enumerate(reports.sensors):
         period = periods.get(sensor)
-        if period is not None and sensor in times and sensor not in turning:
-            scans += _empty_scans(reports, index, list(missing_times(times[sensor], period)))
+        if period is not None and sensor in seen and sensor not in turning:
+            scans += _empty_scans(reports, index, list(_missing(seen[sensor], period)))
     scans += _sectors(reports, turning)
     place = {name: number for number, name in enumerate(reports.sensors)}
     return sorted(scans, key=lambda scan: (scan.time, place[scan.sensor]))
@@ -187,19 +194,31 @@ def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[
         order = np.argsort(sectors.number, kind="stable")
         found, begin = np.unique(sectors.number[order], return_index=True)
         of_each = np.split(rows[order], begin[1:])
+        is_full = [False, *_is_full(found, np.diff(begin, append=rows.size)).tolist()]
         before = None
-        for sector, own in zip(found.tolist(), of_each, strict=True):
-            for empty in _between(before, sector):
+        for sector, own, after_many in zip(found.tolist(), of_each, is_full, strict=False):
+            for empty in _between(before, sector, after_many=after_many):
                 yield _empty_sector(reports, index, sectors.end(empty))
             before = sector
             end = max(sectors.end(sector), float(reports.time[own].max()))
             yield reports.scan_of(own, end, own_times=True)
 
 
-def _between(before: int | None, after: int) -> list[int]:
+def _is_full(found: IntArray, count: IntArray) -> NDArray[np.bool_]:
+    """Tell whether a turn that ends with each of some sectors has many reports."""
+    # ``found`` are the sectors with reports, ascending, and ``count`` how many each has.
+    total = np.r_[0, np.cumsum(count)]
+    begin = np.searchsorted(found, found - N_SECTORS, side="right")
+    return np.asarray(total[1:] - total[begin] >= FULL)
+
+
+def _between(before: int | None, after: int, *, after_many: bool) -> list[int]:
     """Return the sectors between two, of a long silence only those near its two ends."""
+    # A sensor that saw many objects in a turn and then none in another has stopped.
     if before is None:
         return []
+    if after_many:
+        return list(range(before + 1, min(before + 1 + N_SECTORS, after)))
     near = MOST_MISSING * N_SECTORS
     early = range(before + 1, min(before + 1 + near, after))
     return [*early, *range(max(early.stop, after - near), after)]
@@ -225,6 +244,37 @@ def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[
         Scan(time, name, nothing, platform=place)
         for time, place in zip(times, places, strict=True)
     ]
+
+
+def notes_on_pauses(scans: Iterable[Scan], periods: Mapping[str, float | None]) -> list[str]:
+    """Return a sentence on each sensor that did not look for two periods and more."""
+    times: dict[str, list[float]] = {}
+    for scan in scans:
+        times.setdefault(scan.sensor, []).append(scan.time)
+    notes = []
+    for name, period in periods.items():
+        gaps = np.diff(times.get(name, []))
+        long = gaps[gaps > PAUSE * (period or np.inf)]
+        if long.size:
+            notes.append(
+                f"sensor {name}: {counted(long.size, 'pause')} of up to {long.max():.4g} s right "
+                f"after scans of {FULL} reports and more: it did not look, and tracks go on"
+            )
+    return notes
+
+
+def _missing(scans: Sequence[Scan], period: float) -> Iterator[float]:
+    """Yield when a sensor scanned and saw nothing [s], between its scans in order of time."""
+    for before, after in pairwise(scans):
+        if len(before) < FULL:
+            yield from missing_times([before.time, after.time], period)
+
+
+def missing_turns(ends: FloatArray, count: IntArray, period: float) -> Iterator[float]:
+    """Yield when turns without a report ended [s], from the ends of those with some."""
+    for before, after, many in zip(ends[:-1], ends[1:], count >= FULL, strict=False):
+        missing = missing_times([float(before), float(after)], period)
+        yield from islice(missing, 1) if many else missing
 
 
 def missing_times(times: Iterable[float], period: float) -> Iterator[float]:

@@ -15,7 +15,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.scans import MOST_MISSING, N_SECTORS, Sectors, missing_times
+from trackweave.run.scans import FULL, MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import Block, joined, keys_of, scan_of, without_copies
 
 __all__ = ["Cutter", "SensorCut"]
@@ -50,6 +50,8 @@ class SensorCut:
     """Time of the last scan [s], of a turning sensor the number of the last sector."""
     n_missed: int = 0
     """Empty scans since the last that was not."""
+    heard: dict[float, int] = field(default_factory=dict)
+    """How many reports its last scan had, or each sector of its last turn by number."""
     numbered: bool = False
     """Whether its reports say the numbers of their scans."""
     platform: tuple[float, FloatArray] | None = None
@@ -98,7 +100,7 @@ class SensorCut:
         if first is not None:
             if self.numbered:
                 first = min(float(part.time.min()) for part in self.pending[first])
-            if self.last is not None and self.period is not None:
+            if self.last is not None and self.period is not None and self._most_missed() > 0:
                 first = next(missing_times([self.last, first], self.period), first)
             return first, True
         return max(self.told, self._until()), False
@@ -107,10 +109,11 @@ class SensorCut:
         """Begin anew at a time: what was before has nothing to do with it."""
         self.pending.clear()
         self.recent.clear()
+        self.heard.clear()
         self.told, self.until, self.last, self.n_missed = time, EARLY, None, 0
 
     def _until(self) -> float:
-        if self.period is None or self.last is None or self.n_missed >= MOST_MISSING:
+        if self.period is None or self.last is None or self.n_missed >= self._most_missed():
             return self.until
         return min(self.until, self.last + self.period)
 
@@ -142,6 +145,9 @@ class SensorCut:
         if is_next:
             yield from self._empty_before(mark, block)
             self.last, self.n_missed = mark, 0
+            turn = N_SECTORS if self.rotation is not None else 0
+            self.heard = {key: count for key, count in self.heard.items() if key > mark - turn}
+            self.heard[mark] = len(block.time)
         if not np.isnan(block.platform[:, 0]).any():
             self.platform = float(block.time[-1]), block.platform[-1]
         yield scan_of(block, self.name, end, own_times=own_times)
@@ -150,11 +156,12 @@ class SensorCut:
         if self.last is None:
             return
         if self.rotation is not None:
-            between = _between(int(self.last), int(mark), self.n_missed)
+            between = self._between(int(self.last), int(mark))
             times = [self._end(number) for number in between]
         elif self.period is not None:
             times = list(missing_times([self.last, mark], self.period))
             times = times if self.n_missed < MOST_MISSING else times[-MOST_MISSING:]
+            times = times if self._most_missed() else []
         else:
             return
         after = float(block.time[0]), block.platform[0]
@@ -176,17 +183,31 @@ class SensorCut:
         """Yield the scans in which a sensor has surely seen nothing."""
         if self.last is None or not np.isfinite(self.until):
             return
+        most = self._most_missed()
         if self.rotation is not None:
-            most = MOST_MISSING * N_SECTORS
             while self.n_missed < most and self._end(int(self.last) + 1) <= self.until:
                 self.last += 1
                 self.n_missed += 1
                 yield self._empty(self._end(int(self.last)))
         elif self.period is not None:
-            while self.n_missed < MOST_MISSING and self.last + MISSED * self.period <= self.until:
+            while self.n_missed < most and self.last + MISSED * self.period <= self.until:
                 self.last += self.period
                 self.n_missed += 1
                 yield self._empty(self.last)
+
+    def _most_missed(self) -> int:
+        """Return how many empty scans, or sectors, a sensor has had before it counts as silent."""
+        if sum(self.heard.values()) >= FULL:
+            return 0 if self.rotation is None else N_SECTORS
+        return MOST_MISSING if self.rotation is None else MOST_MISSING * N_SECTORS
+
+    def _between(self, before: int, after: int) -> list[int]:
+        """Return the sectors between two, of a long silence only those near its two ends."""
+        most = self._most_missed()
+        early = range(before + 1, min(before + 1 + max(most - self.n_missed, 0), after))
+        if most == N_SECTORS:
+            return list(early)
+        return [*early, *range(max(early.stop, after - most), after)]
 
     def _end(self, sector: int) -> float:
         assert self.rotation is not None
@@ -194,7 +215,7 @@ class SensorCut:
 
     def _end_of_next(self) -> float:
         assert self.rotation is not None
-        if self.last is not None and self.n_missed < MOST_MISSING * N_SECTORS:
+        if self.last is not None and self.n_missed < self._most_missed():
             return self._end(int(self.last) + 1)
         if self.pending:
             return self._end(int(min(self.pending)))
@@ -292,10 +313,3 @@ def _holds(bound: tuple[float, bool, int], time: float, place: int) -> bool:
     """Tell whether a sensor may still send a scan that goes before one of a time."""
     first, may_equal, other = bound
     return first < time or (first == time and may_equal and other < place)
-
-
-def _between(before: int, after: int, n_missed: int) -> list[int]:
-    """Return the sectors between two, of a long silence only those near its two ends."""
-    near = MOST_MISSING * N_SECTORS
-    early = range(before + 1, min(before + 1 + max(near - n_missed, 0), after))
-    return [*early, *range(max(early.stop, after - near), after)]
