@@ -76,6 +76,37 @@ def test_finds_what_a_simulated_scene_was_made_with(dim: int) -> None:
     assert found.process_noise < 1.0
 
 
+def test_estimates_are_of_any_unit_of_time() -> None:
+    """What moves a metre a year is tracked as well as what moves a metre a second."""
+    fast, year = scene(), 3.2e7
+    found = estimate(fast)
+    slow = estimate(table(fast.time * year, fast.measurement))
+    assert slow.max_speed * year == pytest.approx(found.max_speed, rel=1e-3)
+    assert slow.process_noise * year**3 == pytest.approx(found.process_noise, rel=1e-2)
+    assert slow.sensors["A"].sigma == pytest.approx(found.sensors["A"].sigma, rel=1e-3)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_reports_on_a_line_tell_as_much_as_those_of_a_plane(heading: float) -> None:
+    rng, times, places = np.random.default_rng(4), [], []
+    start, speed = rng.uniform(0, 4000, 15), rng.choice([-1, 1], 15) * rng.uniform(20, 35, 15)
+    for scan in range(60):
+        seen = rng.random(15) < 0.9
+        along = start[seen] + speed[seen] * scan + rng.normal(0, 4, np.count_nonzero(seen))
+        both = np.concatenate([along, rng.uniform(-2000, 6000, rng.poisson(5))])
+        times += [float(scan)] * both.size
+        places.append(both)
+    along = np.concatenate(places)
+    way = np.array([np.cos(heading), np.sin(heading)])
+    found = estimate(table(times, along[:, None] * way + [500.0, -300.0]))
+    sensor = found.sensors["A"]
+    assert 2.5 < sensor.sigma < 6.0
+    assert 0.8 < sensor.detection_probability < 0.98
+    assert 30 < found.max_speed < 60
+    assert 2.0 < sensor.clutter_density * sensor.covered < 10.0
+    assert "lie on a line" in found.notes[0]
+
+
 def test_says_when_an_estimate_is_doubtful() -> None:
     assert estimate(scene()).doubts == {}
     crowd = estimate(scene(n_targets=100, clutter=300.0, period=20.0))

@@ -1,5 +1,7 @@
 """What tracks of a stretch tell of sensors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,25 @@ def test_what_another_sensor_saw_meanwhile_was_hidden_from_this_one_alone() -> N
 def test_what_no_sensor_saw_for_long_was_hidden() -> None:
     for each in learned(far_sees=False).values():
         assert each.detection_probability == pytest.approx(0.9, abs=0.03)
+
+
+@pytest.mark.parametrize(("lasts", "told"), [(15, 1 - 1 / 15), (80, None)])
+def test_those_who_come_and_soon_go_again_do_not_survive_for_long(lasts, told) -> None:
+    rng = np.random.default_rng(2)
+    time, place, track = [], [], []
+    for number in range(120 if lasts < 30 else 40):
+        begin = rng.integers(1 - lasts, 100)
+        looks = LOOKS[max(begin, 0) : max(begin + lasts, 0)]
+        looks = looks[rng.random(looks.size) < 0.95]
+        time.append(looks)
+        place.append(np.stack([10 * looks, np.full(looks.size, 100.0 * number)], axis=1))
+        track.append(np.full(looks.size, number))
+    time, track = np.concatenate(time), np.concatenate(track)
+    places = np.concatenate(place) + rng.normal(0, 5, (time.size, 2))
+    guess = replace(GUESS, sensors={"A": replace(SENSOR, covered=1e6, density=1e-7)})
+    followed = Followed(track[np.argsort(time, kind="stable")], {"A": LOOKS})
+    found = refined(guess, table(time, places), followed).survival
+    assert found == (None if told is None else pytest.approx(told, abs=0.03))
 
 
 def process_noise(*, is_wild: bool) -> float:

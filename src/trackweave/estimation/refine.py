@@ -57,6 +57,8 @@ WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
 FEWEST_LOOKS, EARLY_LOOKS = 10, 4
+# Objects that stay for fewer scans than this is of one are short-lived, as so many tracks tell.
+SHORT_LIVED, MANY_LIVES = 0.03, 20
 # So many long silences tell of what a sensor does not see, and for no more of the time.
 FEWEST_SILENCES, MOST_HIDDEN = 3, 0.8
 
@@ -140,6 +142,10 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         estimates = replace(estimates, max_speed=speed)
     share, silence = _silences(tracks, reports, _of_scans(followed, estimates))
     new, present = _coming(estimates, tracks, reports, followed)
+    # As many go as come. Most stay for long, and what breaks off is no end: few that go are left
+    # at the usual rate.
+    seen = present != estimates.initial_target_density and len(tracks) >= MANY_LIVES
+    survival = digits(1.0 - new / present) if seen and new > SHORT_LIVED * present else None
     keys = [f"sensors.{name}.{key}" for name in sensors for key in REFINED_OF_SENSOR]
     said = f"from {len(tracks)} track{'' if len(tracks) == 1 else 's'}"
     return replace(
@@ -148,6 +154,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         sensors=sensors,
         hidden_share=digits(share),
         mean_silence=digits(silence),
+        survival=survival or estimates.survival,
         new_target_density=new,
         initial_target_density=present,
     )
