@@ -12,10 +12,12 @@ from trackweave.domain.reports import ReportTable
 from trackweave.models.rotation import Rotation
 from trackweave.run.scans import (
     FULL,
+    LAST,
     MOST_MISSING,
     N_SECTORS,
     complete_scans,
     missing_times,
+    missing_turns,
     notes_on_pauses,
     swept_together,
 )
@@ -76,23 +78,44 @@ def test_scans_of_all_sensors_come_in_order_of_time() -> None:
     ]
 
 
-@pytest.mark.parametrize(("n_before", "empty"), [(FULL - 1, [1.0, 2.0, 3.0]), (FULL, [])])
-def test_after_many_reports_a_scan_without_any_is_none(n_before: int, empty: list[float]) -> None:
-    scans = complete_scans(table([*[0.0] * n_before, 4.0], [0] * (n_before + 1)), {"A": 1.0})
+@pytest.mark.parametrize(
+    ("before", "empty"),
+    [
+        ([FULL] * LAST, []),
+        ([FULL] * (LAST - 1) + [FULL - 1], [4.0, 5.0, 6.0]),
+        # What one scan has may be chance.
+        ([4, 4, 4, 12], [4.0, 5.0, 6.0]),
+        ([12], [1.0, 2.0, 3.0]),
+    ],
+)
+def test_after_many_reports_a_scan_without_any_is_none(
+    before: list[int], empty: list[float]
+) -> None:
+    times = np.repeat(np.arange(len(before), dtype=float), before).tolist()
+    reports = table([*times, len(before) + 3.0], [0] * (len(times) + 1))
+    scans = complete_scans(reports, {"A": 1.0})
     assert [scan.time for scan in scans if len(scan) == 0] == empty
     notes = notes_on_pauses(scans, {"A": 1.0})
     assert bool(notes) is not bool(empty)
     if notes:
-        assert notes[0].startswith("sensor A: 1 pause of up to 4 s right after scans of 8 reports")
+        assert notes[0].startswith("sensor A: 1 pause of up to 4 s right after 4 scans of 8")
 
 
-def test_a_turn_without_reports_is_one_and_no_more_of_them_after_many() -> None:
+def test_of_turns_without_reports_one_is_put_and_no_more_after_many() -> None:
     turning = {"A": Rotation(8.0, 0.0, 1)}
     for n_before, most in ((FULL - 1, 3 * N_SECTORS), (FULL, N_SECTORS)):
-        times = [*np.linspace(0.1, 7.9, n_before), 7.9 + 3 * 8.0 + 0.1]
+        turns = [8.0 * turn + np.linspace(0.1, 7.9, n_before) for turn in range(LAST)]
+        times = [*np.concatenate(turns), LAST * 8.0 + 3 * 8.0]
         scans = complete_scans(table(times, [0] * len(times)), {"A": 8.0}, turning)
-        later = [scan for scan in scans if len(scan) == 0 and scan.time > 8.0]
+        later = [scan for scan in scans if len(scan) == 0 and scan.time > LAST * 8.0]
         assert most - 2 <= len(later) <= most + 2
+
+
+def test_turns_between_those_with_reports_are_looked_at_but_in_a_pause() -> None:
+    ends = np.array([1.0, 2.0, 3.0, 4.0, 8.0])
+    few, many = np.full(5, FULL - 1), np.full(5, FULL)
+    assert list(missing_turns(ends, few, 1.0)) == [5.0, 6.0, 7.0]
+    assert list(missing_turns(ends, many, 1.0)) == [5.0]
 
 
 def test_reports_of_a_numbered_scan_keep_their_own_times() -> None:

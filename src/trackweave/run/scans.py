@@ -126,9 +126,10 @@ def with_turns(reports: ReportTable, rotations: Mapping[str, Rotation]) -> IntAr
 
 # No object outlives this many scans without a report, so that more would change nothing.
 MOST_MISSING = 50
-# After a scan with so many reports one without any was none: chance empties it once in three
-# thousand times, and that several objects hide at once is rarer than that a sensor pauses.
-FULL, PAUSE = 8, 1.75
+# After so many scans with so many reports on average, one without any was none: chance would empty
+# it once in three thousand times, and that several objects hide at once is rarer than that a
+# sensor pauses. The number of one scan alone may be chance itself.
+FULL, LAST, PAUSE = 8, 4, 1.75
 
 
 def complete_scans(
@@ -138,7 +139,7 @@ def complete_scans(
 ) -> list[Scan]:
     """Return the scans of a table in order of time, with the empty ones between them."""
     # A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
-    # covered was missed; unless there were many just before: then it did not look. Scans of
+    # covered was missed; unless the last ones had many: then it did not look. Scans of
     # one time are in the order of the table's sensors. A sensor with a rotation makes sectors, in
     # which each report keeps its own time; one with the period None does not scan.
     turning = rotations or {}
@@ -205,16 +206,16 @@ def _sectors(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[
 
 
 def _is_full(found: IntArray, count: IntArray) -> NDArray[np.bool_]:
-    """Tell whether a turn that ends with each of some sectors has many reports."""
+    """Tell whether the last turns up to each of some sectors had many reports."""
     # ``found`` are the sectors with reports, ascending, and ``count`` how many each has.
     total = np.r_[0, np.cumsum(count)]
-    begin = np.searchsorted(found, found - N_SECTORS, side="right")
-    return np.asarray(total[1:] - total[begin] >= FULL)
+    begin = np.searchsorted(found, found - LAST * N_SECTORS, side="right")
+    return np.asarray(total[1:] - total[begin] >= LAST * FULL)
 
 
 def _between(before: int | None, after: int, *, after_many: bool) -> list[int]:
     """Return the sectors between two, of a long silence only those near its two ends."""
-    # A sensor that saw many objects in a turn and then none in another has stopped.
+    # A sensor that saw many objects in its turns and then none in one has stopped.
     if before is None:
         return []
     if after_many:
@@ -258,21 +259,29 @@ def notes_on_pauses(scans: Iterable[Scan], periods: Mapping[str, float | None]) 
         if long.size:
             notes.append(
                 f"sensor {name}: {counted(long.size, 'pause')} of up to {long.max():.4g} s right "
-                f"after scans of {FULL} reports and more: it did not look, and tracks go on"
+                f"after {LAST} scans of {FULL} reports and more on average: it did not look, and "
+                "tracks go on"
             )
     return notes
 
 
+def _many(count: IntArray) -> NDArray[np.bool_]:
+    """Tell whether the last scans up to each had many reports."""
+    total = np.cumsum(count)
+    return np.asarray(total - np.r_[np.zeros(LAST), total][: total.size] >= LAST * FULL)
+
+
 def _missing(scans: Sequence[Scan], period: float) -> Iterator[float]:
     """Yield when a sensor scanned and saw nothing [s], between its scans in order of time."""
-    for before, after in pairwise(scans):
-        if len(before) < FULL:
+    count = np.array([len(scan) for scan in scans])
+    for (before, after), many in zip(pairwise(scans), _many(count), strict=False):
+        if not many:
             yield from missing_times([before.time, after.time], period)
 
 
 def missing_turns(ends: FloatArray, count: IntArray, period: float) -> Iterator[float]:
     """Yield when turns without a report ended [s], from the ends of those with some."""
-    for before, after, many in zip(ends[:-1], ends[1:], count >= FULL, strict=False):
+    for before, after, many in zip(ends[:-1], ends[1:], _many(count), strict=False):
         missing = missing_times([float(before), float(after)], period)
         yield from islice(missing, 1) if many else missing
 

@@ -15,7 +15,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
-from trackweave.run.scans import FULL, MOST_MISSING, N_SECTORS, Sectors, missing_times
+from trackweave.run.scans import FULL, LAST, MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import Block, joined, keys_of, scan_of, without_copies
 
 __all__ = ["Cutter", "SensorCut"]
@@ -51,7 +51,7 @@ class SensorCut:
     n_missed: int = 0
     """Empty scans since the last that was not."""
     heard: dict[float, int] = field(default_factory=dict)
-    """How many reports its last scan had, or each sector of its last turn by number."""
+    """How many reports its last scans had by time, or the sectors of its last turns by number."""
     numbered: bool = False
     """Whether its reports say the numbers of their scans."""
     platform: tuple[float, FloatArray] | None = None
@@ -145,9 +145,11 @@ class SensorCut:
         if is_next:
             yield from self._empty_before(mark, block)
             self.last, self.n_missed = mark, 0
-            turn = N_SECTORS if self.rotation is not None else 0
-            self.heard = {key: count for key, count in self.heard.items() if key > mark - turn}
             self.heard[mark] = len(block.time)
+            last = sorted(self.heard)[-LAST:]
+            if self.rotation is not None:
+                last = [sector for sector in self.heard if sector > mark - LAST * N_SECTORS]
+            self.heard = {key: self.heard[key] for key in last}
         if not np.isnan(block.platform[:, 0]).any():
             self.platform = float(block.time[-1]), block.platform[-1]
         yield scan_of(block, self.name, end, own_times=own_times)
@@ -197,7 +199,7 @@ class SensorCut:
 
     def _most_missed(self) -> int:
         """Return how many empty scans, or sectors, a sensor has had before it counts as silent."""
-        if sum(self.heard.values()) >= FULL:
+        if sum(self.heard.values()) >= LAST * FULL:
             return 0 if self.rotation is None else N_SECTORS
         return MOST_MISSING if self.rotation is None else MOST_MISSING * N_SECTORS
 

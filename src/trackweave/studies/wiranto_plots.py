@@ -93,9 +93,9 @@ def posed(sky: RadarSky, cost: Cost) -> Posed:
     else:
         density = sky.shape.n_objects / SIDE**2
         rule = PlotsRule(density, negative_only=True, lone_plots=True, max_tuples=MOST_TUPLES)
-    made = []
+    made, sensors = [], {sensor.name: sensor for sensor in sky.sensors}
     for scans in sky.instants:
-        plots = [plots_of(s, sensor, 2) for s, sensor in zip(scans, sky.sensors, strict=True)]
+        plots = [plots_of(scan, sensors[scan.sensor], 2) for scan in scans]
         made.append(worth_choosing(rule(plots), plots, rule))
     return Posed(rule, tuple(made), tuple(tuples.problem() for tuples in made))
 
