@@ -101,6 +101,12 @@ def test_after_many_reports_a_scan_without_any_is_none(
         assert notes[0].startswith("sensor A: 1 pause of up to 4 s right after 4 scans of 8")
 
 
+def test_a_long_silence_of_a_sensor_of_few_reports_is_no_pause() -> None:
+    scans = complete_scans(table([0.0, 1.0, 500.0], [0, 0, 0]), {"A": 1.0})
+    assert max(np.diff([scan.time for scan in scans])) > 100.0
+    assert notes_on_pauses(scans, {"A": 1.0, "B": 1.0}) == []
+
+
 def test_of_turns_without_reports_one_is_put_and_no_more_after_many() -> None:
     turning = {"A": Rotation(8.0, 0.0, 1)}
     for n_before, most in ((FULL - 1, 3 * N_SECTORS), (FULL, N_SECTORS)):

@@ -57,7 +57,7 @@ WHOLE_PLANE = 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
 FEWEST_LOOKS, EARLY_LOOKS = 10, 4
-# Objects that stay for fewer scans than this is of one are short-lived, as so many tracks tell.
+# Objects are short-lived where a larger share of them is new at each scan, by so many tracks.
 SHORT_LIVED, MANY_LIVES = 0.03, 20
 # So many long silences tell of what a sensor does not see, and for no more of the time.
 FEWEST_SILENCES, MOST_HIDDEN = 3, 0.8

@@ -139,9 +139,9 @@ def complete_scans(
 ) -> list[Scan]:
     """Return the scans of a table in order of time, with the empty ones between them."""
     # A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
-    # covered was missed; unless the last ones had many: then it did not look. Scans of
-    # one time are in the order of the table's sensors. A sensor with a rotation makes sectors, in
-    # which each report keeps its own time; one with the period None does not scan.
+    # covered was missed; unless the last ones had many: then it did not look. Scans of one time
+    # are in the order of the table's sensors. A sensor with a rotation makes sectors, in which
+    # each report keeps its own time; one with the period None does not scan.
     turning = rotations or {}
     scans = list(_scans_at_a_time(reports, turning))
     seen: dict[str, list[Scan]] = {}
@@ -249,13 +249,17 @@ def _empty_scans(reports: ReportTable, sensor: int, times: list[float]) -> list[
 
 def notes_on_pauses(scans: Iterable[Scan], periods: Mapping[str, float | None]) -> list[str]:
     """Return a sentence on each sensor that did not look for two periods and more."""
-    times: dict[str, list[float]] = {}
+    # Of a long silence without a pause empty scans are put near its two ends alone.
+    found: dict[str, list[tuple[float, float]]] = {}
     for scan in scans:
-        times.setdefault(scan.sensor, []).append(scan.time)
+        own = found.setdefault(scan.sensor, [])
+        last = scan.time if len(scan) else own[-1][1] if own else -np.inf
+        own.append((scan.time, last))
     notes = []
     for name, period in periods.items():
-        gaps = np.diff(times.get(name, []))
-        long = gaps[gaps > PAUSE * (period or np.inf)]
+        time, heard = np.array(found.get(name, [(0.0, 0.0)])).T
+        gaps, least = np.diff(time), PAUSE * (period or np.inf)
+        long = gaps[(gaps > least) & (time[:-1] - heard[:-1] < least)]
         if long.size:
             notes.append(
                 f"sensor {name}: {counted(long.size, 'pause')} of up to {long.max():.4g} s right "
