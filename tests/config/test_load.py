@@ -198,7 +198,8 @@ def test_a_configuration_is_taken_as_it_is() -> None:
         ('[sensors.A]\nrotation = "left"', 'rotation: "left"; expected "clockwise", "counter'),
         (
             "[sensors.A]\nstrength = {target_mean = 1, target_sigma = 2}",
-            "sensors.A.strength: {target_mean = 1, target_sigma = 2}; expected a table of keys",
+            "sensors.A.strength: {target_mean = 1, target_sigma = 2}; expected at least "
+            "target_mean, target_sigma, clutter_mean, clutter_sigma",
         ),
         (
             "[sensors.A]\nstrength = {target_mean = 1, target_sigma = -2, clutter_mean = 0, "

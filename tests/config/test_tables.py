@@ -31,7 +31,7 @@ class Kettle:
     inner: float = 3.0
 
 
-class LidSection(Section, is_whole=True):
+class LidSection(Section, needed=("size", "hue")):
     """What lies on it."""
 
     size: Annotated[float, Key("a number", 0, 9)]
@@ -85,7 +85,7 @@ def test_values_come_as_they_are_used() -> None:
         ({"sides": [1, 6]}, "kettle.sides: [1, 6]; expected two sides, at most 5"),
         ({"sides": [1]}, "kettle.sides: [1]; expected two sides"),
         ({"time": 1, "power": 1}, "kettle: {time = 1, power = 1}; expected time or power"),
-        ({"top": {"size": 1}}, "kettle.top: {size = 1}; expected a table of keys"),
+        ({"top": {"size": 1}}, "kettle.top: {size = 1}; expected at least size, hue"),
         (
             {"top": {"size": 1, "hue": "green"}, "cups": 0},
             "kettle.cups: 0; expected a whole number from 1 to 1000 (and 1 more)",

@@ -87,7 +87,8 @@ class Families(NamedTuple):
     first report cost then, at least 0 [nats]. ``fixed_slot`` is the slot of its last report among
     those fixed, -1 for none. The rest is the last hypothesis's: under which ``name`` its chosen
     sequence is known, -1 for none, how probable it is that its object lives (``existence``),
-    whether that is ``confirmed``, and what its fixed reports cost (``score``) [nats].
+    whether that is ``confirmed``, what its fixed reports cost (``score``), and what they say for
+    false alarms that came again (``doubt``) [nats].
     """
 
     track: IntArray
@@ -97,6 +98,7 @@ class Families(NamedTuple):
     existence: FloatArray
     confirmed: np.ndarray
     score: FloatArray
+    doubt: FloatArray
 
 
 class ScanInput(NamedTuple):
@@ -307,6 +309,7 @@ def new_families(track: IntArray, start_cost: FloatArray) -> Families:
         existence=nothing,
         confirmed=np.zeros(count, dtype=np.bool_),
         score=nothing,
+        doubt=nothing,
     )
 
 

@@ -90,6 +90,11 @@ class AssociationTree(NodeRoom):
         """Identifier of each family's track; -1 for families that begin in the window."""
         return self.families.track
 
+    @property
+    def chosen(self) -> IntArray:
+        """The nodes that the last hypothesis's sequences end with."""
+        return np.flatnonzero(self.nodes.chosen[: self.n_nodes])
+
     def general_for(self, scan: ScanInput) -> State | None:
         """Return room for states of every kind from the first scan on that is not plain."""
         if self.general is None and not is_plain(scan, self.rule.motion):

@@ -156,7 +156,7 @@ class FieldOfViewSection(Section):
         return None if is_ring else "min_range_m below max_range_m"
 
 
-class StrengthSection(Section, of=(StrengthModel,), is_whole=True):
+class StrengthSection(Section, of=(StrengthModel,), needed=StrengthModel.NEEDED):
     """What the strength of a report tells of its origin: both kinds are about normal."""
 
 

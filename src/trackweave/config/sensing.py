@@ -60,10 +60,12 @@ USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # Keys that are taken as they are, in the order of a complete configuration; those of them that
 # are not estimated where nothing is.
 PLAIN = (
-    "identity_error", "hidden_share", "mean_silence", "echoes", "sigma_at", "tail_share",
-    "tail_scale", "tail_persistence", "trust",
+    "identity_error", "hidden_share", "mean_silence", "echoes", "clutter_persistence",
+    "sigma_at", "tail_share", "tail_scale", "tail_persistence", "trust",
 )  # fmt: skip
-NONE_AT_ZERO = {"hidden_share", "echoes", "sigma_at", "tail_share", "tail_persistence"}
+NONE_AT_ZERO = {
+    "hidden_share", "echoes", "clutter_persistence", "sigma_at", "tail_share", "tail_persistence",
+}  # fmt: skip
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1
 USUAL_SIGMA = {

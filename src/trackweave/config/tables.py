@@ -230,7 +230,7 @@ class Table:
     rule: Callable[[Mapping[str, Any]], str | None] = _agree  # What is expected, if not met
     others: Kind | None = None  # What tables of any name beside the keys are
     is_open: bool = False  # Whether other keys are somebody else's to check
-    is_whole: bool = False  # Whether no key may be left out
+    needed: tuple[str, ...] = ()  # The keys that may not be left out
     expected: str = ""
 
     @cached_property
@@ -253,8 +253,8 @@ class Table:
                 found[_at(path, name)] = f"unknown key; {self._hint(name)}"
         if len(found) > before:
             return taken
-        if self.is_whole and len(known) < len(self.entries):
-            return Misfit()
+        if not known.keys() >= set(self.needed):
+            return Misfit(reason=f"at least {', '.join(self.needed)}")
         reason = self.rule(taken)
         return Misfit(reason=reason) if reason else taken
 
@@ -290,7 +290,7 @@ class Table:
             if entry.default is not None:
                 told["properties"][name]["default"] = entry.default
         told["additionalProperties"] = self.others.schema(shared) if self.others else self.is_open
-        return {**told, "required": list(self.entries)} if self.is_whole else told
+        return {**told, "required": list(self.needed)} if self.needed else told
 
 
 class Section:
@@ -298,8 +298,8 @@ class Section:
 
     Its annotations are its keys, and so are those of the classes ``of`` which it is made, as far
     as they carry a ``Key``; these may be named, to be imported once they are needed. Beside them
-    there may be tables of any name, ``entries``; keys that others check where it ``is_open``; and
-    where it ``is_whole``, none may be left out.
+    there may be tables of any name, ``entries``, keys that others check where it ``is_open``, and
+    those ``needed`` may not be left out.
     """
 
     _of: ClassVar[tuple[type | str, ...]] = ()
@@ -307,7 +307,7 @@ class Section:
     _others: ClassVar[Any] = None
 
     def __init_subclass__(
-        cls, of: tuple[type | str, ...] = (), entries: Any = None, **made: bool
+        cls, of: tuple[type | str, ...] = (), entries: Any = None, **made: Any
     ) -> None:
         cls._of, cls._others, cls._made = of, entries, made
 

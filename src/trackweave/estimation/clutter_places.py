@@ -41,7 +41,9 @@ def with_clutter_places(
     tracks = [track.rows for track in sure_tracks(estimates, reports, followed)]
     for index, name in enumerate(reports.sensors):
         found, n_scans = sensors.get(name), followed.looks.get(name, np.empty(0)).size
-        if found is None or found.scans is False or found.strength is not None:
+        if found is None or found.scans is False:
+            continue
+        if found.strength is not None and found.clutter_persistence == 0.0:
             continue
         own = reports.sensor == index
         if n_scans < FEWEST_SCANS or not np.any(own):

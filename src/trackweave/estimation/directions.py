@@ -21,6 +21,8 @@ FEWEST_OF_TRACK = 2 * HALF + 1
 # Beside straight ways an object that turns leaves more than such a part of its usual step.
 TURNING = 0.15
 SAME_TIME = 1e-6
+# Where false alarms come again, what is so many times as noisy as most tracks is made of them.
+NOISIEST = 5.0
 # Of so many tracks it is told whether noise goes with the distance, at so many of these, where so
 # much less is left then.
 FEWEST_TRACKS, N_DISTANCES, LESS_OFF = 8, 30, 0.7
@@ -55,7 +57,8 @@ def with_components(
             own = _rows_of(reports, tracks, index)
             is_curved = len(ranging) > 1 or _most_turn(reports, own)
             beside = _beside_curves if is_curved else _beside_lines
-            noise = _component_noise(reports, own, place, beside)
+            most = NOISIEST if sensors[name].clutter_persistence > 0.0 else np.inf
+            noise = _component_noise(reports, own, place, beside, most)
             if noise is not None:
                 sigma, of_most, across = noise
                 sensors[name] = replace(
@@ -96,10 +99,15 @@ def _most_turn(reports: ReportTable, tracks: list[IntArray]) -> bool:
 
 
 def _component_noise(
-    reports: ReportTable, tracks: list[IntArray], place: Sequence[float], beside: _Beside
+    reports: ReportTable,
+    tracks: list[IntArray],
+    place: Sequence[float],
+    beside: _Beside,
+    most: float,
 ) -> tuple[tuple[float, ...], tuple[float, ...], float] | None:
     """Return what is left of each component beside the tracks, over all and in most of them."""
-    # And what is left across the line of sight however near objects are [m].
+    # And what is left across the line of sight however near objects are [m]. A track is noisier
+    # ``most`` times than most tracks are, at most.
     parts, distance = [], []
     for rows in tracks:
         expected, known, usable = beside(reports.time[rows], reports.measurement[rows])
@@ -115,11 +123,12 @@ def _component_noise(
     # Robust within a track, and not over tracks: some objects are noisier than most, and theirs
     # have to lie in the gate too.
     spread = np.array([1.4826 * np.median(np.abs(part), axis=0) for part in parts])
-    usual = np.sqrt(np.average(spread**2, axis=0, weights=count))
     middle = [
         column[order][np.searchsorted(np.cumsum(count[order]), count.sum() / 2)]
         for column, order in zip(spread.T, np.argsort(spread, axis=0).T, strict=True)
     ]
+    whole = np.minimum(spread, most * np.array(middle))
+    usual = np.sqrt(np.average(whole**2, axis=0, weights=count))
     found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
     return next(found), next(found), across_of(np.array(distance), spread[:, 1], count)
 

@@ -45,6 +45,7 @@ class SensorEstimate:
     mean_silence: float | None = None
     # Places of false alarms that come again and again, as in ``[sensors.NAME] echoes``.
     echoes: tuple[tuple[float, ...], ...] = ()
+    clutter_persistence: float = 0.0  # Chance that a false alarm comes again in the next scan
     identity_error: float | None = None  # Share of its reports under another's identity
     strength: StrengthModel | None = None  # What the strength of its reports tells of their origin
 

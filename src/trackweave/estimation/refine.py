@@ -195,7 +195,8 @@ def _is_strong(track: Track, estimates: Estimates, reports: ReportTable) -> bool
         return True
     evidence = []
     for index in np.unique(reports.sensor[track.rows]):
-        model = estimates.sensors[reports.sensors[index]].strength
+        sensor = estimates.sensors[reports.sensors[index]]
+        model = None if sensor.clutter_persistence > 0.0 else sensor.strength
         if model is not None:
             rows = track.rows[reports.sensor[track.rows] == index]
             evidence.append(model.evidence(reports.strength[rows]))
@@ -283,7 +284,7 @@ def _clutter(
     )
     share = (total - taken + 0.5) / (total + 0.5)
     clutter = share * sensor.density
-    if sensor.strength is not None:
+    if sensor.strength is not None and sensor.clutter_persistence == 0.0:
         is_false = reports.sensor == index
         for track in tracks:
             is_false[track.rows] = False

@@ -20,6 +20,8 @@ FEWEST = 30
 # A report of an object is stronger than a false alarm so often, or strength tells too little.
 CLEARLY = 0.8
 N_ROUNDS = 10
+# So many objects tell how strong the weak and the strong ones are.
+FEWEST_KINDS = 8
 # Quantile of a tail, and how many standard deviations off it lies where tails are normal.
 TAIL, TAIL_SIGMAS = 0.05, 1.645
 
@@ -39,16 +41,21 @@ def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followe
         if name in sensors:
             own = reports.sensor == index
             groups = [reports.strength[track.rows[own[track.rows]]] for track in tracks]
-            found = strength_model(groups, reports.strength[own & is_lone])
+            sure = sensors[name].clutter_persistence > 0.0
+            found = strength_model(groups, reports.strength[own & is_lone], are_sure=sure)
             sensors[name] = replace(sensors[name], strength=found)
     return replace(estimates, sensors=sensors)
 
 
-def strength_model(tracks: Sequence[FloatArray], lone: FloatArray) -> StrengthModel | None:
+def strength_model(
+    tracks: Sequence[FloatArray], lone: FloatArray, *, are_sure: bool = False
+) -> StrengthModel | None:
     """Return how strong reports of objects and false alarms are."""
     # Tracks whose reports are more like false alarms than like those of other tracks are taken to
     # be false alarms that stay in one place. ``lone`` are those of the reports in no track. It is
-    # None where reports are too few or the two distributions do not differ clearly.
+    # None where reports are too few or the two distributions do not differ clearly. Where tracks
+    # ``are_sure``, because false alarms that stay are told apart by that they stay, none is taken
+    # for one, and objects may be weak or strong.
     tracks = [own[np.isfinite(own)] for own in tracks]
     tracks = [own for own in tracks if own.size]
     lone = lone[np.isfinite(lone)]
@@ -57,9 +64,11 @@ def strength_model(tracks: Sequence[FloatArray], lone: FloatArray) -> StrengthMo
     for _ in range(N_ROUNDS):
         own = [track for track, kept in zip(tracks, is_object, strict=True) if kept]
         others = [track for track, kept in zip(tracks, is_object, strict=True) if not kept]
-        found = _fitted(np.concatenate([*own, np.empty(0)]), np.concatenate([*others, lone]))
+        found = _fitted(own, np.concatenate([*others, lone]), spread=are_sure)
         if found is None:
             return None
+        if are_sure:
+            break
         told = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool)
         if np.array_equal(told, is_object):
             break
@@ -67,19 +76,24 @@ def strength_model(tracks: Sequence[FloatArray], lone: FloatArray) -> StrengthMo
     return found
 
 
-def _fitted(target: FloatArray, clutter: FloatArray) -> StrengthModel | None:
+def _fitted(
+    tracks: Sequence[FloatArray], clutter: FloatArray, *, spread: bool
+) -> StrengthModel | None:
     """Return both distributions, None where they are not clearly apart."""
+    target = np.concatenate([*tracks, np.empty(0)])
     if min(target.size, clutter.size) < FEWEST:
         return None
     ordered = np.sort(clutter)
     if np.searchsorted(ordered, target).mean() < CLEARLY * clutter.size:
         return None
-    return StrengthModel(
-        digits(float(np.median(target))),
-        _spread(target),
-        digits(float(np.median(clutter))),
-        _spread(clutter),
-    )
+    of_clutter = digits(float(np.median(clutter))), _spread(clutter)
+    if spread and len(tracks) >= FEWEST_KINDS:
+        middle = [float(np.median(track)) for track in tracks]
+        low, high = np.quantile(middle, [TAIL, 1 - TAIL])
+        within = np.concatenate([track - np.median(track) for track in tracks])
+        usual = digits(float(low + high) / 2), _spread(within)
+        return StrengthModel(*usual, *of_clutter, digits(float(high - low) / 2))
+    return StrengthModel(digits(float(np.median(target))), _spread(target), *of_clutter)
 
 
 def _spread(strength: FloatArray) -> float:

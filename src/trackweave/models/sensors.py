@@ -81,6 +81,9 @@ class Sensor:
     echoes
         Places that give false alarms again and again: for each x, y, how far these spread [m] and
         how many there are a scan.
+    clutter_persistence
+        Chance that a false alarm comes again at its place in the next scan, as the sea's do; 0
+        where each is for itself. What stands then takes longer to become a confirmed track.
     tail_share
         Share of its reports whose noise is wider; 0 for noise without heavy tails.
     tail_scale
@@ -138,6 +141,7 @@ class Sensor:
     hidden_share: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
     mean_silence: Annotated[float, SECONDS] = 60.0
     echoes: Annotated[tuple[Echo, ...], Key()] = ()
+    clutter_persistence: Annotated[float, Key("a number from 0 to 0.9", 0, 0.9)] = 0.0
     sigma_at: Annotated[tuple[NoiseAt, ...], Key()] = ()
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0

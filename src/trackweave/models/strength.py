@@ -1,7 +1,7 @@
 """What the strength of a report says of its origin."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -30,6 +30,9 @@ class StrengthModel:
         Mean strength of false alarms.
     clutter_sigma
         Its standard deviation.
+    target_spread
+        By how much at most the mean strength of one object differs from that of all, where there
+        are small and large ones: then the ``target_sigma`` is that of the reports of each.
 
     Raises
     ------
@@ -45,10 +48,12 @@ class StrengthModel:
     array([-5.56,  0.  ,  5.56])
     """
 
+    NEEDED: ClassVar = ("target_mean", "target_sigma", "clutter_mean", "clutter_sigma")
     target_mean: Annotated[float, STRENGTH]
     target_sigma: Annotated[float, POSITIVE]
     clutter_mean: Annotated[float, STRENGTH]
     clutter_sigma: Annotated[float, POSITIVE]
+    target_spread: Annotated[float, Key("a number from 0 to 1e12", 0, 1e12)] = 0.0
 
     def __post_init__(self) -> None:
         settle(self)
@@ -65,7 +70,8 @@ class StrengthModel:
         -------
         Log likelihood ratios [nats], within ± 8; 0 where there is no strength.
         """
-        target = (strength - self.target_mean) / self.target_sigma
+        apart = np.abs(strength - self.target_mean) - self.target_spread
+        target = np.maximum(apart, 0.0) / self.target_sigma
         clutter = (strength - self.clutter_mean) / self.clutter_sigma
         ratio = (clutter**2 - target**2) / 2 + np.log(self.clutter_sigma / self.target_sigma)
         within = np.clip(ratio, -MOST_EVIDENCE, MOST_EVIDENCE)

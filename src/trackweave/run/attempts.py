@@ -86,6 +86,7 @@ class _Run:
             if doubts.contradict(table, settings, assigned.track):
                 return None
         assigned.enter(course.tracker.pending())
+        assigned.drop(course.tracker.doubted)
         if doubts.contradict(table, settings, assigned.track, at_end=True):
             return None
         if is_nearest:

@@ -115,8 +115,11 @@ class Assigned:
 
     def drop_all_but(self, known: Container[int]) -> None:
         """Make false alarms of the reports of tracks that are not among those known."""
-        unknown = [track for track in np.unique(self.track).tolist() if track not in known]
-        dropped = np.isin(self.track, unknown)
+        self.drop([track for track in np.unique(self.track).tolist() if track not in known])
+
+    def drop(self, tracks: Collection[int]) -> None:
+        """Make false alarms of the reports of some tracks."""
+        dropped = np.isin(self.track, np.fromiter(tracks, dtype=np.int64))
         self.track[dropped] = -1
         self.probability[dropped] = np.nan
 

@@ -19,6 +19,7 @@ from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.noise_places import with_noise_places
+from trackweave.estimation.persistence import notes_on_persistence, with_persistence
 from trackweave.estimation.plausibility import believable
 from trackweave.estimation.rates import RateNoise, rate_noise
 from trackweave.estimation.refine import Followed, Track, refined, stretch_of, sure_tracks
@@ -120,6 +121,7 @@ def estimates_for(
     for number in range(1, MOST_ROUNDS + 1):
         settings, before = fill(configuration, _patient(estimates), names), estimates
         followed = _follow(stretch, settings, turning)
+        estimates = with_persistence(estimates, stretch, followed)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = with_clutter_places(estimates, stretch, followed)
         estimates = believable(estimates, reports, **sure)
@@ -128,6 +130,8 @@ def estimates_for(
             estimates = with_axes(estimates, stretch, followed)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
+    said = *estimates.notes, *notes_on_persistence(estimates)
+    estimates = replace(estimates, notes=said)
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)
         return with_seldom(estimates, _unexplained(estimates, stretch, followed), followed.looks)
@@ -145,7 +149,12 @@ def _unexplained(estimates: Estimates, reports: ReportTable, followed: Followed)
 
 
 def _is_other(before: Estimates, after: Estimates) -> bool:
-    """Tell whether objects can do something else than they were followed by."""
+    """Tell whether objects, or false alarms, do something else than they were followed by."""
+    if any(
+        (each.clutter_persistence > 0) != (before.sensors[name].clutter_persistence > 0)
+        for name, each in after.sensors.items()
+    ):
+        return True
     ratios = [after.max_speed / before.max_speed, after.process_noise / before.process_noise]
     return bool(np.abs(np.log(ratios)).max() > math.log(OTHER))
 
@@ -333,6 +342,7 @@ def _follow(
     for step in swept_together(scans, rotations):
         assigned.enter(tracker.step(step, rng=rng, tracks=False).final)
     assigned.enter(tracker.pending())
+    assigned.drop(tracker.doubted)
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
         if scan.sensor not in rotations:

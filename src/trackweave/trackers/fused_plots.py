@@ -32,6 +32,11 @@ MOST_REMEMBERED = 5_000
 class ScanTracker(Protocol):
     """Turns scans into tracks: ``MultiHypothesisTracker`` or another."""
 
+    @property
+    def doubted(self) -> frozenset[int]:
+        """Tracks that may as well be false alarms that came again."""
+        ...
+
     def step(
         self,
         scan: Scan,

@@ -63,6 +63,11 @@ class LiveTracker(Saved, ABC):
         known = [self.__dict__[name] for name in self.SETTINGS]
         return copy.deepcopy(self, {id(setting): setting for setting in known})
 
+    @property
+    def doubted(self) -> frozenset[int]:
+        """Tracks of which it was never probable that they are no false alarms that come again."""
+        return frozenset()
+
     @abstractmethod
     def pending(self) -> Assignments:
         """Return the assignments that later scans may amend."""

@@ -144,15 +144,14 @@ class MultiHypothesisTracker(ScanByScan):
         self._guard = ClockGuard.of(max_ahead, self._sensors.values())
         # Until the window is full, what no full one would hold is too late as well.
         self._horizon = self._guard.farthest_back(self._window.depth * self._period)
-        self._used = UsedNumbers()
-        self._pacer = Pacer()
+        self._used, self._pacer = UsedNumbers(), Pacer()
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = checked_flag(unscented, "unscented")
         self._last: Hypothesis | None = None
-        self._know_nothing(next_track=1)
+        self._know_nothing(TrackManager(self._lifecycle))
 
-    def _know_nothing(self, *, next_track: int) -> None:
-        """Be as before the first scan; new tracks are numbered on from a name."""
+    def _know_nothing(self, manager: TrackManager) -> None:
+        """Be as before the first scan."""
         lifecycle, slowest = self._lifecycle, slowest_of(self._sensors.values())
         self._preparation = ScanPreparation(self._motion, self._sensors, self._period)
         self._open = OpenScans(self._window, *reference_of(slowest))
@@ -163,7 +162,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._undetected = Undetected(initial, new, speed, self._period, by_bearings=by_bearings)
         patience = ((lifecycle.delete_after_misses or USUAL_MISSES) + 1.0) * self._period
         self._fixed_history = FixedHistory(copy.copy(self._undetected), patience)
-        self._manager = TrackManager(lifecycle, next_track)
+        self._manager = manager
         self._report_index = ReportIndex()
         self._tree: AssociationTree | None = None
         self._concerned: IntArray = np.empty(0, dtype=np.int64)
@@ -172,12 +171,17 @@ class MultiHypothesisTracker(ScanByScan):
     def begin_anew(self, *, keeps_priors: bool) -> Assignments:
         """Forget all but which names and numbers were used; see `LiveTracker`."""
         final, self._priors = self.pending(), self._priors if keeps_priors else None
-        self._know_nothing(next_track=self._manager.next_track)
+        self._know_nothing(self._manager.anew())
         return final
 
     def pending(self) -> Assignments:
         """Return ``report``, ``track`` (-1: none) and how probable it is, as things stand."""
         return self._report_index.assignments(self._open.first_slot, self._open.end_slot)
+
+    @property
+    def doubted(self) -> frozenset[int]:
+        """Tracks that may as well be false alarms that came again, see ``Sensor``."""
+        return frozenset(self._manager.doubted)
 
     def clusters(self) -> Clusters:
         """Return what competes for reports in the window after the last scan."""
@@ -244,7 +248,7 @@ class MultiHypothesisTracker(ScanByScan):
         final = self._slide(scans[-1])
         opened = self._preparation.opened(scans, self._open, self._dim or 2)
         for number, scan in enumerate(scans):
-            ends = (number == 0, number == len(scans) - 1)
+            ends = number == 0, number == len(scans) - 1
             tree = self._take_in(scan, opened[number:], pace, ends)
         slots, last = tree.slots(), self._open.last_time
         problem = tree.problem(slots, self._report_index.instants(slots[0]))
@@ -322,7 +326,7 @@ class MultiHypothesisTracker(ScanByScan):
             self._fix(tree, last)
             self._concerned = tree.slots()[0]
         density = self._undetected.look(data, waited)
-        self._report_index.add(self._open.scans[-1].report, data.time, self._open.first_slot)
+        self._report_index.add(self._open.scans[-1], self._open.first_slot)
         self._concerned = np.concatenate([self._concerned, data.slot])
         with pace.growth(tree, len(scan)):
             tree.grow(data, density, is_last=is_last)
@@ -339,7 +343,7 @@ class MultiHypothesisTracker(ScanByScan):
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
         self._open.insert(self._preparation.open(scan, tree.dim))
-        self._report_index.relay(self._open.first_slot, self._open.reports(), self._open.times())
+        self._report_index.relay(self._open.first_slot, self._open.scans)
         tree = self._planted(initial)
         tree.families = families
         return self._grown_anew(tree, pace)
@@ -376,7 +380,7 @@ class MultiHypothesisTracker(ScanByScan):
 
     def _fix(self, tree: AssociationTree, last: float) -> None:
         """Make final what the window has left; ``last`` is the time of the last scan [s]."""
-        for lost in self._manager.fix(tree, self._chosen(tree), self._open.first_slot):
+        for lost in self._manager.fix(tree, self._open.first_slot, self._report_index):
             for undetected in (self._undetected, self._fixed_history.undetected):
                 undetected.lose(lost.position, lost.spread, lost.time, last)
 
@@ -384,17 +388,13 @@ class MultiHypothesisTracker(ScanByScan):
         """Keep what starts the next search: the answer and the reports' prices."""
         tree.nodes.chosen[: tree.n_nodes] = 0
         tree.nodes.chosen[answer.nodes] = 1
-        index, n_slots = self._report_index, slots.shape[0]
-        index.price[slots - index.origin] = answer.prices[:n_slots]
+        prices = self._report_index.price
+        prices[slots - self._report_index.origin] = answer.prices[: slots.shape[0]]
         is_open = answer.status is not Status.OPTIMAL
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
-
-    def _chosen(self, tree: AssociationTree) -> IntArray:
-        """Return the last answer's nodes."""
-        return np.flatnonzero(tree.nodes.chosen[: tree.n_nodes])
 
     def _hint(self, tree: AssociationTree, slots: IntArray, n_items: int) -> Hint:
         """Return what the last answer says of this problem."""
         prices = np.zeros(n_items)
         prices[: slots.shape[0]] = self._report_index.price[slots - self._report_index.origin]
-        return Hint(prices=prices, nodes=self._chosen(tree))
+        return Hint(prices=prices, nodes=tree.chosen)

@@ -1,5 +1,6 @@
 """What is known of each report of the window, by its slot."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,11 +8,13 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.hypothesis import Assignments
+from trackweave.trackers.window import OpenScan
 
 __all__ = ["ReportIndex"]
 
 _EMPTY = {
     "report": -1, "time": 0.0, "track": -1, "probability": np.nan, "price": 0.0, "is_known": False,
+    "repeat": 0.0,
 }  # fmt: skip
 
 
@@ -21,7 +24,8 @@ class ReportIndex:
     ``report`` is its number and ``time`` when its scan ended [s]; ``track`` is the track that the
     last hypothesis gave it, -1 for none, and ``probability`` how probable that is; ``price`` is
     what it was worth to who took it [nats]. ``is_known`` tells whether a hypothesis has spoken of
-    it. Rows of slots that are closed are there until their room is needed.
+    it, and ``repeat`` what it says for a false alarm that came again [nats]. Rows of slots that
+    are closed are there until their room is needed.
     """
 
     report: IntArray
@@ -30,6 +34,7 @@ class ReportIndex:
     probability: FloatArray
     price: FloatArray
     is_known: NDArray[np.bool_]
+    repeat: FloatArray
 
     def __init__(self) -> None:
         self.origin = 0
@@ -39,16 +44,17 @@ class ReportIndex:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, **{name: getattr(self, name).copy() for name in _EMPTY}}
 
-    def add(self, report: IntArray, time: float | FloatArray, first: int) -> None:
+    def add(self, scan: OpenScan, first: int) -> None:
         """Append reports of which no hypothesis has spoken; before ``first`` all is forgotten."""
-        count = report.shape[0]
+        count = scan.report.shape[0]
         if self.end + count - self.origin > self.report.shape[0]:
             self._make_room(first, count)
         span = slice(self.end - self.origin, self.end - self.origin + count)
         for name, nothing in _EMPTY.items():
             getattr(self, name)[span] = nothing
-        self.report[span] = report
-        self.time[span] = time
+        self.report[span] = scan.report
+        self.time[span] = scan.data.time
+        self.repeat[span] = scan.repeat
         self.end += count
 
     def assignments(self, first: int, end: int) -> Assignments:
@@ -60,6 +66,12 @@ class ReportIndex:
             probability=self.probability[rows].copy(),
         )
 
+    def repeated(self, slot: IntArray) -> FloatArray:
+        """Return what each column of slots says for false alarms that came again; -1 for none."""
+        row = np.maximum(slot - self.origin, 0)
+        said: FloatArray = np.where(slot >= 0, self.repeat[row], 0.0).sum(axis=0)
+        return said
+
     def instants(self, slot: IntArray) -> IntArray:
         """Return the rank in time of each slot, given ascending; equal within an instant."""
         time = self.time[slot - self.origin]
@@ -67,16 +79,18 @@ class ReportIndex:
         np.cumsum(time[1:] > time[:-1], out=rank[1:])
         return rank
 
-    def relay(self, first: int, report: IntArray, time: FloatArray) -> None:
-        """Put the window's reports in another order; what is known goes with each report."""
-        # ``report`` and ``time`` are those of each slot from the first on; some may be new.
+    def relay(self, first: int, scans: Sequence[OpenScan]) -> None:
+        """Put the reports of the window's scans in another order; some may be new."""
+        # What is known goes with each report.
         known = self.report[: self.end - self.origin].tolist()
         place = {number: row for row, number in enumerate(known)}
-        was = np.array([place.get(number, -1) for number in report.tolist()], dtype=np.int64)
+        now = [number for scan in scans for number in scan.report.tolist()]
+        was = np.array([place.get(number, -1) for number in now], dtype=np.int64)
         old = {name: getattr(self, name) for name in ("track", "probability", "is_known")}
-        self._allocate(max(256, 2 * report.shape[0]))
+        self._allocate(max(256, 2 * len(now)))
         self.origin = self.end = first
-        self.add(report, time, first)
+        for scan in scans:
+            self.add(scan, first)
         rows = np.flatnonzero(was >= 0)
         for name, column in old.items():
             getattr(self, name)[rows] = column[was[rows]]

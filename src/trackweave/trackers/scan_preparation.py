@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
 from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.association.initial_tracks import InitialTracks
@@ -22,6 +23,7 @@ from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
+from trackweave.trackers.persistence import last_scans, repeats
 from trackweave.trackers.window import OpenScan, OpenScans
 
 __all__ = [
@@ -66,9 +68,11 @@ class ScanPreparation:
         self._identities: frozenset[int] = frozenset()
         self._ends: dict[str, float] = {}
         self._beams: dict[str, LiveBeam | None] = {}
+        self._before: dict[str, list[ScanInput]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_ends": self._ends.copy(), "_beams": self._beams.copy()}
+        changing = ("_ends", "_beams", "_before")
+        return {**self.__dict__, **{name: getattr(self, name).copy() for name in changing}}
 
     def open(self, scan: Scan, dim: int) -> OpenScan:
         """Return a scan of the window before it is known what came before it."""
@@ -93,7 +97,16 @@ class ScanPreparation:
         if rotation is not None and context.start is not None:
             turns = float(rotation.turned(scan.time) - rotation.turned(context.start))
             share = min(1.0, max(1e-3, turns))
-        return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), share)
+        repeat = self._repeats(data, sensor)
+        return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), repeat, share)
+
+    def _repeats(self, data: ScanInput, sensor: Sensor) -> FloatArray:
+        """Return what each report says for a false alarm that came again [nats]."""
+        if sensor.clutter_persistence == 0.0:
+            return np.zeros(data.slot.shape[0])
+        before = last_scans(data.time, self._before.get(sensor.name, ()), sensor.scan_period)
+        self._before[sensor.name] = [*before, data]
+        return repeats(data, before, sensor)
 
     def opened(self, scans: Sequence[Scan], window: OpenScans, dim: int) -> list[OpenScan]:
         """Return the scans of a step opened; none of a single one, or where the first is late."""

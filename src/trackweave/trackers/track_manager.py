@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+from scipy.special import expit
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._moving import paths_up
@@ -69,11 +70,19 @@ class TrackManager:
         """The name of the next track."""
         self._dropped: set[int] = set()
         """Names that no sequence has had since the window moved."""
+        self.doubted: set[int] = set()
+        """Names of tracks that were never more than false alarms that came again."""
 
     def __getstate__(self) -> dict[str, Any]:
         # A shallow copy is independent: records are replaced, never changed.
         own = {"_records": self._records.copy(), "_dropped": self._dropped.copy()}
-        return {**self.__dict__, **own}
+        return {**self.__dict__, **own, "doubted": self.doubted.copy()}
+
+    def anew(self) -> "TrackManager":
+        """Return one that knows which names were used, and of which tracks is doubted."""
+        manager = TrackManager(self._lifecycle, self.next_track)
+        manager.doubted = self.doubted
+        return manager
 
     def begin(self, priors: TrackTable) -> None:
         """Enter tracks known beforehand, as confirmed."""
@@ -97,9 +106,11 @@ class TrackManager:
         rows = concerned - slots.origin
         before, is_known = slots.track[rows], slots.is_known[rows]
         _assign(chosen, slots, rows, beliefs)
+        real = _proven(tree, chosen, leaf, slots)
         if beliefs is not None:
+            beliefs.existence[chosen.family] *= real
             tree.families = tree.families._replace(existence=beliefs.existence)
-        self._confirm(tree, chosen, beliefs)
+        self._confirm(tree, chosen, beliefs, real)
         after = slots.track[rows]
         changed = rows[is_known & (before != after)]
         slots.is_known[rows] = True
@@ -113,11 +124,12 @@ class TrackManager:
             )
         )
 
-    def fix(self, tree: AssociationTree, leaf: IntArray, first_open: int) -> tuple[LostTrack, ...]:
+    def fix(
+        self, tree: AssociationTree, first_open: int, slots: ReportIndex
+    ) -> tuple[LostTrack, ...]:
         """Make the chosen slots before the first open one final; return the lost tracks."""
-        # Lost are confirmed tracks that have ended. The leaves are those chosen at the last
-        # ``update``.
-        nodes = tree.nodes
+        # Lost are confirmed tracks that have ended.
+        nodes, leaf = tree.nodes, tree.chosen
         chosen = Chosen.of(tree, leaf)
         name = tree.families.name[chosen.family]
         # A path stands leaf first, so the last fixed node is the first below the limit.
@@ -134,7 +146,9 @@ class TrackManager:
             self._records[number] = replace(record, chances=tuple(self._lifecycle.recent(chances)))
         score = tree.families.score.copy()
         score[rooted] += nodes.cost[last_fixed]
-        tree.families = tree.families._replace(score=score)
+        doubt = tree.families.doubt.copy()
+        doubt[rooted] += slots.repeated(np.where(is_fixed, chosen.slot, -1)[:, has_root])
+        tree.families = tree.families._replace(score=score, doubt=doubt)
         root, track = np.full(tree.n_families, -1, dtype=np.int64), tree.track.copy()
         root[rooted] = last_fixed
         track[rooted] = name[has_root]
@@ -178,13 +192,20 @@ class TrackManager:
         tree.families = tree.families._replace(name=after)
         return names
 
-    def _confirm(self, tree: AssociationTree, chosen: Chosen, beliefs: Beliefs | None) -> None:
+    def _confirm(
+        self, tree: AssociationTree, chosen: Chosen, beliefs: Beliefs | None, real: FloatArray
+    ) -> None:
         """Confirm the tracks that have been seen often enough, or are certain."""
         names = chosen.track.tolist()
         records = [self._records[name] for name in names]
         for index, record in enumerate(records):
-            if not record.confirmed and self._confirms(record, tree, (chosen, index), beliefs):
+            if record.confirmed:
+                continue
+            if real[index] < self._lifecycle.confirm_probability:
+                self.doubted.add(names[index])
+            elif self._confirms(record, tree, (chosen, index), beliefs):
                 records[index] = self._records[names[index]] = replace(record, confirmed=True)
+                self.doubted.discard(names[index])
         confirmed = np.zeros(tree.n_families, dtype=np.bool_)
         confirmed[chosen.family] = [record.confirmed for record in records]
         tree.families = tree.families._replace(confirmed=confirmed)
@@ -205,6 +226,15 @@ class TrackManager:
             if existence < lifecycle.confirm_probability:
                 return False
         return lifecycle.is_confirmed_by([*record.chances, *chosen.chances(tree, index)])
+
+
+def _proven(
+    tree: AssociationTree, chosen: Chosen, leaf: IntArray, slots: ReportIndex
+) -> FloatArray:
+    """Return how probably what sequences take is no false alarm that came again and again."""
+    doubt = tree.families.doubt[chosen.family] + slots.repeated(chosen.slot)
+    evidence = -(tree.families.score[chosen.family] + tree.nodes.cost[leaf])
+    return np.where(doubt > 0.0, expit(evidence - doubt), 1.0)
 
 
 def _or_none(track: int) -> int | None:

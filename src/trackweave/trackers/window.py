@@ -54,13 +54,15 @@ class Window:
 class OpenScan:
     """A scan of the window: as it came, as the tree grew by it, and the numbers of its reports.
 
-    ``report`` and ``log_density`` are in the order of the slots.
+    ``report``, ``log_density`` and ``repeat`` are in the order of the slots.
     """
 
     scan: Scan
     data: ScanInput
     report: IntArray
     log_density: FloatArray
+    repeat: FloatArray
+    """What each report says for a false alarm that came again [nats]."""
     share: float = 1.0
     """How much of a scan it is, for the sector of a turn."""
 
@@ -98,15 +100,6 @@ class OpenScans:
     def last_time(self) -> float:
         """Time of the latest scan [s]; minus infinity when there was none."""
         return self.scans[-1].data.time if self.scans else self.fixed_until
-
-    def reports(self) -> IntArray:
-        """Return the report number of each slot."""
-        return np.concatenate([np.empty(0, dtype=np.int64), *(scan.report for scan in self.scans)])
-
-    def times(self) -> FloatArray:
-        """Return when the scan of each slot ended [s]."""
-        sizes = [scan.report.shape[0] for scan in self.scans]
-        return np.repeat(np.array([scan.data.time for scan in self.scans], dtype=float), sizes)
 
     def find(self, sensor: str, time: float) -> int | None:
         """Return the place of a sensor's scan of that time, None where there is none."""

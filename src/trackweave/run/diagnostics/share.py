@@ -33,7 +33,9 @@ def few_assigned(case: Case) -> Iterator[Finding]:
         for i in case.examined
         if case.is_told(f"sensors.{case.sensors[i].name}.clutter_density")
     )
-    is_clutter = assigned > 0 and assigned >= OF_OBJECTS * max(total - false, 0.0)
+    # … or show by themselves, as those that come again do.
+    is_seen = any(case.sensors[index].clutter_persistence > 0.0 for index in case.examined)
+    is_clutter = assigned > 0 and (is_seen or assigned >= OF_OBJECTS * max(total - false, 0.0))
     if total >= FEWEST and assigned < FEW * total and not is_clutter:
         yield Finding(
             "few assigned",

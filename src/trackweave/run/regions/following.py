@@ -81,6 +81,7 @@ def follow(part: Part) -> Followed:
             rows.add(hypothesis.tracks, hypothesis.time)
         assigned.enter(hypothesis.final)
     assigned.enter(course.tracker.pending())
+    assigned.drop(course.tracker.doubted)
     cpu = clock.process_time() - begin
     return Followed(rows.table(part.dim), log, assigned, own, cpu)
 
