@@ -8,13 +8,16 @@ import argparse
 import time
 
 import numpy as np
-from invented_scenes import NOBODY, SCENES
+from invented_scenes import NOBODY
+from invented_scenes import SCENES as FIRST_SCENES
+from invented_sea import SEA
 from joins import judged
 from text_tables import command, heading, table
 
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
+SCENES = FIRST_SCENES | SEA
 HEAD = [
     "scene",
     "seed",

@@ -64,3 +64,15 @@ def test_constant_strengths_give_positive_sigmas() -> None:
     assert found is not None
     assert found.target_sigma > 0
     assert found.clutter_sigma > 0
+
+
+def test_weak_objects_are_none_the_less_objects_where_tracks_are_sure() -> None:
+    weak = [RNG.normal(13.0, 2.0, 40) for _ in range(6)]
+    strong = [RNG.normal(30.0, 2.0, 60) for _ in range(8)]
+    false = RNG.normal(9.0, 3.0, 400)
+    found = strength_model([*weak, *strong], false, are_sure=True)
+    assert found is not None
+    assert found.target_mean - found.target_spread == pytest.approx(13.0, abs=1.0)
+    assert found.target_mean + found.target_spread == pytest.approx(30.0, abs=1.0)
+    assert found.target_sigma == pytest.approx(2.0, abs=0.7)
+    assert all(found.evidence(own).mean() > 0 for own in weak)

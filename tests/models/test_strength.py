@@ -38,3 +38,16 @@ def test_refuses_what_is_no_curve(name, value):
     good = {"target_mean": 1.0, "target_sigma": 1.0, "clutter_mean": 0.0, "clutter_sigma": 1.0}
     with pytest.raises(InvalidInputError, match=name):
         StrengthModel(**(good | {name: value}))
+
+
+def test_objects_small_and_large_are_as_likely_within_their_spread():
+    model = StrengthModel(20.0, 3.0, 10.0, 3.0, target_spread=6.0)
+    alike = StrengthModel(20.0, 3.0, 10.0, 3.0)
+    strength = np.array([14.0, 17.0, 20.0, 26.0])
+    clutter = (strength - 10.0) ** 2 / (2 * 3.0**2)
+    np.testing.assert_allclose(model.evidence(strength), np.minimum(clutter, 8.0))
+    # Beyond it the curve is that of one object.
+    beyond = model.evidence(np.array([11.0])) - alike.evidence(np.array([17.0]))
+    np.testing.assert_allclose(beyond, (1.0 - 7.0**2) / (2 * 3.0**2))
+    with pytest.raises(InvalidInputError, match="target_spread"):
+        StrengthModel(1.0, 1.0, 0.0, 1.0, target_spread=-1.0)

@@ -265,7 +265,8 @@ def _clutter(
     if is_position:
         return float(sources.choose(path, found and found.clutter_density))
     density = None
-    if found is not None and (seen.measurement.has_range or isinstance(found.sigma, Sequence)):
+    tells = seen.measurement.has_range or seen.measurement.is_bearing_only
+    if found is not None and (tells or isinstance(found.sigma, Sequence)):
         in_own_units = isinstance(found.sigma, Sequence)
         scale = 1.0 if in_own_units else found.covered / seen.extent
         density = found.clutter_density * scale

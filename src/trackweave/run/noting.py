@@ -31,7 +31,7 @@ def notes_on_sensors(
     # ``places`` are where sensors are said to stand [m].
     return [
         *_notes_on_turns(configuration, observed),
-        *_notes_on_bearings(observed, filled),
+        *_notes_on_bearings(reports, observed, filled),
         *_notes_on_places(reports, observed, places),
         *_notes_on_sigma(reports, configuration),
         *_notes_on_views(filled),
@@ -72,13 +72,18 @@ def _words(view: FieldOfView) -> str:
     return " or ".join(words)
 
 
-def _notes_on_bearings(observed: Mapping[str, ObservedSensor], filled: Settings) -> list[str]:
+def _notes_on_bearings(
+    reports: ReportTable, observed: Mapping[str, ObservedSensor], filled: Settings
+) -> list[str]:
     """Return sentences on sensors of bearings of which nothing could be estimated."""
     bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
     keys = ("sigma", "detection_probability", "clutter_density")
     notes = []
     for name in bearing:
         usual = [key for key in keys if filled.sources.get(f"sensors.{name}.{key}") == "default"]
+        own = reports.sigma[reports.sensor == reports.sensors.index(name), 0]
+        if "sigma" in usual and not np.isnan(own).any():
+            usual.remove("sigma")
         if usual:
             notes.append(
                 f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "

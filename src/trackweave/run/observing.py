@@ -145,11 +145,23 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
+    elif _are_bearings(observed) and needs_estimates(configuration, reports.sensors):
+        from trackweave.run.bearings_alone import estimates_of_bearings
+
+        estimates = estimates_of_bearings(reports, configuration, observed, places)
     filled = fill(configuration, estimates, reports.sensors, preset=preset, observed=observed)
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _are_bearings(observed: Mapping[str, ObservedSensor]) -> bool:
+    """Tell whether all sensors measure bearings alone, and where each stands is known."""
+    return all(
+        seen.measurement.is_bearing_only and not isinstance(seen.measurement, ForeignKind)
+        for seen in observed.values()
+    )
 
 
 def _plane_in_words(reports: ReportTable) -> str:

@@ -342,7 +342,7 @@ class MultiHypothesisTracker(ScanByScan):
         initial, families = self._fixed_history.initial_tracks(tree, window)
         if same is not None:
             scan = merged(self._open.remove(same).scan, scan, self._sensors[scan.sensor])
-        self._open.insert(self._preparation.open(scan, tree.dim))
+        self._preparation.put_in(scan, self._open, tree.dim)
         self._report_index.relay(self._open.first_slot, self._open.scans)
         tree = self._planted(initial)
         tree.families = families

@@ -45,6 +45,8 @@ GONE = math.log(1000.0)
 USUAL_MISSES = 5
 """… or of a tracker that decides scan by scan, after so many misses."""
 
+MOST_BEFORE = 500
+"""So many scans of a sensor are known to those that follow, sectors of a turn each by itself."""
 MOST_TURNED = 1.1
 """Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
@@ -104,9 +106,22 @@ class ScanPreparation:
         """Return what each report says for a false alarm that came again [nats]."""
         if sensor.clutter_persistence == 0.0:
             return np.zeros(data.slot.shape[0])
-        before = last_scans(data.time, self._before.get(sensor.name, ()), sensor.scan_period)
-        self._before[sensor.name] = [*before, data]
+        held = self._before.get(sensor.name, [])
+        before = last_scans(data.time, held, sensor.scan_period)
+        # A late scan stands before others, and one of the same time in its place.
+        others = [each for each in held[-MOST_BEFORE:] if each.time != data.time]
+        self._before[sensor.name] = sorted([*others, data], key=lambda each: each.time)
         return repeats(data, before, sensor)
+
+    def put_in(self, late: Scan, window: OpenScans, dim: int) -> None:
+        """Put a late scan into the window; what comes again may come from it."""
+        window.insert(self.open(late, dim))
+        sensor, held = self._sensors[late.sensor], self._before.get(late.sensor, [])
+        for place, known in enumerate(window.scans if held else ()):
+            if known.sensor == late.sensor and known.data.time > late.time:
+                before = last_scans(known.data.time, held, sensor.scan_period)
+                told = repeats(known.data, before, sensor)
+                window.scans[place] = replace(known, repeat=told)
 
     def opened(self, scans: Sequence[Scan], window: OpenScans, dim: int) -> list[OpenScan]:
         """Return the scans of a step opened; none of a single one, or where the first is late."""

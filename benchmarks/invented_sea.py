@@ -1,0 +1,64 @@
+"""Scenes of what false alarms do by themselves: the sea about a radar, and bearings of nobody."""
+
+import numpy as np
+import polars as pl
+from invented_scenes import NOBODY
+
+N_OBJECTS, PERIOD, TURNS = 14, 2.5, 110
+
+
+def unit(degrees: float | np.ndarray) -> np.ndarray:
+    """Return the direction of each azimuth, shape (..., 2)."""
+    return np.stack([np.sin(np.radians(degrees)), np.cos(np.radians(degrees))], axis=-1)
+
+
+def azimuth_of(place: np.ndarray) -> np.ndarray:
+    """Return the azimuth of each place, in degrees."""
+    return np.degrees(np.arctan2(place[..., 0], place[..., 1]))
+
+
+def sea(rng: np.random.Generator) -> pl.DataFrame:
+    """Return what a radar on a coast sees: ships, boats at anchor, and spikes that last."""
+    place = rng.uniform(700, 5000, (N_OBJECTS, 1)) * unit(rng.uniform(190, 350, N_OBJECTS))
+    speed = np.r_[rng.uniform(3, 16, 8), np.zeros(N_OBJECTS - 8)][:, None]
+    way = speed * unit(rng.uniform(0, 360, N_OBJECTS))
+    chance, lasting = rng.uniform(0.7, 0.97, N_OBJECTS), rng.uniform(0.3, 0.5)
+    rows, spikes = [], np.empty((0, 2))
+    for turn in range(TURNS):
+        spikes = spikes[rng.uniform(size=len(spikes)) < lasting]
+        count = rng.poisson(18)
+        reach, towards = 150 + rng.exponential(1200, (count, 1)), rng.normal(270, 35, count)
+        spikes = np.concatenate([spikes, reach * unit(towards)])
+        seen = np.flatnonzero(rng.uniform(size=N_OBJECTS) < chance)
+        names = [*(f"o{number}" for number in seen), *([NOBODY] * len(spikes))]
+        there = np.concatenate([(place + turn * PERIOD * way)[seen], spikes])
+        for name, at in zip(names, there, strict=True):
+            azimuth = (float(azimuth_of(at)) + rng.normal(0, 0.5)) % 360
+            away = float(np.hypot(*at)) + rng.normal(0, 12)
+            rows.append((PERIOD * (turn + azimuth / 360), "coast", away, azimuth, name))
+    return _by_time(rows, ["time", "sensor", "range_m", "azimuth_deg", "target"])
+
+
+def buoys(rng: np.random.Generator) -> pl.DataFrame:
+    """Return the bearings of four stations, of ships and of nobody, a third of them."""
+    stations = 5000.0 * unit(np.array([0, 90, 180, 270]) + rng.normal(0, 10, 4))
+    place, noise = rng.uniform(-4000, 4000, (4, 2)), rng.uniform(0.7, 1.8)
+    way = rng.uniform(1, 7, (4, 1)) * unit(rng.uniform(0, 360, 4))
+    rows = []
+    for second in range(0, 1200, 6):
+        for number, station in enumerate(stations):
+            seen = np.flatnonzero(rng.uniform(size=4) < 0.85)
+            angles = azimuth_of(place[seen] + second * way[seen] - station)
+            angles += rng.normal(0, noise, seen.size)
+            false = rng.uniform(0, 360, rng.poisson(1.7))
+            names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
+            for name, angle in zip(names, [*angles, *false], strict=True):
+                rows.append((second + 1.3 * number, f"b{number}", angle % 360, *station, name))
+    return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
+
+
+def _by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
+    return pl.DataFrame(rows, schema=names, orient="row").sort("time", maintain_order=True)
+
+
+SEA = {"sea": (sea, {"coast": {"position": [0.0, 0.0]}}), "buoys": (buoys, {})}

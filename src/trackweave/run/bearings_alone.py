@@ -1,0 +1,208 @@
+"""What bearings alone tell of their sensors and objects.
+
+No report says where its object is, so that nothing can be read off the reports themselves. A
+stretch of them is tracked under one value after another instead: those are taken under which the
+tracks are the most probable, and then what the tracks themselves tell.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.association.growth_limits import GrowthLimits
+from trackweave.config import Configuration
+from trackweave.config.fill import fill
+from trackweave.config.sensing import ObservedSensor
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.refine import DETECTION_RANGE
+from trackweave.randomness import generator_of
+from trackweave.run.course import course_of
+from trackweave.run.polar_to_cartesian import platforms_of
+from trackweave.run.record import Assigned
+from trackweave.solvers import Auto
+
+__all__ = ["estimates_of_bearings"]
+
+MOST_REPORTS, FEWEST_REPORTS = 1500, 60
+"""So many reports are tracked at most, and fewer tell nothing."""
+SURE_HITS = 12
+# Tracks are looked at after so many steps each.
+TOLD = 5
+# Which sequences are found is chance by so much of the cost of all.
+NEARLY = 0.03
+# Where nearly nothing is known, proofs take time and tell nothing more.
+QUICK, SEED = Auto(evaluations=10_000, branches=0), 1
+PROCESS_NOISES = (1.0, 0.1, 0.01, 0.001)
+SIGMAS_DEG = (0.03, 0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
+USUAL_SPEED, FASTER = 50.0, 4.0
+# Bearings tell of places within so many times the distance of the stations from their middle.
+REACH = 3.0
+# Before anything is known half of what is there comes while it is watched.
+COMING = 0.5
+# What is believed of the chance of detection beforehand, as if seen so often.
+USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
+# Tracks that begin in so much of the time were there before.
+EARLY = 0.15
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tracked:
+    """What came of a stretch under some values."""
+
+    cost: float  # Of all tracks [nats]
+    track: IntArray  # Of each report, -1 for none
+    speed: float  # The usual speed of tracks beyond doubt [m/s]; NaN where there are none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stretch:
+    """Some reports, and what is told of them."""
+
+    reports: ReportTable
+    configuration: Configuration
+    observed: Mapping[str, ObservedSensor]
+    area: float  # From which bearings tell places [m²]
+
+    def tracked(self, estimates: Estimates) -> _Tracked:
+        """Track the stretch as some estimates say."""
+        names = self.reports.sensors
+        settings = fill(self.configuration, estimates, names, observed=self.observed)
+        # Narrow growth takes a seventh of the time, and tells the same.
+        settings = replace(settings, search=QUICK, growth=GrowthLimits(), estimate="best")
+        settings = replace(settings, deadline=None, plots=None)
+        course = course_of(self.reports, settings, {}, None)
+        rng, assigned = generator_of(SEED), Assigned.nothing(len(self.reports))
+        cost: dict[int, float] = {}
+        speeds: list[FloatArray] = []
+        for number, scans in enumerate(course.steps):
+            is_told = number % TOLD == 0 or number == len(course.steps) - 1
+            told = course.take(scans, rng, None, tracks=is_told)
+            assigned.enter(told.final)
+            rows, dim = told.tracks, self.reports.dim
+            cost |= dict(zip(rows.track.tolist(), rows.score.tolist(), strict=True))
+            velocity = rows.mean[rows.hits >= SURE_HITS, dim : 2 * dim]
+            speeds.append(np.linalg.norm(velocity, axis=1))
+        assigned.enter(course.tracker.pending())
+        every = np.concatenate([np.empty(0), *speeds])
+        usual = float(np.median(every)) if every.size else math.nan
+        return _Tracked(sum(cost.values()), assigned.track, usual)
+
+    def counted(self, estimates: Estimates, tracked: _Tracked) -> Estimates:
+        """Return estimates with what tracks tell of how many there are, and how they are seen."""
+        time, index = self.reports.time, self.reports.sensor
+        span = max(float(np.ptp(time)), 1e-9)
+        groups = [np.flatnonzero(tracked.track == each) for each in np.unique(tracked.track)]
+        sure = [rows for rows in groups if rows.size >= SURE_HITS and tracked.track[rows[0]] >= 0]
+        came = sum(time[rows[0]] > time[0] + EARLY * span for rows in sure)
+        present = sum(float(time[rows[-1]] - time[rows[0]]) for rows in sure) / span
+        sensors = {}
+        for number, name in enumerate(self.reports.sensors):
+            own = index == number
+            seen = [time[rows[own[rows]]] for rows in sure]
+            left = int(np.count_nonzero(own & (tracked.track < 0)))
+            sensors[name] = _seen(estimates.sensors[name], np.unique(time[own]), seen, left)
+        speed = FASTER * tracked.speed if tracked.speed > 0.0 else USUAL_SPEED
+        n_scans = max(span / _period(self.observed), 1.0)
+        return replace(
+            estimates,
+            sensors=sensors,
+            max_speed=bounded(min(speed, USUAL_SPEED)),
+            new_target_density=bounded((came + 0.5) / (self.area * n_scans), 1e-30),
+            initial_target_density=bounded(max(present, 0.5) / self.area, 1e-30),
+        )
+
+
+def estimates_of_bearings(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, Sequence[float]],
+) -> Estimates | None:
+    """Return estimates of sensors that measure bearings alone; None where they are too few."""
+    # ``places`` are where sensors are said to stand [m]; rows that say it come first.
+    stations = platforms_of(reports, places)[:, :2]
+    apart = float(np.linalg.norm(stations - stations.mean(axis=0), axis=1).max())
+    is_enough = len(reports) >= FEWEST_REPORTS and len(reports.sensors) > 1
+    if not is_enough or reports.dim != 2 or apart <= 0.0:
+        return None
+    skip = max(0, (len(reports) - MOST_REPORTS) // 2)
+    part = reports.part(np.arange(skip, min(len(reports), skip + MOST_REPORTS)))
+    stretch = _Stretch(part, configuration, observed, math.pi * (REACH * apart) ** 2)
+    estimates = _first(stretch)
+    tried = [estimates]
+    if _tells_no_sigma(reports, configuration):
+        tried = [_with_sigma(estimates, sigma) for sigma in SIGMAS_DEG]
+    estimates = stretch.counted(*_likeliest(stretch, tried))
+    if configuration.said("motion", "process_noise") is None:
+        tried = [replace(estimates, process_noise=value) for value in PROCESS_NOISES]
+        return stretch.counted(*_likeliest(stretch, tried))
+    return stretch.counted(estimates, stretch.tracked(estimates))
+
+
+def _likeliest(stretch: _Stretch, tried: Sequence[Estimates]) -> tuple[Estimates, _Tracked]:
+    """Return of some estimates the last under which the tracks are nearly the most probable."""
+    found = [(estimates, stretch.tracked(estimates)) for estimates in tried]
+    least = min(tracked.cost for _, tracked in found)
+    return [each for each in found if each[1].cost <= least + NEARLY * abs(least)][-1]
+
+
+def _first(stretch: _Stretch) -> Estimates:
+    """Return what is believed before anything is known."""
+    reports, observed = stretch.reports, stretch.observed
+    looks = np.unique(np.stack([reports.time, reports.sensor]), axis=1).shape[1]
+    present = len(reports) / looks / stretch.area
+    n_scans = max(float(np.ptp(reports.time)) / _period(observed), 1.0)
+    sensors = {
+        name: SensorEstimate(
+            scan_period=observed[name].scan_period,
+            # Of rows that tell their own, no other is wanted.
+            sigma=1.0,
+            detection_probability=USUAL_DETECTION,
+            clutter_density=0.1 * observed[name].reports_per_scan / observed[name].extent,
+            covered=observed[name].extent,
+            n_objects=1.0,
+        )
+        for name in reports.sensors
+    }
+    return Estimates(sensors, 1.0, USUAL_SPEED, COMING * present / n_scans, present)
+
+
+def _with_sigma(estimates: Estimates, sigma_deg: float) -> Estimates:
+    """Return estimates with the noise of all bearings [degrees]."""
+    sigma = (digits(math.radians(sigma_deg)),)
+    sensors = {name: replace(each, sigma=sigma) for name, each in estimates.sensors.items()}
+    return replace(estimates, sensors=sensors)
+
+
+def _tells_no_sigma(reports: ReportTable, configuration: Configuration) -> bool:
+    """Tell whether neither rows nor file say how noisy bearings are."""
+    told = ["sigma" in configuration.sensor(name) for name in reports.sensors]
+    return bool(np.isnan(reports.sigma[:, 0]).all()) and not any(told)
+
+
+def _period(observed: Mapping[str, ObservedSensor]) -> float:
+    """Return the time from scan to scan by which objects come [s], as a tracker takes it."""
+    known = [seen.scan_period for seen in observed.values() if seen.scan_period is not None]
+    return max(known, default=1.0)
+
+
+def _seen(
+    sensor: SensorEstimate, looks: FloatArray, seen: Sequence[FloatArray], left: int
+) -> SensorEstimate:
+    """Return a sensor as tracks tell of it: ``seen`` are the times of each, ``left`` is left."""
+    clutter = digits((left + 0.5) / looks.size / sensor.covered)
+    if sensor.scan_period is None:
+        # A lone report tells nothing of whom it is not of.
+        return replace(sensor, clutter_density=clutter)
+    hits, chances = USUAL_DETECTION * USUAL_CHANCES, USUAL_CHANCES
+    for times in seen:
+        if times.size > 1:
+            ends = np.searchsorted(looks, times[[0, -1]])
+            chances += int(ends[1] - ends[0])
+            hits += np.unique(times).size - 1
+    share = digits(float(np.clip(hits / chances, *DETECTION_RANGE)))
+    return replace(sensor, clutter_density=clutter, detection_probability=share)
