@@ -57,7 +57,7 @@ def with_components(
             own = _rows_of(reports, tracks, index)
             is_curved = len(ranging) > 1 or _most_turn(reports, own)
             beside = _beside_curves if is_curved else _beside_lines
-            most = NOISIEST if sensors[name].clutter_persistence > 0.0 else np.inf
+            most = NOISIEST if sensors[name].clutter_persistence > 0.0 else None
             noise = _component_noise(reports, own, place, beside, most)
             if noise is not None:
                 sigma, of_most, across = noise
@@ -103,11 +103,11 @@ def _component_noise(
     tracks: list[IntArray],
     place: Sequence[float],
     beside: _Beside,
-    most: float,
+    most: float | None,
 ) -> tuple[tuple[float, ...], tuple[float, ...], float] | None:
     """Return what is left of each component beside the tracks, over all and in most of them."""
-    # And what is left across the line of sight however near objects are [m]. A track is noisier
-    # ``most`` times than most tracks are, at most.
+    # And what is left across the line of sight however near objects are [m]. A track counts as
+    # ``most`` times as noisy as most tracks at most; None for as noisy as it is.
     parts, distance = [], []
     for rows in tracks:
         expected, known, usable = beside(reports.time[rows], reports.measurement[rows])
@@ -127,7 +127,7 @@ def _component_noise(
         column[order][np.searchsorted(np.cumsum(count[order]), count.sum() / 2)]
         for column, order in zip(spread.T, np.argsort(spread, axis=0).T, strict=True)
     ]
-    whole = np.minimum(spread, most * np.array(middle))
+    whole = spread if most is None else np.minimum(spread, most * np.array(middle))
     usual = np.sqrt(np.average(whole**2, axis=0, weights=count))
     found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
     return next(found), next(found), across_of(np.array(distance), spread[:, 1], count)

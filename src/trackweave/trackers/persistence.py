@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.association._nodes import ScanInput
@@ -46,6 +45,9 @@ def repeats(scan: ScanInput, before: Sequence[ScanInput], sensor: Sensor) -> Flo
     count = scan.slot.shape[0]
     if not count or not before or not scan.is_located:
         return np.zeros(count)
+    # Sensors without such false alarms need not wait for the import.
+    from scipy.spatial import KDTree
+
     place, spread, moment = (
         np.concatenate([getattr(each, name) for each in before])
         for name in ("position", "position_covariance", "moment")
