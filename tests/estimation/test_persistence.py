@@ -45,7 +45,9 @@ def test_the_chance_is_found_beside_what_stands(chance):
     places = lasting(np.random.default_rng(1), lambda rng: rng.geometric(1 - chance), stands=8)
     found = persistence(places)
     assert found.sensors[NAME].clutter_persistence == pytest.approx(chance, abs=0.08)
-    assert "come again at their place" in notes_on_persistence(found)[0]
+    assert "come again at their place" in notes_on_persistence(found, {})[0]
+    assert notes_on_persistence(found, {NAME: chance}) == []
+    assert "is told as 0.9, but" in notes_on_persistence(found, {NAME: 0.9})[0]
 
 
 @pytest.mark.parametrize(
@@ -61,7 +63,7 @@ def test_the_chance_is_found_beside_what_stands(chance):
 def test_nothing_is_found_where_none_comes_again(lives, stands):
     found = persistence(lasting(np.random.default_rng(2), lives, stands=stands))
     assert found.sensors[NAME].clutter_persistence == 0.0
-    assert notes_on_persistence(found) == []
+    assert notes_on_persistence(found, {}) == []
 
 
 def test_few_scans_or_reports_tell_nothing():

@@ -33,6 +33,20 @@ def test_repeats_are_what_the_scan_before_adds_to_the_density():
         assert value == pytest.approx(np.log1p(0.5 * bells.sum() / 1e-6), rel=1e-6, abs=1e-9)
 
 
+def test_what_is_strong_again_proves_nothing_by_it():
+    model = tw.StrengthModel(20.0, 3.0, 10.0, 3.0)
+    loud = replace(RADAR, strength=model)
+
+    def seen(time, strength):
+        scan = tw.Scan(time, "radar", [[0.0, 0.0]], strength=[strength])
+        return scan_input(scan, loud, 0.0, Context(MOTION, 2, 0, -1, 1, None, 2.0))[0]
+
+    weak, strong = (repeats(seen(2.0, each), [seen(0.0, each)], loud)[0] for each in (5.0, 20.0))
+    evidence = float(model.evidence(np.array([20.0]))[0])
+    assert weak == repeats(data(RADAR, 2.0, [[0.0, 0.0]]), [data(RADAR, 0.0, [[0.0, 0.0]])], RADAR)
+    assert strong == pytest.approx(weak + evidence, rel=1e-3)
+
+
 def test_only_the_scan_before_counts():
     places = [[0.0, 0.0]]
     now = data(RADAR, 2.0, places)

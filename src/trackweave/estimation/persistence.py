@@ -7,6 +7,7 @@ hardly any lasts so long. Objects that move are left out beforehand, and what is
 blinks, does not fall off so fast.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,8 @@ REACH = 3.5
 """Reports of one place are no farther apart."""
 LAGS = (8, 11, 14, 17, 20)
 """Scans so far apart have no false alarm in common."""
+UNLIKE = 0.2
+"""What is told and what is seen may differ by so much."""
 LEAST_SHARE, MOST = 0.15, 0.6
 """So many come again at least, and of these so many once more at most."""
 
@@ -52,15 +55,22 @@ def with_persistence(estimates: Estimates, reports: ReportTable, followed: Follo
     return replace(estimates, sensors=sensors)
 
 
-def notes_on_persistence(estimates: Estimates) -> list[str]:
-    """Return a sentence on each sensor whose false alarms come again."""
-    return [
-        f"sensor {name}: {sensor.clutter_persistence:.0%} of its false alarms come again at their "
-        "place in the next scan, as those of the sea do (clutter_persistence); what stands is a "
-        "track only where that does not explain it as well"
-        for name, sensor in estimates.sensors.items()
-        if sensor.clutter_persistence > 0.0
-    ]
+def notes_on_persistence(estimates: Estimates, told: Mapping[str, float | None]) -> list[str]:
+    """Return a sentence on each sensor whose false alarms come again, unless that is told."""
+    # ``told`` is its persistence by the sensor's name, None where nobody says it.
+    notes = []
+    for name, sensor in estimates.sensors.items():
+        seen, said = sensor.clutter_persistence, told.get(name)
+        if seen == 0.0 or (said is not None and abs(said - seen) < UNLIKE):
+            continue
+        again = f"{seen:.0%} of its false alarms come again at their place in the next scan"
+        notes.append(
+            f"sensor {name}: {again}, as those of the sea do (clutter_persistence); what stands "
+            "is a track only where that does not explain it as well"
+            if said is None
+            else f"sensor {name}: clutter_persistence is told as {said:g}, but {again}"
+        )
+    return notes
 
 
 def _moves(place: FloatArray, sigma: float) -> bool:

@@ -41,6 +41,12 @@ SIGMAS_DEG = (0.03, 0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 USUAL_SPEED, FASTER = 50.0, 4.0
 # Bearings tell of places within so many times the distance of the stations from their middle.
 REACH = 3.0
+SAID = (
+    "bearings alone: what is left out is estimated by tracking a stretch under one value after "
+    f"another, a noise of {SIGMAS_DEG[0]:g}° to {SIGMAS_DEG[-1]:g}° where rows tell none, a "
+    f"process noise of {PROCESS_NOISES[-1]:g} to {PROCESS_NOISES[0]:g} m²/s³, and speeds up to "
+    f"{USUAL_SPEED:g} m/s; give sigma, process_noise and max_speed where they are beyond that"
+)
 # Before anything is known half of what is there comes while it is watched.
 COMING = 0.5
 # What is believed of the chance of detection beforehand, as if seen so often.
@@ -139,8 +145,13 @@ def estimates_of_bearings(
     estimates = stretch.counted(*_likeliest(stretch, tried))
     if configuration.said("motion", "process_noise") is None:
         tried = [replace(estimates, process_noise=value) for value in PROCESS_NOISES]
-        return stretch.counted(*_likeliest(stretch, tried))
-    return stretch.counted(estimates, stretch.tracked(estimates))
+        estimates, tracked = _likeliest(stretch, tried)
+    else:
+        tracked = stretch.tracked(estimates)
+    if math.isnan(tracked.speed):
+        # Without tracks nothing is known.
+        return None
+    return replace(stretch.counted(estimates, tracked), notes=(SAID,))
 
 
 def _likeliest(stretch: _Stretch, tried: Sequence[Estimates]) -> tuple[Estimates, _Tracked]:

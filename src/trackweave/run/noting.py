@@ -89,6 +89,12 @@ def _notes_on_bearings(
                 f"sensor {name}: its bearings alone do not tell {', '.join(usual)}; usual values "
                 "stand in, which may be far off: better give them"
             )
+    if len(bearing) == len(observed) == 2:
+        notes.append(
+            f"sensors {' and '.join(bearing)}: the bearings of two sensors cross for every pair "
+            "of objects, and two may be taken for such ghosts of theirs; a third sensor tells "
+            "them apart"
+        )
     if bearing and len(observed) == 1:
         notes.append(
             f"sensor {bearing[0]}: one sensor's bearings do not tell where objects are; no track "

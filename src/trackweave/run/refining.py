@@ -130,7 +130,8 @@ def estimates_for(
             estimates = with_axes(estimates, stretch, followed)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
-    said = *estimates.notes, *notes_on_persistence(estimates)
+    persistence = {name: configuration.sensor(name).get("clutter_persistence") for name in names}
+    said = *estimates.notes, *notes_on_persistence(estimates, persistence)
     estimates = replace(estimates, notes=said)
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)

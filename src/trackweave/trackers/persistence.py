@@ -61,8 +61,10 @@ def repeats(scan: ScanInput, before: Sequence[ScanInput], sensor: Sensor) -> Flo
     if sensor.scan_period is not None:
         waited = (scan.moment[:, None] - moment[at]) / sensor.scan_period
         density[(waited < SOONEST) | (waited > LATEST)] = 0.0
-    again = sensor.clutter_persistence * density.sum(axis=1) * np.exp(scan.log_begin)
     volume = scan.measurement[:, 0] if sensor.measurement.has_range else np.ones(count)
-    usual = sensor.clutter_density * sensor.false_alarms(scan.position[:, :2], volume)
-    repeat: FloatArray = np.log1p(again / usual)
+    gathered = sensor.false_alarms(scan.position[:, :2], volume)
+    # What is the same false alarm is as strong again: its strength says nothing a second time.
+    strong = np.maximum(scan.evidence + np.log(gathered), 0.0)
+    again = sensor.clutter_persistence * density.sum(axis=1) * np.exp(scan.log_begin + strong)
+    repeat: FloatArray = np.log1p(again / (sensor.clutter_density * gathered))
     return repeat
