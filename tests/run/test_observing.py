@@ -181,7 +181,9 @@ def test_says_nothing_of_bearings_whose_sensor_is_known() -> None:
     }  # fmt: skip
     elsewhere = {"default": known, "B": {"position": [1000.0, 0.0]}}
     settings, _ = settle(table(bearings), load_configuration({"sensors": elsewhere}))
-    assert not any("bearings" in note for note in settings.notes)
+    assert not any("do not tell" in note for note in settings.notes)
+    # What is told does not tell ghosts apart.
+    assert any("may be taken for such ghosts" in note for note in settings.notes)
     settings, _ = settle(table(bearings), load_configuration({"sensors": {"default": known}}))
     assert any("cross nowhere" in note for note in settings.notes)
 
