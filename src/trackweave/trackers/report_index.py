@@ -68,6 +68,8 @@ class ReportIndex:
 
     def repeated(self, slot: IntArray) -> FloatArray:
         """Return what each column of slots says for false alarms that came again; -1 for none."""
+        if not self.repeat.any():
+            return np.zeros(slot.shape[1])
         row = np.maximum(slot - self.origin, 0)
         said: FloatArray = np.where(slot >= 0, self.repeat[row], 0.0).sum(axis=0)
         return said

@@ -233,6 +233,8 @@ def _proven(
 ) -> FloatArray:
     """Return how probably what sequences take is no false alarm that came again and again."""
     doubt = tree.families.doubt[chosen.family] + slots.repeated(chosen.slot)
+    if not doubt.any():
+        return np.ones(leaf.shape[0])
     evidence = -(tree.families.score[chosen.family] + tree.nodes.cost[leaf])
     return np.where(doubt > 0.0, expit(evidence - doubt), 1.0)
 
