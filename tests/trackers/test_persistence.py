@@ -61,15 +61,16 @@ def test_only_the_scan_before_counts():
 
 
 def followed(sensor, hits, place=lambda scan: (100.0, 50.0)):
-    """Track one thing that is reported at some scans; return the tracker and the last rows."""
+    """Track one thing that is reported at some scans; return what is doubted, and all rows."""
     rng = np.random.default_rng(3)
     tracker = tw.MultiHypothesisTracker(motion=MOTION, sensors=[sensor], lifecycle=LIFECYCLE)
-    shown = []
+    shown, doubts = [], {}
     for scan, is_hit in enumerate(hits):
         at = np.array([place(scan)]) + rng.normal(0, 5.0, (1, 2))
         at = at if is_hit else np.empty((0, 2))
         shown.append(tracker.step(tw.Scan(2.0 * scan, "radar", at)).tracks)
-    return tracker, shown
+        doubts |= tracker.doubts
+    return doubts, shown
 
 
 def ever_confirmed(shown):
@@ -78,19 +79,19 @@ def ever_confirmed(shown):
 
 def test_a_false_alarm_that_comes_some_times_is_no_confirmed_track():
     burst = [True] * 5 + [False] * 5
-    tracker, shown = followed(RADAR, burst)
+    doubts, shown = followed(RADAR, burst)
     assert not ever_confirmed(shown)
-    assert tracker.doubted
+    assert any(doubts.values())
     # Who counts each false alarm for itself takes the five for an object.
-    tracker, shown = followed(replace(RADAR, clutter_persistence=0.0), burst)
+    doubts, shown = followed(replace(RADAR, clutter_persistence=0.0), burst)
     assert ever_confirmed(shown)
-    assert not tracker.doubted
+    assert not any(doubts.values())
 
 
 def test_what_stands_for_long_is_proven_in_the_end():
-    tracker, shown = followed(RADAR, [True] * 40)
+    doubts, shown = followed(RADAR, [True] * 40)
     assert ever_confirmed(shown)
-    assert not tracker.doubted
+    assert not any(doubts.values())
     assert shown[-1].existence[-1] > 0.9
 
 
@@ -113,6 +114,19 @@ def test_a_late_scan_is_told_as_if_it_had_come_in_time():
         tracker = tw.MultiHypothesisTracker(motion=MOTION, sensors=[RADAR], lifecycle=LIFECYCLE)
         for scan in order:
             rows = tracker.step(scan).tracks
-        told.append((rows.existence, tracker.doubted))
+        told.append((rows.existence, tracker.doubts))
     np.testing.assert_allclose(told[0][0], told[1][0], rtol=1e-9)
     assert told[0][1] == told[1][1]
+
+
+def test_what_is_over_is_not_remembered_for_ever():
+    tracker = tw.MultiHypothesisTracker(motion=MOTION, sensors=[RADAR], lifecycle=LIFECYCLE)
+    doubts, most = {}, 0
+    for scan in range(1200):
+        # Each ten scans another false alarm comes five times.
+        at = [[1000.0 * (scan // 10), 0.0]] if scan % 10 < 5 else np.empty((0, 2))
+        tracker.step(tw.Scan(2.0 * scan, "radar", at))
+        doubts |= tracker.doubts
+        most = max(most, len(tracker.doubts))
+    assert sum(doubts.values()) >= 100
+    assert most <= 60

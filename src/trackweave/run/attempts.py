@@ -34,6 +34,7 @@ class _Run:
         self._rows, self._log = Rows(attempt.settings.period), ScanLog()
         self._assigned = Assigned.nothing(len(attempt.table))
         self._confirmed: set[int] = set()
+        self._doubts: dict[int, bool] = {}
         self._n_done = 0
 
     def go(
@@ -78,6 +79,7 @@ class _Run:
             if wanted:
                 self._rows.add(hypothesis.tracks, hypothesis.time)
             assigned.enter(hypothesis.final)
+            self._doubts |= course.tracker.doubts
             if is_nearest:
                 shown = hypothesis.tracks
                 self._confirmed |= set(shown.track[shown.status != TENTATIVE].tolist())
@@ -86,7 +88,7 @@ class _Run:
             if doubts.contradict(table, settings, assigned.track):
                 return None
         assigned.enter(course.tracker.pending())
-        assigned.drop(course.tracker.doubted)
+        assigned.drop_doubted(self._doubts)
         if doubts.contradict(table, settings, assigned.track, at_end=True):
             return None
         if is_nearest:

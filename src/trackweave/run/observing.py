@@ -157,7 +157,7 @@ def settle(
 
 
 def _are_bearings(observed: Mapping[str, ObservedSensor]) -> bool:
-    """Tell whether all sensors measure bearings alone, and where each stands is known."""
+    """Tell whether all sensors measure bearings alone."""
     return all(
         seen.measurement.is_bearing_only and not isinstance(seen.measurement, ForeignKind)
         for seen in observed.values()

@@ -117,6 +117,10 @@ class Assigned:
         """Make false alarms of the reports of tracks that are not among those known."""
         self.drop([track for track in np.unique(self.track).tolist() if track not in known])
 
+    def drop_doubted(self, doubts: Mapping[int, bool]) -> None:
+        """Make false alarms of the reports of tracks that were in doubt to their end."""
+        self.drop([track for track, is_doubted in doubts.items() if is_doubted])
+
     def drop(self, tracks: Collection[int]) -> None:
         """Make false alarms of the reports of some tracks."""
         dropped = np.isin(self.track, np.fromiter(tracks, dtype=np.int64))

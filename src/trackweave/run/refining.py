@@ -340,10 +340,12 @@ def _follow(
         max_ahead=None,
     )
     rng, assigned = np.random.default_rng(SEED), Assigned.nothing(len(reports))
+    doubts: dict[int, bool] = {}
     for step in swept_together(scans, rotations):
         assigned.enter(tracker.step(step, rng=rng, tracks=False).final)
+        doubts |= tracker.doubts
     assigned.enter(tracker.pending())
-    assigned.drop(tracker.doubted)
+    assigned.drop_doubted(doubts)
     looks: dict[str, list[float]] = {name: [] for name in reports.sensors}
     for scan in scans:
         if scan.sensor not in rotations:

@@ -33,8 +33,8 @@ class ScanTracker(Protocol):
     """Turns scans into tracks: ``MultiHypothesisTracker`` or another."""
 
     @property
-    def doubted(self) -> frozenset[int]:
-        """Tracks that may as well be false alarms that came again."""
+    def doubts(self) -> dict[int, bool]:
+        """Whether live tracks may as well be false alarms that came again."""
         ...
 
     def step(

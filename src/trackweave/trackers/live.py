@@ -64,9 +64,12 @@ class LiveTracker(Saved, ABC):
         return copy.deepcopy(self, {id(setting): setting for setting in known})
 
     @property
-    def doubted(self) -> frozenset[int]:
-        """Tracks of which it was never probable that they are no false alarms that come again."""
-        return frozenset()
+    def doubts(self) -> dict[int, bool]:
+        """Whether live tracks may as well be false alarms that came again, by name.
+
+        Those of which it was never so are left out; what was last said of a track stays so.
+        """
+        return {}
 
     @abstractmethod
     def pending(self) -> Assignments:

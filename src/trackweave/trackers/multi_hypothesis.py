@@ -179,9 +179,9 @@ class MultiHypothesisTracker(ScanByScan):
         return self._report_index.assignments(self._open.first_slot, self._open.end_slot)
 
     @property
-    def doubted(self) -> frozenset[int]:
-        """Tracks that may as well be false alarms that came again, see ``Sensor``."""
-        return frozenset(self._manager.doubted)
+    def doubts(self) -> dict[int, bool]:
+        """Whether live tracks may as well be false alarms that came again; see `LiveTracker`."""
+        return self._manager.doubts.copy()
 
     def clusters(self) -> Clusters:
         """Return what competes for reports in the window after the last scan."""

@@ -70,19 +70,18 @@ class TrackManager:
         """The name of the next track."""
         self._dropped: set[int] = set()
         """Names that no sequence has had since the window moved."""
-        self.doubted: set[int] = set()
-        """Names of tracks that were never more than false alarms that came again."""
+        self.doubts: dict[int, bool] = {}
+        """Of live tracks, whether they may as well be false alarms that came again; those of which
+        it was never so are left out."""
 
     def __getstate__(self) -> dict[str, Any]:
         # A shallow copy is independent: records are replaced, never changed.
         own = {"_records": self._records.copy(), "_dropped": self._dropped.copy()}
-        return {**self.__dict__, **own, "doubted": self.doubted.copy()}
+        return {**self.__dict__, **own, "doubts": self.doubts.copy()}
 
     def anew(self) -> "TrackManager":
-        """Return one that knows which names were used, and of which tracks is doubted."""
-        manager = TrackManager(self._lifecycle, self.next_track)
-        manager.doubted = self.doubted
-        return manager
+        """Return one that knows which names were used."""
+        return TrackManager(self._lifecycle, self.next_track)
 
     def begin(self, priors: TrackTable) -> None:
         """Enter tracks known beforehand, as confirmed."""
@@ -164,6 +163,10 @@ class TrackManager:
         for number in self._dropped - live:
             self._records.pop(number, None)
         self._dropped.clear()
+        if self.doubts:
+            self.doubts = {
+                each: is_so for each, is_so in self.doubts.items() if each in self._records
+            }
         return tuple(lost)
 
     def _name(self, tree: AssociationTree, chosen: Chosen, slots: ReportIndex) -> IntArray:
@@ -202,10 +205,11 @@ class TrackManager:
             if record.confirmed:
                 continue
             if real[index] < self._lifecycle.confirm_probability:
-                self.doubted.add(names[index])
+                self.doubts[names[index]] = True
             elif self._confirms(record, tree, (chosen, index), beliefs):
                 records[index] = self._records[names[index]] = replace(record, confirmed=True)
-                self.doubted.discard(names[index])
+                if self.doubts or real[index] < 1.0:
+                    self.doubts[names[index]] = False
         confirmed = np.zeros(tree.n_families, dtype=np.bool_)
         confirmed[chosen.family] = [record.confirmed for record in records]
         tree.families = tree.families._replace(confirmed=confirmed)

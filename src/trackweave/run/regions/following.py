@@ -60,6 +60,7 @@ def follow(part: Part) -> Followed:
     course = part.course
     rows, log = Rows(part.period), ScanLog()
     assigned, own = Assigned.nothing(part.is_own.size), list[Owned]()
+    doubts: dict[int, bool] = {}
     tracker = cast("MultiHypothesisTracker", course.tracker)
     after = [*part.ends[1:], None]
     steps = zip(course.steps, part.passed, part.ends, after, strict=True)
@@ -80,8 +81,9 @@ def follow(part: Part) -> Followed:
         if wanted:
             rows.add(hypothesis.tracks, hypothesis.time)
         assigned.enter(hypothesis.final)
+        doubts |= tracker.doubts
     assigned.enter(course.tracker.pending())
-    assigned.drop(course.tracker.doubted)
+    assigned.drop_doubted(doubts)
     cpu = clock.process_time() - begin
     return Followed(rows.table(part.dim), log, assigned, own, cpu)
 
