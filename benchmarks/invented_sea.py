@@ -57,8 +57,30 @@ def buoys(rng: np.random.Generator) -> pl.DataFrame:
     return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
 
 
+def stations(rng: np.random.Generator) -> pl.DataFrame:
+    """Return the bearings of three stations 150 km apart, of aircraft and of nobody."""
+    places = np.array([[0.0, 0.0], [150e3, 10e3], [70e3, 120e3]])
+    place, noise = rng.uniform(0, 150e3, (6, 2)), rng.uniform(0.05, 0.3)
+    way = rng.uniform(150, 250, (6, 1)) * unit(rng.uniform(0, 360, 6))
+    rows = []
+    for second in range(0, 360, 5):
+        for number, station in enumerate(places):
+            seen = np.flatnonzero(rng.uniform(size=6) < 0.9)
+            angles = azimuth_of(place[seen] + second * way[seen] - station)
+            angles += rng.normal(0, noise, seen.size)
+            false = rng.uniform(0, 360, rng.poisson(1.0))
+            names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
+            for name, angle in zip(names, [*angles, *false], strict=True):
+                rows.append((float(second), f"s{number}", angle % 360, *station, name))
+    return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
+
+
 def _by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=names, orient="row").sort("time", maintain_order=True)
 
 
-SEA = {"sea": (sea, {"coast": {"position": [0.0, 0.0]}}), "buoys": (buoys, {})}
+SEA = {
+    "sea": (sea, {"coast": {"position": [0.0, 0.0]}}),
+    "buoys": (buoys, {}),
+    "stations": (stations, {}),
+}

@@ -13,13 +13,17 @@ STATIONS = np.array([[-3000.0, -2000.0], [4000.0, -2500.0], [500.0, 4500.0]])
 SIGMA = 0.5  # Degrees
 
 
-def bearings(seed: int, *, seconds: int = 60, sigma: float = SIGMA) -> tuple[pl.DataFrame, Any]:
+def bearings(
+    seed: int, *, seconds: int = 60, sigma: float = SIGMA, scale: float = 1.0, period: float = 1.0
+) -> tuple[pl.DataFrame, Any]:
     """Return what three stations report of three objects and of nobody, and whose each is."""
+    # Everything is ``scale`` times as far away, and looked at every ``period`` seconds.
     rng = np.random.default_rng(seed)
-    place, velocity = rng.uniform(-2500, 2500, (3, 2)), rng.normal(0, 12, (3, 2))
+    place, velocity = scale * rng.uniform(-2500, 2500, (3, 2)), rng.normal(0, 12, (3, 2))
+    velocity *= scale / period
     rows, whose = [], []
-    for second in range(seconds):
-        for number, station in enumerate(STATIONS):
+    for second in period * np.arange(seconds):
+        for number, station in enumerate(scale * STATIONS):
             east, north = (place + second * velocity - station).T
             seen = np.flatnonzero(rng.uniform(size=3) < 0.9)
             angles = np.degrees(np.arctan2(east, north))[seen] + rng.normal(0, sigma, seen.size)
@@ -87,3 +91,42 @@ def test_too_little_tells_nothing_and_says_so(some):
     result = tw.track(some(bearings(4, seconds=30)[0]))
     assert result.run["sources"]["motion.process_noise"] == "default"
     assert any("do not tell sigma" in note for note in result.run["notes"])
+
+
+def test_objects_are_found_however_far():
+    # Stations 190 km apart.
+    reports, whose = bearings(1, scale=40.0, period=3.0)
+    result = tw.track(reports)
+    assert quality(result, whose) > 0.85
+    view = result.run["configuration"]["sensors"]["s0"]["field_of_view"]
+    assert view["max_range_m"] > 150_000
+    assert any("objects are looked for up to" in note for note in result.run["notes"])
+
+
+def test_objects_are_found_however_fast():
+    reports, whose = bearings(2, scale=12.0, period=0.4, sigma=0.1)
+    result = tw.track(reports)
+    assert quality(result, whose) > 0.85
+    assert result.run["configuration"]["motion"]["max_speed"] > 200
+
+
+@pytest.mark.parametrize("times", [0.1, 10.0])
+def test_noise_that_is_told_far_off_is_not_used(times):
+    reports, whose = bearings(2)
+    told = {"sensors": {f"s{n}": {"sigma": {"bearing_deg": times * SIGMA}} for n in range(3)}}
+    result = tw.track(reports, told)
+    assert quality(result, whose) > 0.85
+    used = result.run["configuration"]["sensors"]["s0"]["sigma"]["bearing_deg"]
+    assert 0.4 <= used / SIGMA <= 2.5
+    assert result.run["sources"]["sensors.s0.sigma"] == "estimated"
+    (judged,) = [each for each in result.run["told"] if each["key"] == "sensors.s0.sigma"]
+    assert judged == {
+        "key": "sensors.s0.sigma",
+        "told": {"bearing_deg": times * SIGMA},
+        "learned": {"bearing_deg": used},
+        "used": {"bearing_deg": used},
+    }
+    assert any("sigma is told as" in note and "is used" in note for note in result.run["notes"])
+    trusted = {name: {**each, "trust": ["sigma"]} for name, each in told["sensors"].items()}
+    kept = tw.track(reports, {"sensors": trusted}).run["configuration"]["sensors"]["s0"]["sigma"]
+    assert kept == {"bearing_deg": times * SIGMA}

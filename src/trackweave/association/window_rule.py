@@ -28,7 +28,15 @@ from trackweave.models.foreign_motion import AnyMotion, ForeignMotion
 from trackweave.models.measurements import to_position
 from trackweave.models.sensors import Sensor
 
-__all__ = ["Context", "coverage_of", "scan_input", "swept", "window_rule", "without_reports"]
+__all__ = [
+    "FARTHEST",
+    "Context",
+    "coverage_of",
+    "scan_input",
+    "swept",
+    "window_rule",
+    "without_reports",
+]
 
 GATE_PROBABILITY = 0.9997
 """How many of an object's own reports the gate lets through."""

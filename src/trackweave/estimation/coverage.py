@@ -10,7 +10,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.models._kernels import is_covered
 from trackweave.models.coverage import Coverage, FieldOfView
 
-__all__ = ["covered", "fields_of_view", "in_view"]
+__all__ = ["covered", "fields_of_view", "in_view", "reach_of_bearings"]
 
 # Silence tells of an edge where so many of others' reports lie beyond it, and so many of the
 # sensor's own would if it saw there as it does inside.
@@ -22,6 +22,8 @@ LONE, LONE_SHARE, APART = 3, 0.002, 1.2
 RANGE_MARGIN, HULL_MARGIN, ANGLE_MARGIN = 0.01, 0.05, np.radians(2.0)
 NARROWEST_GAP = np.radians(30.0)
 DIGITS = 5
+# Bearings tell of places within so many times the distance of the stations from their middle.
+REACH = 3.0
 
 
 def covered(place: FloatArray, platform: FloatArray, view: Coverage) -> NDArray[np.bool_]:
@@ -46,6 +48,12 @@ def in_view(
     if reports.platform is not None:
         platform = at_looks(np.flatnonzero(reports.sensor == sensor), reports.platform)
     return covered(at_looks(track, reports.measurement), platform, coverage)
+
+
+def reach_of_bearings(platform: FloatArray) -> float:
+    """Return how far from stations, x, y first [m], bearings alone tell of places [m]."""
+    apart = np.linalg.norm(platform[:, :2] - platform[:, :2].mean(axis=0), axis=1)
+    return float(f"{REACH * float(apart.max()):.{DIGITS}g}")
 
 
 def fields_of_view(

@@ -17,18 +17,20 @@ from trackweave.config import Configuration
 from trackweave.config.fill import fill
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.coverage import reach_of_bearings
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.refine import DETECTION_RANGE
 from trackweave.randomness import generator_of
 from trackweave.run.course import course_of
+from trackweave.run.noise_check import scaled
 from trackweave.run.polar_to_cartesian import platforms_of
 from trackweave.run.record import Assigned
 from trackweave.solvers import Auto
 
-__all__ = ["estimates_of_bearings"]
+__all__ = ["estimates_of_bearings", "likelier_noise"]
 
-MOST_REPORTS, FEWEST_REPORTS = 1500, 60
-"""So many reports are tracked at most, and fewer tell nothing."""
+MOST_REPORTS, MOST_JUDGED, FEWEST_REPORTS = 1500, 600, 60
+"""So many reports are tracked at most, to judge what is told, and fewer tell nothing."""
 SURE_HITS = 12
 # Tracks are looked at after so many steps each.
 TOLD = 5
@@ -38,15 +40,17 @@ NEARLY = 0.03
 QUICK, SEED = Auto(evaluations=10_000, branches=0), 1
 PROCESS_NOISES = (1.0, 0.1, 0.01, 0.001)
 SIGMAS_DEG = (0.03, 0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
-USUAL_SPEED, FASTER = 50.0, 4.0
-# Bearings tell of places within so many times the distance of the stations from their middle.
-REACH = 3.0
+SPEEDS, FASTER = (50.0, 350.0, 2500.0), 4.0
 SAID = (
     "bearings alone: what is left out is estimated by tracking a stretch under one value after "
     f"another, a noise of {SIGMAS_DEG[0]:g}° to {SIGMAS_DEG[-1]:g}° where rows tell none, a "
     f"process noise of {PROCESS_NOISES[-1]:g} to {PROCESS_NOISES[0]:g} m²/s³, and speeds up to "
-    f"{USUAL_SPEED:g} m/s; give sigma, process_noise and max_speed where they are beyond that"
+    f"{', '.join(f'{speed:g}' for speed in SPEEDS[:-1])} or {SPEEDS[-1]:g} m/s; give sigma, "
+    "process_noise and max_speed where they are beyond that"
 )
+# A noise that is told is not believed where tracks are likelier under another by so much of their
+# cost; ``TRIAL`` and then ``FACTORS`` are how many times as large others are.
+CLEAR, TRIAL, FACTORS = 0.1, (0.25, 4.0), (0.06, 0.12, 0.5, 2.0, 8.0, 16.0)
 # Before anything is known half of what is there comes while it is watched.
 COMING = 0.5
 # What is believed of the chance of detection beforehand, as if seen so often.
@@ -111,12 +115,13 @@ class _Stretch:
             seen = [time[rows[own[rows]]] for rows in sure]
             left = int(np.count_nonzero(own & (tracked.track < 0)))
             sensors[name] = _seen(estimates.sensors[name], np.unique(time[own]), seen, left)
-        speed = FASTER * tracked.speed if tracked.speed > 0.0 else USUAL_SPEED
+        fastest = estimates.max_speed
+        speed = FASTER * tracked.speed if tracked.speed > 0.0 else fastest
         n_scans = max(span / _period(self.observed), 1.0)
         return replace(
             estimates,
             sensors=sensors,
-            max_speed=bounded(min(speed, USUAL_SPEED)),
+            max_speed=bounded(min(speed, fastest)),
             new_target_density=bounded((came + 0.5) / (self.area * n_scans), 1e-30),
             initial_target_density=bounded(max(present, 0.5) / self.area, 1e-30),
         )
@@ -130,19 +135,11 @@ def estimates_of_bearings(
 ) -> Estimates | None:
     """Return estimates of sensors that measure bearings alone; None where they are too few."""
     # ``places`` are where sensors are said to stand [m]; rows that say it come first.
-    stations = platforms_of(reports, places)[:, :2]
-    apart = float(np.linalg.norm(stations - stations.mean(axis=0), axis=1).max())
-    is_enough = len(reports) >= FEWEST_REPORTS and len(reports.sensors) > 1
-    if not is_enough or reports.dim != 2 or apart <= 0.0:
+    stretch = _stretch_of(reports, configuration, observed, places)
+    if stretch is None:
         return None
-    skip = max(0, (len(reports) - MOST_REPORTS) // 2)
-    part = reports.part(np.arange(skip, min(len(reports), skip + MOST_REPORTS)))
-    stretch = _Stretch(part, configuration, observed, math.pi * (REACH * apart) ** 2)
-    estimates = _first(stretch)
-    tried = [estimates]
-    if _tells_no_sigma(reports, configuration):
-        tried = [_with_sigma(estimates, sigma) for sigma in SIGMAS_DEG]
-    estimates = stretch.counted(*_likeliest(stretch, tried))
+    estimates, tracked = _at_speeds(stretch)
+    estimates = stretch.counted(estimates, tracked)
     if configuration.said("motion", "process_noise") is None:
         tried = [replace(estimates, process_noise=value) for value in PROCESS_NOISES]
         estimates, tracked = _likeliest(stretch, tried)
@@ -152,6 +149,75 @@ def estimates_of_bearings(
         # Without tracks nothing is known.
         return None
     return replace(stretch.counted(estimates, tracked), notes=(SAID,))
+
+
+def likelier_noise(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, Sequence[float]],
+    motion: tuple[float, float],
+) -> float | None:
+    """Return how many times the sigma told of bearings is clearly likelier; None for as told."""
+    # ``motion`` is the greatest speed [m/s] and the process noise [m²/s³] that tracks were begun
+    # with. A stretch is tracked under a much larger and a smaller noise before any other.
+    stretch = _stretch_of(reports, configuration, observed, places, MOST_JUDGED)
+    if stretch is None:
+        return None
+    first = replace(_first(stretch), max_speed=motion[0], process_noise=motion[1])
+
+    def cost(factor: float) -> float:
+        sensors = configuration.table("sensors")
+        for name in stretch.reports.sensors:
+            sigma = configuration.sensor(name)["sigma"]
+            sensors[name] = {**sensors.get(name, {}), "sigma": scaled(sigma, {"": factor})}
+        return (
+            replace(stretch, configuration=configuration.changed(sensors=sensors))
+            .tracked(first)
+            .cost
+        )
+
+    as_told = cost(1.0)
+    clear = as_told - CLEAR * abs(as_told)
+    costs = {factor: cost(factor) for factor in TRIAL}
+    if min(costs.values()) >= clear:
+        return None
+    costs |= {factor: cost(factor) for factor in FACTORS}
+    return min(costs, key=lambda factor: costs[factor])
+
+
+def _stretch_of(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, Sequence[float]],
+    most: int = MOST_REPORTS,
+) -> _Stretch | None:
+    """Return a stretch of so many reports at most; None where they are too few."""
+    reach = reach_of_bearings(platforms_of(reports, places))
+    is_enough = len(reports) >= FEWEST_REPORTS and len(reports.sensors) > 1
+    if not is_enough or reports.dim != 2 or reach <= 0.0:
+        return None
+    skip = max(0, (len(reports) - most) // 2)
+    part = reports.part(np.arange(skip, min(len(reports), skip + most)))
+    return _Stretch(part, configuration, observed, math.pi * reach**2)
+
+
+def _at_speeds(stretch: _Stretch) -> tuple[Estimates, _Tracked]:
+    """Return what fits best of all noises, at the least speed that makes tracks as probable."""
+    tried = [_first(stretch)]
+    if _tells_no_sigma(stretch.reports, stretch.configuration):
+        tried = [_with_sigma(tried[0], sigma) for sigma in SIGMAS_DEG]
+    best = _likeliest(stretch, tried)
+    if stretch.configuration.said("motion", "max_speed") is not None:
+        return best
+    for speed in SPEEDS[1:]:
+        # One trial tells whether all noises are worth another.
+        quicker = stretch.tracked(replace(best[0], max_speed=speed))
+        if quicker.cost >= best[1].cost - NEARLY * abs(best[1].cost):
+            break
+        best = _likeliest(stretch, [replace(each, max_speed=speed) for each in tried])
+    return best
 
 
 def _likeliest(stretch: _Stretch, tried: Sequence[Estimates]) -> tuple[Estimates, _Tracked]:
@@ -179,7 +245,7 @@ def _first(stretch: _Stretch) -> Estimates:
         )
         for name in reports.sensors
     }
-    return Estimates(sensors, 1.0, USUAL_SPEED, COMING * present / n_scans, present)
+    return Estimates(sensors, 1.0, SPEEDS[0], COMING * present / n_scans, present)
 
 
 def _with_sigma(estimates: Estimates, sigma_deg: float) -> Estimates:

@@ -15,7 +15,7 @@ from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import is_noise, scatter_of, without_motion
 
-__all__ = ["NoiseDoubts"]
+__all__ = ["NoiseDoubts", "number", "scaled"]
 
 # Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
 # together where they have them before so many are, and at the end of a run by so many triples.
@@ -71,7 +71,7 @@ class NoiseDoubts:
             return configuration
         sensors = configuration.table("sensors")
         for name, factors in self._factors.items():
-            sigma = _scaled(self._sigmas[name], factors)
+            sigma = scaled(self._sigmas[name], factors)
             sensors[name] = {**sensors.get(name, {}), "sigma": sigma}
         return configuration.changed(sensors=sensors)
 
@@ -133,7 +133,7 @@ class NoiseDoubts:
         if clear:
             self._factors[name] = clear
         self._verdicts[name] = _Verdict(
-            told, _scaled(told, times), _scaled(told, clear), max(clear.values(), default=1.0),
+            told, scaled(told, times), scaled(told, clear), max(clear.values(), default=1.0),
             n_tracks,
         )  # fmt: skip
 
@@ -165,8 +165,8 @@ class NoiseDoubts:
                 f"{found.n_tracks} tracks its reports scatter by {show_value(found.learned)}"
                 f"{self._what_is_used(name)}",
                 weight=WEIGHT + abs(float(np.log(found.times))),
-                told=_number(found.told),
-                seen=_number(found.learned if name in self._trusted else found.used),
+                told=number(found.told),
+                seen=number(found.learned if name in self._trusted else found.used),
             )
             for name, found in self._verdicts.items()
             if name in self._factors or name in self._trusted
@@ -211,7 +211,7 @@ def _times(case: Case, index: int, least: int) -> Factors | None:
     return {column: float(np.sqrt(square)) for column, square in zip(columns, own, strict=False)}
 
 
-def _scaled(sigma: Any, factors: Factors) -> Any:
+def scaled(sigma: Any, factors: Factors) -> Any:
     """Return a noise as in a file, so many times as large."""
     if isinstance(sigma, Mapping):
         whole = factors.get("", 1.0)
@@ -223,6 +223,6 @@ def _rounded(value: float, factor: float) -> float:
     return value if factor == 1.0 else digits(value * factor, 3)
 
 
-def _number(sigma: Any) -> float:
+def number(sigma: Any) -> float:
     """Return the one number of a noise, or that of its first column."""
     return float(next(iter(sigma.values())) if isinstance(sigma, Mapping) else sigma)

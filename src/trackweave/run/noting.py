@@ -52,13 +52,23 @@ def note_on_speed(configuration: Configuration, estimates: Estimates | None) -> 
 
 def _notes_on_views(filled: Settings) -> list[str]:
     """Return a sentence on each sensor that is taken not to see where others do."""
-    return [
-        f"sensor {sensor.name}: no field_of_view is given, and nothing that others see beyond "
-        f"{_words(sensor.field_of_view)} is among its reports: it is taken to see no farther; "
-        "give field_of_view where that is wrong"
+    views = {
+        sensor.name: sensor.field_of_view
         for sensor in filled.sensors
         if sensor.field_of_view is not None
         and filled.sources.get(f"sensors.{sensor.name}.field_of_view") == "estimated"
+    }
+    if views and all(sensor.measurement.is_bearing_only for sensor in filled.sensors):
+        farthest = _words(next(iter(views.values())))
+        return [
+            f"bearings alone of stations so far apart: objects are looked for up to {farthest} "
+            "from each; give field_of_view where some are farther"
+        ]
+    return [
+        f"sensor {name}: no field_of_view is given, and nothing that others see beyond "
+        f"{_words(view)} is among its reports: it is taken to see no farther; "
+        "give field_of_view where that is wrong"
+        for name, view in views.items()
     ]
 
 

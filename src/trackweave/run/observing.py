@@ -1,6 +1,6 @@
 """What sensors' reports show before anything is estimated, and the settings that follow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
-from trackweave.config.fill import ANY_SENSOR, Settings, fill, needs_estimates
+from trackweave.config.fill import Settings, fill, needs_estimates
 from trackweave.config.sensing import (
     ObservedSensor,
     is_period,
@@ -20,7 +20,6 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation.coverage import fields_of_view
 from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.rotation import rotation_of, wanders
@@ -28,6 +27,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.kept import Kept
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
+from trackweave.run.views import are_bearings, with_reach, with_views
 
 __all__ = [
     "filled",
@@ -123,7 +123,8 @@ def settle(
     }
     # What it says of heights and ranges is said when reports are tracked.
     table = placed(laid(reports, places)[0], places)
-    observed = _with_views(observed, table, configuration, places)
+    observed = with_views(observed, table, configuration, places)
+    observed = with_reach(observed, reports, configuration, places)
     if len(rotations) == 1:
         # Nobody else tells where an object was meanwhile: a turn serves as one instant.
         table = in_turns(table, rotations)
@@ -145,7 +146,7 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
-    elif _are_bearings(observed) and needs_estimates(configuration, reports.sensors):
+    elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
         estimates = estimates_of_bearings(reports, configuration, observed, places)
@@ -154,14 +155,6 @@ def settle(
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
-
-
-def _are_bearings(observed: Mapping[str, ObservedSensor]) -> bool:
-    """Tell whether all sensors measure bearings alone."""
-    return all(
-        seen.measurement.is_bearing_only and not isinstance(seen.measurement, ForeignKind)
-        for seen in observed.values()
-    )
 
 
 def _plane_in_words(reports: ReportTable) -> str:
@@ -224,24 +217,6 @@ def _require_few_sensors(reports: ReportTable, configuration: Configuration) -> 
             "estimated, or a configuration with all keys of [sensors.default], process_noise, "
             "max_speed and new_target_density"
         )
-
-
-def _with_views(
-    observed: dict[str, ObservedSensor],
-    reports: ReportTable,
-    configuration: Configuration,
-    places: Mapping[str, Sequence[float]],
-) -> dict[str, ObservedSensor]:
-    """Return what sensors show with where they see, of those of which nobody has told it."""
-    if len(reports.sensors) < 2:
-        return observed
-    standing = {*places, *(name for name, seen in observed.items() if seen.says_where)}
-    views = fields_of_view(reports, platforms_of(reports, places), standing)
-    return observed | {
-        name: replace(observed[name], field_of_view=view)
-        for name, view in views.items()
-        if name != ANY_SENSOR and "field_of_view" not in configuration.sensor(name)
-    }
 
 
 def positions_in(
