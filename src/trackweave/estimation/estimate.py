@@ -145,12 +145,13 @@ def _kinematic(
 ) -> _Findings:
     """Return what a sensor's reports tell by when and where they are."""
     if scans is True:
-        return _look_at(reports, index, sigma)
+        return _in_scans(_look_at(reports, index, sigma), reports, index)
     seen, threads, rows = judged(reports, index)
     is_told, scans = scans is not None, seen.scans if scans is None else scans
     if scans is not False:
         found = _look_at(reports, index, sigma)
-        return replace(found, sensor=replace(found.sensor, scans=scans))
+        found = replace(found, sensor=replace(found.sensor, scans=scans))
+        return _in_scans(found, reports, index) if scans else found
     position = reports.measurement[rows]
     lone = lone_reports(reports.time[rows], position, threads, sigma)
     note = note_on_lone(lone, seen, is_told=is_told)
@@ -159,6 +160,17 @@ def _kinematic(
         return found
     sensor = replace(found.sensor, tail_share=WILD_SHARE, tail_scale=WILD_SCALE)
     return replace(found, sensor=sensor)
+
+
+def _in_scans(found: _Findings, reports: ReportTable, index: int) -> _Findings:
+    """Return what a sensor tells that looks, now and then where it has no period."""
+    # Passes of a satellite are hours apart, never the same number of them: misses and lives are
+    # counted by its scans all the same, not by seconds.
+    gaps = np.diff(np.unique(reports.time[reports.sensor == index]))
+    if found.sensor.scan_period is not None or not gaps.size:
+        return found
+    period = digits(float(np.median(gaps)))
+    return replace(found, sensor=replace(found.sensor, scan_period=period))
 
 
 def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | None) -> _Findings:

@@ -34,7 +34,7 @@ OWN, SELDOM = 2.5, 0.5
 OVERLAP = 1.5
 # Who passes a place has no more than such a share of its reports there.
 OF_PASSERS = 0.5
-# On the plane, so many times as many as there are of false alarms that come everywhere.
+# So many times as many as there are of false alarms that come everywhere.
 DENSER = 4.0
 MOST_PLACES = 200
 
@@ -137,10 +137,13 @@ def _of_ranges(
     ):
         is_left[rows[_of_objects(where[rows], scan[rows], seen)]] = False
     left = np.flatnonzero(is_left)
+    # Where noise is coarse, what comes from anywhere comes near every place.
+    cells = float(np.prod(np.maximum(np.ptp(scaled, axis=0), 1.0)))
+    least = DENSER * left.size / n_scans * min(math.pi * NEAR**2 / cells, 1.0)
     places = []
     for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
         own = 1.0 - passers.share(each.middle)
-        if own * each.share * n_scans < _enough(n_scans):
+        if own * each.share * n_scans < _enough(n_scans) or own * each.number <= least:
             continue
         middle = each.middle * sigma
         wide = np.maximum(each.spread, 1.0) * sigma * (1.0, middle[0])
