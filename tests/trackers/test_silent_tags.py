@@ -48,3 +48,18 @@ def test_a_silence_lowers_the_chance_to_live_and_never_raises_it():
         before = now
     assert np.array_equal(still_lives(lives, np.zeros(4)), lives)
     assert before[:3].tolist() == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+
+
+def test_who_reported_once_among_those_who_report_each_second_is_not_shown_for_minutes():
+    rng = np.random.default_rng(4)
+    rows = [
+        (time + 0.15 * tag, 0.5 * time, 60.0 * tag + rng.normal(0, 0.3))
+        for tag in range(6)
+        for time in np.arange(0.0, 300.0)
+    ]
+    rows.append((50.01, 1000.0, 1000.0))
+    table = pl.DataFrame(sorted(rows), schema=["time", "x", "y"], orient="row")
+    told = {"scans": False, "clutter_density": 1e-12}
+    tracks = tw.track(table, {"sensors": {"default": told}}).tracks
+    once = tracks.filter((pl.col("hits") == 1) & (pl.col("y") > 900.0))
+    assert 50.0 < once["time"].max() < 200.0

@@ -5,12 +5,23 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.association._rhythm import CHANGED, COUNT, INTERVAL, LOST, TIME
+from trackweave.association._rhythm import (
+    CHANGED,
+    COUNT,
+    INTERVAL,
+    LOST,
+    MOST_COUNT,
+    SENSOR,
+    TIME,
+)
 
-__all__ = ["intervals_since", "log_weights", "still_lives"]
+__all__ = ["intervals_since", "log_weights", "still_lives", "usual_interval"]
 
 SILENT = 15.0
 """Who falls silent does so for about so many of its reporting intervals."""
+NEARLY_ALL, FEWEST, AS_OTHERS = 0.9, 5, 2.0
+"""The usual interval is above that of such a share of at least so many objects; it counts as so
+many of an object's own."""
 
 
 def log_weights(
@@ -25,14 +36,29 @@ def log_weights(
     return np.log(both) - cost, living / both
 
 
-def intervals_since(rhythm: FloatArray, rows: IntArray, time: float) -> FloatArray:
+def usual_interval(rhythm: FloatArray) -> float:
+    """Return within how long nearly every object reports itself again [s], 0 for unknown."""
+    known = rhythm[rhythm[:, COUNT] >= MOST_COUNT, INTERVAL]
+    return math.exp(float(np.quantile(known, NEARLY_ALL))) if known.size >= FEWEST else 0.0
+
+
+def intervals_since(rhythm: FloatArray, rows: IntArray, time: float, usual: float) -> FloatArray:
     """Return for how many of its own intervals each row's object was not heard, 0 for unknown."""
+    # Whose few reports tell little of its interval is taken for one of the others, whose
+    # interval is the ``usual`` one [s].
     since, count = np.zeros(rows.shape[0]), rhythm[rows, COUNT]
-    if not count.any():
+    is_known = (count > 0.0) | ((usual > 0.0) & (rhythm[rows, SENSOR] >= 0.0))
+    if not is_known.any():
         return since
-    heard = np.flatnonzero(count > 0.0)
-    own = rhythm[rows[heard]]
-    since[heard] = np.maximum((time - own[:, TIME]) * np.exp(-own[:, INTERVAL]), 0.0)
+    heard = np.flatnonzero(is_known)
+    own, count = rhythm[rows[heard]], count[heard]
+    interval = own[:, INTERVAL]
+    if usual > 0.0:
+        # No more than that: who reports often is known soon.
+        others = (count * interval + AS_OTHERS * math.log(usual)) / (count + AS_OTHERS)
+        is_few = (count < MOST_COUNT) & ((count == 0.0) | (others < interval))
+        interval = np.where(is_few, others, interval)
+    since[heard] = np.maximum((time - own[:, TIME]) * np.exp(-interval), 0.0)
     return since
 
 

@@ -6,7 +6,12 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import Families, Nodes, WindowRule
 from trackweave.association.inactive import InactiveClusters
-from trackweave.association.living import intervals_since, log_weights, still_lives
+from trackweave.association.living import (
+    intervals_since,
+    log_weights,
+    still_lives,
+    usual_interval,
+)
 from trackweave.association.states import average_at, shown
 from trackweave.association.tree import AssociationTree
 from trackweave.domain.tracks import COASTING, CONFIRMED, TENTATIVE, TrackTable
@@ -32,12 +37,12 @@ def live_rows(
     """Return a row for each live track, in order of identifier."""
     # By belief, states are averages over all sequences; else those of the chosen ones alone.
     dim, chosen = tree.dim, _live_leaves(tree, inactive, time, by_belief=by_belief)
-    parts = []
+    parts, usual = [], _usual_interval(tree, inactive)
     for (nodes, families, count), leaf in zip(_rooms(tree, inactive), chosen, strict=True):
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
             states = average_at(source, leaf, time, tree, by_belief=by_belief)
-            since = intervals_since(nodes.rhythm, leaf, time)
+            since = intervals_since(nodes.rhythm, leaf, time, usual)
             known = _rows(nodes, families, leaf, since, states)
             parts.append(
                 (*known, *_chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief))
@@ -69,11 +74,11 @@ def _live_leaves(
 ) -> tuple[IntArray, IntArray]:
     """Return the last nodes of live tracks' chosen sequences: in the tree, and inactive."""
     # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
-    found = []
+    found, usual = [], _usual_interval(tree, inactive)
     for room in _rooms(tree, inactive):
         nodes, families, count = room
         leaf = np.flatnonzero(nodes.chosen[:count] == 1)
-        since = intervals_since(nodes.rhythm, leaf, time)
+        since = intervals_since(nodes.rhythm, leaf, time, usual)
         lives, in_sight = _chances((nodes, families, leaf), since, tree.rule, by_belief=by_belief)
         chance = lives * in_sight
         known = (time - nodes.time[leaf] <= tree.rule.max_shown) & (nodes.is_line[leaf] == 0)
@@ -90,6 +95,15 @@ def _live_leaves(
             live[doubts[_too_many(source, place, chance[doubts], time, tree)]] = False
         found.append(leaf[live])
     return found[0], found[1]
+
+
+def _usual_interval(tree: AssociationTree, inactive: InactiveClusters) -> float:
+    """Return within how long nearly every live track's object reports itself again [s]."""
+    known = [
+        nodes.rhythm[np.flatnonzero(nodes.chosen[:count] == 1)]
+        for nodes, _, count in _rooms(tree, inactive)
+    ]
+    return usual_interval(np.concatenate(known))
 
 
 def _rooms(tree: AssociationTree, inactive: InactiveClusters) -> tuple[Room, Room]:
