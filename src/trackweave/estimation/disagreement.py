@@ -1,6 +1,7 @@
 """How far apart two sensors see one object."""
 
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,6 +17,9 @@ FEWEST_PAIRS = 20
 MOST_SCANS = 400
 # Pairs of scans within this share of the shorter gap between scans count as of one time.
 SAME_TIME = 0.5
+
+_Scans: TypeAlias = tuple[FloatArray, list[FloatArray]]
+"""When a sensor looked [s], and what it reported each time [m]."""
 
 
 def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], float]:
@@ -46,15 +50,15 @@ def _turns(reports: ReportTable, index: int) -> bool:
     return bool(pairs.shape[1] > np.unique(reports.scan[own]).size)
 
 
-def _scans(reports: ReportTable, index: int) -> tuple[FloatArray, list[FloatArray]]:
+def _scans(reports: ReportTable, index: int) -> _Scans:
     rows = np.flatnonzero(reports.sensor == index)
     times, starts = np.unique(reports.time[rows], return_index=True)
     return times, np.split(reports.measurement[rows], starts[1:])
 
 
 def _mean_square(
-    first: tuple[FloatArray, list[FloatArray]],
-    second: tuple[FloatArray, list[FloatArray]],
+    first: _Scans,
+    second: _Scans,
     speed: float,
 ) -> float | None:
     """Return the mean squared distance along an axis [m²], None where none stands out."""
@@ -62,6 +66,9 @@ def _mean_square(
     if len(gaps) < 2:
         return None
     near = SAME_TIME * float(min(gaps))
+    first, second = _where_both_see(first, second)
+    if not first[0].size or not second[0].size:
+        return None
     blocks, apart = [], []
     for time, position in list(zip(*first, strict=True))[:MOST_SCANS]:
         other = int(np.argmin(np.abs(second[0] - time)))
@@ -82,6 +89,21 @@ def _mean_square(
     moved = (speed * float(np.mean(apart)) / 2) ** 2
     square = float(np.minimum(squares, 9 * np.median(squares)).mean())
     return float(max(square - moved, 0.0) / dim)
+
+
+def _where_both_see(first: _Scans, second: _Scans) -> tuple[_Scans, _Scans]:
+    """Return the scans' reports in the box that both sensors' reports share, no scan empty."""
+    # Beyond it one is alone: what is nearest there is another object.
+    every = [np.concatenate(position) for _, position in (first, second)]
+    low = np.max([each.min(axis=0) for each in every], axis=0)
+    high = np.min([each.max(axis=0) for each in every], axis=0)
+    return _within(first, low, high), _within(second, low, high)
+
+
+def _within(scans: _Scans, low: FloatArray, high: FloatArray) -> _Scans:
+    inside = [each[np.all((each >= low) & (each <= high), axis=1)] for each in scans[1]]
+    kept = np.array([each.shape[0] > 0 for each in inside], dtype=bool)
+    return scans[0][kept], [each for each in inside if each.shape[0]]
 
 
 def _nearest(block: Frames, radius: float) -> FloatArray:
