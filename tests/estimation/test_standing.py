@@ -76,8 +76,10 @@ def test_an_object_that_is_wider_than_azimuths_are_exact_is_none_near_the_sensor
     def as_wide(rng, count):
         return rng.normal(0.0, 40.0, (count, 2))
 
-    assert moored([(0, 0)], as_wide) != ()
-    assert moored([(0, 0)], as_wide, replace(SENSOR, across=40.0)) == ()
+    # Beside it a few reports come from far away.
+    about = [(0, 0), (50e3, 0), (0, 50e3)]
+    assert moored(about, as_wide) != ()
+    assert moored(about, as_wide, replace(SENSOR, across=40.0)) == ()
 
 
 @pytest.mark.parametrize("odd", [{"last": 0.6}, {"drift": 8.0}, {"n_scans": 20}, {"share": 0.03}])
@@ -116,3 +118,14 @@ def test_false_alarms_that_come_everywhere_stand_nowhere():
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
     found = with_seldom(guess, table(time, place), {"A": np.arange(100.0)})
     assert found.sensors["A"].echoes == ()
+
+
+def test_where_noise_is_coarse_what_comes_from_anywhere_is_no_place():
+    # Thirty false alarms a scan all over a sector that is 100 by 40 standard deviations wide.
+    rng = np.random.default_rng(5)
+    coarse = replace(SENSOR, sigma=(500.0, 0.02), scan_period=30.0)
+    distance, azimuth = rng.uniform(10e3, 60e3, 6000), rng.uniform(-0.4, 0.4, 6000)
+    where = distance[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+    reports = table(np.repeat(30.0 * np.arange(200), 30), where)
+    guess = replace(GUESS, sensors={"A": coarse})
+    assert with_standing(guess, reports, {"A": (0.0, 0.0)}, NOBODY).sensors["A"].echoes == ()

@@ -34,8 +34,9 @@ OWN, SELDOM = 2.5, 0.5
 OVERLAP = 1.5
 # Who passes a place has no more than such a share of its reports there.
 OF_PASSERS = 0.5
-# So many times as many as there are of false alarms that come everywhere.
-DENSER = 4.0
+# So many times as many as there are of false alarms that come everywhere. Of these the half lie
+# beyond so much of what is near along an axis; what comes of one place lies closer together.
+DENSER, LOOSE = 4.0, 0.4
 MOST_PLACES = 200
 
 _Places: TypeAlias = tuple[tuple[float, ...], ...]
@@ -137,13 +138,15 @@ def _of_ranges(
     ):
         is_left[rows[_of_objects(where[rows], scan[rows], seen)]] = False
     left = np.flatnonzero(is_left)
-    # Where noise is coarse, what comes from anywhere comes near every place.
+    # Where noise is coarse, what comes from anywhere comes near every place, and lies about it.
     cells = float(np.prod(np.maximum(np.ptp(scaled, axis=0), 1.0)))
-    least = DENSER * left.size / n_scans * min(math.pi * NEAR**2 / cells, 1.0)
+    holds = DENSER * min(math.pi * NEAR**2 / cells, 1.0)
     places = []
     for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
         own = 1.0 - passers.share(each.middle)
-        if own * each.share * n_scans < _enough(n_scans) or own * each.number <= least:
+        others = left.size / n_scans - each.number
+        is_loose = float(each.spread.max()) > LOOSE * NEAR and own * each.number <= holds * others
+        if own * each.share * n_scans < _enough(n_scans) or is_loose:
             continue
         middle = each.middle * sigma
         wide = np.maximum(each.spread, 1.0) * sigma * (1.0, middle[0])
