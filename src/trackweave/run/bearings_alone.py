@@ -34,17 +34,18 @@ MOST_REPORTS, MOST_JUDGED, FEWEST_REPORTS = 1500, 600, 60
 SURE_HITS = 12
 # Tracks are looked at after so many steps each.
 TOLD = 5
-# Which sequences are found is chance by so much of the cost of all.
-NEARLY = 0.03
+# Which sequences are found is chance by so much of the cost of all; so much is worth a process
+# noise by which no turn is lost, for a stretch has few.
+NEARLY, WORTH_OF_TURNS = 0.03, 0.01
 # Where nearly nothing is known, proofs take time and tell nothing more.
 QUICK, SEED = Auto(evaluations=10_000, branches=0), 1
-PROCESS_NOISES = (1.0, 0.1, 0.01, 0.001)
+PROCESS_NOISES = (0.001, 0.01, 0.1, 1.0, 10.0)
 SIGMAS_DEG = (0.03, 0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 SPEEDS, FASTER = (50.0, 350.0, 2500.0), 4.0
 SAID = (
     "bearings alone: what is left out is estimated by tracking a stretch under one value after "
     f"another, a noise of {SIGMAS_DEG[0]:g}° to {SIGMAS_DEG[-1]:g}° where rows tell none, a "
-    f"process noise of {PROCESS_NOISES[-1]:g} to {PROCESS_NOISES[0]:g} m²/s³, and speeds up to "
+    f"process noise of {PROCESS_NOISES[0]:g} to {PROCESS_NOISES[-1]:g} m²/s³, and speeds up to "
     f"{', '.join(f'{speed:g}' for speed in SPEEDS[:-1])} or {SPEEDS[-1]:g} m/s; give sigma, "
     "process_noise and max_speed where they are beyond that"
 )
@@ -142,7 +143,7 @@ def estimates_of_bearings(
     estimates = stretch.counted(estimates, tracked)
     if configuration.said("motion", "process_noise") is None:
         tried = [replace(estimates, process_noise=value) for value in PROCESS_NOISES]
-        estimates, tracked = _likeliest(stretch, tried)
+        estimates, tracked = _likeliest(stretch, tried, WORTH_OF_TURNS)
     else:
         tracked = stretch.tracked(estimates)
     if math.isnan(tracked.speed):
@@ -220,11 +221,13 @@ def _at_speeds(stretch: _Stretch) -> tuple[Estimates, _Tracked]:
     return best
 
 
-def _likeliest(stretch: _Stretch, tried: Sequence[Estimates]) -> tuple[Estimates, _Tracked]:
+def _likeliest(
+    stretch: _Stretch, tried: Sequence[Estimates], nearly: float = NEARLY
+) -> tuple[Estimates, _Tracked]:
     """Return of some estimates the last under which the tracks are nearly the most probable."""
     found = [(estimates, stretch.tracked(estimates)) for estimates in tried]
     least = min(tracked.cost for _, tracked in found)
-    return [each for each in found if each[1].cost <= least + NEARLY * abs(least)][-1]
+    return [each for each in found if each[1].cost <= least + nearly * abs(least)][-1]
 
 
 def _first(stretch: _Stretch) -> Estimates:
