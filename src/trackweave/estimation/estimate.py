@@ -17,7 +17,7 @@ from trackweave.estimation.chains import (
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
-from trackweave.estimation.frames import Frames, frames_of
+from trackweave.estimation.frames import Frames, frames_of, usual_gap
 from trackweave.estimation.identities import identity_error, note_on_identities
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
@@ -39,6 +39,8 @@ CROWDED = 1.0
 WILD_SHARE, WILD_SCALE = 0.05, 8.0
 # Above the greatest speed that is seen.
 WIDER = 1.25
+# Without a period misses and lives are counted in it [s].
+SECOND = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +167,11 @@ def _kinematic(
 def _in_scans(found: _Findings, reports: ReportTable, index: int) -> _Findings:
     """Return what a sensor tells that looks, now and then where it has no period."""
     # Passes of a satellite are hours apart, never the same number of them: misses and lives are
-    # counted by its scans all the same, not by seconds.
-    gaps = np.diff(np.unique(reports.time[reports.sensor == index]))
-    if found.sensor.scan_period is not None or not gaps.size:
+    # counted by its scans all the same. Seconds serve those that look more often.
+    gap = usual_gap(reports, index)
+    if found.sensor.scan_period is not None or gap <= SECOND:
         return found
-    period = digits(float(np.median(gaps)))
-    return replace(found, sensor=replace(found.sensor, scan_period=period))
+    return replace(found, sensor=replace(found.sensor, scan_period=digits(gap)))
 
 
 def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | None) -> _Findings:

@@ -8,7 +8,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.trees import ball_volume, tree_of
 
-__all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period"]
+__all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period", "usual_gap"]
 
 # Enough to estimate from in about a second; more reports change no estimate visibly.
 MAX_SCANS_PER_BLOCK = 60
@@ -67,6 +67,17 @@ def scan_period(time: FloatArray) -> float | None:
     regular &= multiple > 0.5
     is_regular = np.mean(regular) > 0.75 and not is_absurd_period(time, period)
     return period if is_regular else None
+
+
+def usual_gap(reports: ReportTable, sensor: int) -> float:
+    """Return the median time from a sensor's scan to the next, however they differ [s]."""
+    own = reports.sensor == sensor
+    time = np.unique(reports.time[own])
+    if reports.scan is not None:
+        _, at = np.unique(reports.scan[own], return_inverse=True)
+        time = np.full(at.max() + 1, -np.inf)
+        np.maximum.at(time, at, reports.time[own])
+    return float(np.median(np.diff(np.sort(time)))) if time.size > 1 else 0.0
 
 
 def is_absurd_period(time: FloatArray, period: float) -> bool:

@@ -49,11 +49,12 @@ class BearingDoubts:
         told = {name: configuration.sensor(name).get("sigma") for name in reports.sensors}
         is_trusted = any(sensor.trusts("sigma") for sensor in settings.sensors)
         observed = observe(reports, configuration)
-        if None in told.values() or is_trusted or not are_bearings(observed):
+        motion = settings.values["motion"]
+        is_known = {"max_speed", "process_noise"} <= set(motion)
+        if None in told.values() or is_trusted or not is_known or not are_bearings(observed):
             return False
         from trackweave.run.bearings_alone import likelier_noise
 
-        motion = settings.values["motion"]
         factor = likelier_noise(
             reports,
             configuration,
