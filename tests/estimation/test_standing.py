@@ -129,3 +129,8 @@ def test_where_noise_is_coarse_what_comes_from_anywhere_is_no_place():
     reports = table(np.repeat(30.0 * np.arange(200), 30), where)
     guess = replace(GUESS, sensors={"A": coarse})
     assert with_standing(guess, reports, {"A": (0.0, 0.0)}, NOBODY).sensors["A"].echoes == ()
+
+
+@pytest.mark.parametrize("drift", [0.6, 0.8, 1.2])
+def test_an_object_that_moves_slowly_is_none(drift):
+    assert found(spread=1.0, share=0.9, drift=drift) == ()

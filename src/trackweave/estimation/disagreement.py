@@ -17,6 +17,8 @@ FEWEST_PAIRS = 20
 MOST_SCANS = 400
 # Pairs of scans within this share of the shorter gap between scans count as of one time.
 SAME_TIME = 0.5
+# Two sensors' reports of one object are nearer to each other than so much of the way to the next.
+NEARER = 0.5
 
 _Scans: TypeAlias = tuple[FloatArray, list[FloatArray]]
 """When a sensor looked [s], and what it reported each time [m]."""
@@ -85,10 +87,24 @@ def _mean_square(
     squares = np.concatenate([_nearest(block, radius) for block in blocks])
     if squares.size < FEWEST_PAIRS:
         return None
+    if float(np.median(squares)) > (NEARER * _spacing(first[1], second[1])) ** 2:
+        # As far apart as objects are, pairs are of two.
+        return None
     # Between the two scans objects moved; the median is not drawn by wrong pairs.
     moved = (speed * float(np.mean(apart)) / 2) ** 2
     square = float(np.minimum(squares, 9 * np.median(squares)).mean())
     return float(max(square - moved, 0.0) / dim)
+
+
+def _spacing(*scans: list[FloatArray]) -> float:
+    """Return how far apart reports of one scan usually are [m], infinite for lone ones."""
+    near = [
+        tree_of(each).query(each, k=2)[0][:, 1]
+        for position in scans
+        for each in position[:MOST_SCANS]
+        if each.shape[0] > 1
+    ]
+    return float(np.median(np.concatenate(near))) if near else np.inf
 
 
 def _where_both_see(first: _Scans, second: _Scans) -> tuple[_Scans, _Scans]:

@@ -30,6 +30,8 @@ FEWEST, LEAST_SHARE, PARTS, FEWEST_SCANS = 7, 0.06, 4, 30
 # An object that stands is seen this near its place in more than this share of the scans in which
 # objects are; what scatters twice as far as noise does is not.
 OWN, SELDOM = 2.5, 0.5
+# What moves through a place, by so much at least, scatters about a straight way by noise alone.
+MOVED, STEADY = 3.0, 1.5
 # Where its width begins to count it is looked at both ways.
 OVERLAP = 1.5
 # Who passes a place has no more than such a share of its reports there.
@@ -144,6 +146,9 @@ def _of_ranges(
     places = []
     for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
         own = 1.0 - passers.share(each.middle)
+        if each.moved >= MOVED and each.rest <= STEADY and each.share * n_scans >= seen:
+            # As exact and as often seen as objects are, and moving slowly.
+            continue
         others = left.size / n_scans - each.number
         is_loose = float(each.spread.max()) > LOOSE * NEAR and own * each.number <= holds * others
         if own * each.share * n_scans < _enough(n_scans) or is_loose:
@@ -220,6 +225,19 @@ class _Repeated(NamedTuple):
     spread: FloatArray
     number: float  # Reports a scan
     share: float  # Of the scans that have one
+    moved: float  # Along a straight way through it
+    rest: float  # Spread about that way
+
+
+def _way(place: FloatArray, elapsed: FloatArray, part: IntArray) -> tuple[float, float]:
+    """Return how far reports at a place move on a straight way, and how they scatter about it."""
+    # Through the middles of the parts of the time, which a few reports aside do not draw.
+    own = [part == number for number in range(PARTS)]
+    middles = np.array([np.median(place[each], axis=0) for each in own])
+    times = np.array([np.median(elapsed[each]) for each in own])
+    line = np.polynomial.polynomial.polyfit(times, middles, 1)
+    off = place - (line[0] + elapsed[:, None] * line[1])
+    return float(np.linalg.norm(line[1])), float((1.4826 * np.median(np.abs(off), axis=0)).max())
 
 
 def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repeated]:
@@ -245,5 +263,6 @@ def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repe
         n_seen = np.unique(scan[near]).size
         if n_seen >= enough and np.unique(part[near]).size == PARTS:
             spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)
-            places.append(_Repeated(middle, spread, near.size / n_scans, n_seen / n_scans))
+            way = _way(scaled[near], elapsed[near], part[near])
+            places.append(_Repeated(middle, spread, near.size / n_scans, n_seen / n_scans, *way))
     return places
