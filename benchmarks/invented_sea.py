@@ -41,20 +41,15 @@ def sea(rng: np.random.Generator) -> pl.DataFrame:
 
 def buoys(rng: np.random.Generator) -> pl.DataFrame:
     """Return the bearings of four stations, of ships and of nobody, a third of them."""
-    stations = 5000.0 * unit(np.array([0, 90, 180, 270]) + rng.normal(0, 10, 4))
+    places = 5000.0 * unit(np.array([0, 90, 180, 270]) + rng.normal(0, 10, 4))
     place, noise = rng.uniform(-4000, 4000, (4, 2)), rng.uniform(0.7, 1.8)
     way = rng.uniform(1, 7, (4, 1)) * unit(rng.uniform(0, 360, 4))
-    rows = []
-    for second in range(0, 1200, 6):
-        for number, station in enumerate(stations):
-            seen = np.flatnonzero(rng.uniform(size=4) < 0.85)
-            angles = azimuth_of(place[seen] + second * way[seen] - station)
-            angles += rng.normal(0, noise, seen.size)
-            false = rng.uniform(0, 360, rng.poisson(1.7))
-            names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
-            for name, angle in zip(names, [*angles, *false], strict=True):
-                rows.append((second + 1.3 * number, f"b{number}", angle % 360, *station, name))
-    return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
+    looks = [
+        (float(second), number, second + 1.3 * number)
+        for second in range(0, 1200, 6)
+        for number in range(4)
+    ]
+    return _bearings(rng, places, (place, way), looks, (0.85, noise, 1.7))
 
 
 def stations(rng: np.random.Generator) -> pl.DataFrame:
@@ -62,16 +57,33 @@ def stations(rng: np.random.Generator) -> pl.DataFrame:
     places = np.array([[0.0, 0.0], [150e3, 10e3], [70e3, 120e3]])
     place, noise = rng.uniform(0, 150e3, (6, 2)), rng.uniform(0.05, 0.3)
     way = rng.uniform(150, 250, (6, 1)) * unit(rng.uniform(0, 360, 6))
-    rows = []
-    for second in range(0, 360, 5):
-        for number, station in enumerate(places):
-            seen = np.flatnonzero(rng.uniform(size=6) < 0.9)
-            angles = azimuth_of(place[seen] + second * way[seen] - station)
-            angles += rng.normal(0, noise, seen.size)
-            false = rng.uniform(0, 360, rng.poisson(1.0))
-            names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
-            for name, angle in zip(names, [*angles, *false], strict=True):
-                rows.append((float(second), f"s{number}", angle % 360, *station, name))
+    looks = [
+        (float(second), number, float(second))
+        for second in range(0, 360, 5)
+        for number in range(3)
+    ]
+    return _bearings(rng, places, (place, way), looks, (0.9, noise, 1.0))
+
+
+def _bearings(
+    rng: np.random.Generator,
+    places: np.ndarray,
+    objects: tuple[np.ndarray, np.ndarray],
+    looks: list[tuple[float, int, float]],
+    seen_as: tuple[float, float, float],
+) -> pl.DataFrame:
+    """Return what stations report of objects that move straight on, and of nobody."""
+    # Each look is when objects are where they are, whose it is, and when it is told;
+    # ``seen_as`` are the chance of detection, the noise in degrees, and false bearings a look.
+    (place, way), (chance, noise, n_false), rows = objects, seen_as, []
+    for second, number, told in looks:
+        seen = np.flatnonzero(rng.uniform(size=len(place)) < chance)
+        angles = azimuth_of(place[seen] + second * way[seen] - places[number])
+        angles += rng.normal(0, noise, seen.size)
+        false = rng.uniform(0, 360, rng.poisson(n_false))
+        names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
+        for name, angle in zip(names, [*angles, *false], strict=True):
+            rows.append((told, f"b{number}", angle % 360, *places[number], name))
     return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
 
 

@@ -72,11 +72,10 @@ def scan_period(time: FloatArray) -> float | None:
 def usual_gap(reports: ReportTable, sensor: int) -> float:
     """Return the median time from a sensor's scan to the next, however they differ [s]."""
     own = reports.sensor == sensor
-    time = np.unique(reports.time[own])
-    if reports.scan is not None:
-        _, at = np.unique(reports.scan[own], return_inverse=True)
-        time = np.full(at.max() + 1, -np.inf)
-        np.maximum.at(time, at, reports.time[own])
+    number = reports.time if reports.scan is None else reports.scan
+    _, at = np.unique(number[own], return_inverse=True)
+    time = np.full(at.max() + 1, -np.inf)
+    np.maximum.at(time, at, reports.time[own])
     return float(np.median(np.diff(np.sort(time)))) if time.size > 1 else 0.0
 
 

@@ -6,10 +6,10 @@ from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
-from trackweave.run.bearing_check import BearingDoubts
 from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
 from trackweave.run.noise_check import NoiseDoubts
+from trackweave.run.observing import observe, positions_in
 
 __all__ = ["ConsistencyChecks"]
 
@@ -23,12 +23,12 @@ class ConsistencyChecks:
     def __init__(self, configuration: Configuration) -> None:
         self._told = configuration
         self._noise, self._motion = NoiseDoubts(), MotionDoubts()
-        self._bearings = BearingDoubts()
+        self._are_bearings_judged = False
 
     @property
     def configuration(self) -> Configuration:
         """What the next attempt takes: as read, but for what is doubted."""
-        return self._motion.applied(self._noise.applied(self._bearings.applied(self._told)))
+        return self._motion.applied(self._noise.applied(self._told))
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
@@ -39,7 +39,7 @@ class ConsistencyChecks:
         if reports.has_foreign:
             # Nothing here knows how reports of a kind from outside scatter.
             return False
-        if self._bearings.contradict(reports, settings, self._told):
+        if self._contradicts_bearings(reports, settings):
             return True
         if self._noise.contradict(reports, settings, track, at_end=at_end):
             return True
@@ -47,16 +47,40 @@ class ConsistencyChecks:
             return False
         return self._motion.contradict(reports, settings, track, at_end=at_end)
 
+    def _contradicts_bearings(self, reports: ReportTable, settings: Settings) -> bool:
+        """Judge once what was told of bearings' noise: of them none scatters about a place."""
+        told = [self._told.sensor(name).get("sigma") for name in reports.sensors]
+        motion = settings.values["motion"]
+        if (
+            self._are_bearings_judged
+            or None in told
+            or not {"max_speed", "process_noise"} <= set(motion)
+            or any(sensor.trusts("sigma") for sensor in settings.sensors)
+            or not all(sensor.measurement.is_bearing_only for sensor in settings.sensors)
+        ):
+            return False
+        self._are_bearings_judged = True
+        from trackweave.run.bearings_alone import likelier_noise
+
+        factor = likelier_noise(
+            reports,
+            self._told,
+            observe(reports, self._told),
+            positions_in(reports, self._told),
+            (motion["max_speed"], motion["process_noise"]),
+        )
+        if factor is not None:
+            self._noise.overrule(settings, reports.sensors, factor)
+        return factor is not None
+
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        return self._motion.entered(self._noise.entered(self._bearings.entered(settings)))
+        return self._motion.entered(self._noise.entered(settings))
 
     def findings(self) -> list[Finding]:
         """Return a sentence on each value that is not used as told."""
-        doubts = self._bearings, self._noise, self._motion
-        return [finding for each in doubts for finding in each.findings()]
+        return [*self._noise.findings(), *self._motion.findings()]
 
     def as_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of each value that was judged."""
-        doubts = self._bearings, self._noise, self._motion
-        return [record for each in doubts for record in each.as_record()]
+        return [*self._noise.as_record(), *self._motion.as_record()]

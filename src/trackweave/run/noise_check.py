@@ -1,6 +1,6 @@
 """Whether a run's first tracks contradict the noise that was told, and what is used instead."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import is_noise, scatter_of, without_motion
 
-__all__ = ["NoiseDoubts", "number", "scaled"]
+__all__ = ["NoiseDoubts", "scaled"]
 
 # Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
 # together where they have them before so many are, and at the end of a run by so many triples.
@@ -39,7 +39,14 @@ class _Verdict:
     learned: Any
     used: Any
     times: float
-    n_tracks: int
+    n_tracks: int  # Along which it was seen; 0 where it makes tracks likelier
+
+    @property
+    def seen(self) -> str:
+        """What shows it, in words."""
+        if not self.n_tracks:
+            return "tracks are far likelier under"
+        return f"along {self.n_tracks} tracks its reports scatter by"
 
 
 class NoiseDoubts:
@@ -112,6 +119,13 @@ class NoiseDoubts:
             self._n_trials, self._due = self._n_trials + 1, LINKS
         return bool(self._on_trial)
 
+    def overrule(self, settings: Settings, names: Sequence[str], factor: float) -> None:
+        """Use so many times the noise told of some sensors, under which tracks are likelier."""
+        for name in names:
+            told, times = settings.values["sensors"][name]["sigma"], {"": factor}
+            self._sigmas[name] = told
+            self._enter(name, times, times, 0)
+
     def _settle_trial(self, shown: Mapping[str, Factors], n_tracks: int, *, at_end: bool) -> bool:
         """Take what tracks show with wide gates, once they show it of all that are on trial."""
         if not at_end and not self._on_trial <= set(shown):
@@ -161,12 +175,11 @@ class NoiseDoubts:
             Finding(
                 "sigma",
                 name,
-                f"sensor {name}: sigma is told as {show_value(found.told)}, but along "
-                f"{found.n_tracks} tracks its reports scatter by {show_value(found.learned)}"
-                f"{self._what_is_used(name)}",
+                f"sensor {name}: sigma is told as {show_value(found.told)}, but "
+                f"{found.seen} {show_value(found.learned)}{self._what_is_used(name)}",
                 weight=WEIGHT + abs(float(np.log(found.times))),
-                told=number(found.told),
-                seen=number(found.learned if name in self._trusted else found.used),
+                told=_number(found.told),
+                seen=_number(found.learned if name in self._trusted else found.used),
             )
             for name, found in self._verdicts.items()
             if name in self._factors or name in self._trusted
@@ -223,6 +236,6 @@ def _rounded(value: float, factor: float) -> float:
     return value if factor == 1.0 else digits(value * factor, 3)
 
 
-def number(sigma: Any) -> float:
+def _number(sigma: Any) -> float:
     """Return the one number of a noise, or that of its first column."""
     return float(next(iter(sigma.values())) if isinstance(sigma, Mapping) else sigma)

@@ -45,8 +45,10 @@ def with_reach(
     places: Mapping[str, Sequence[float]],
 ) -> dict[str, ObservedSensor]:
     """Return sensors of bearings alone that stand far apart with how far they are looked from."""
+    if not are_bearings(observed):
+        return observed
     far = reach_of_bearings(platforms_of(reports, places))
-    if far <= FARTHEST or not are_bearings(observed):
+    if far <= FARTHEST:
         # A sensor of which nothing says how far sees so far anyway.
         return observed
     views = dict.fromkeys(reports.sensors, FieldOfView(max_range=far))

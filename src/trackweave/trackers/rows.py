@@ -28,7 +28,8 @@ def n_live(
     tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
 ) -> int:
     """Return the number of live tracks."""
-    return sum(map(len, _live_leaves(tree, inactive, time, by_belief=by_belief)))
+    usual = _usual_interval(tree, inactive)
+    return sum(map(len, _live_leaves(tree, inactive, time, usual, by_belief=by_belief)))
 
 
 def live_rows(
@@ -36,8 +37,8 @@ def live_rows(
 ) -> TrackTable:
     """Return a row for each live track, in order of identifier."""
     # By belief, states are averages over all sequences; else those of the chosen ones alone.
-    dim, chosen = tree.dim, _live_leaves(tree, inactive, time, by_belief=by_belief)
-    parts, usual = [], _usual_interval(tree, inactive)
+    dim, usual, parts = tree.dim, _usual_interval(tree, inactive), []
+    chosen = _live_leaves(tree, inactive, time, usual, by_belief=by_belief)
     for (nodes, families, count), leaf in zip(_rooms(tree, inactive), chosen, strict=True):
         if leaf.size or nodes is tree.nodes:
             source = (nodes, count, families.track.shape[0])
@@ -70,11 +71,16 @@ def live_rows(
 
 
 def _live_leaves(
-    tree: AssociationTree, inactive: InactiveClusters, time: float, *, by_belief: bool
+    tree: AssociationTree,
+    inactive: InactiveClusters,
+    time: float,
+    usual: float,
+    *,
+    by_belief: bool,
 ) -> tuple[IntArray, IntArray]:
     """Return the last nodes of live tracks' chosen sequences: in the tree, and inactive."""
     # How probable it is that objects live is told by all sequences, or by the chosen ones alone.
-    found, usual = [], _usual_interval(tree, inactive)
+    found = []
     for room in _rooms(tree, inactive):
         nodes, families, count = room
         leaf = np.flatnonzero(nodes.chosen[:count] == 1)
