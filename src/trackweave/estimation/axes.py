@@ -6,7 +6,7 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.estimates import Estimates, bounded
+from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.neighbours import beside_neighbours
 from trackweave.estimation.noise import arrays_of, noise_of_chains
 from trackweave.estimation.refine import Followed, sure_tracks
@@ -43,7 +43,7 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
             process.append(_process(reports, chains, axes))
     if process:
         # Along the others what objects do is hidden in the noise.
-        estimates = replace(estimates, process_noise=bounded(min(process), 1e-30))
+        estimates = replace(estimates, process_noise=positive(min(process)))
     return replace(estimates, sensors=sensors)
 
 

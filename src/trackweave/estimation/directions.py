@@ -9,7 +9,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.along_sight import platform_of, process_along_sight
-from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.neighbours import LONGEST_SPAN, expected_of
 from trackweave.estimation.refine import DETECTION_RANGE, Followed, Track, sure_tracks
@@ -69,7 +69,7 @@ def with_components(
                 processes += [] if process is None else [process]
     # Objects are the same for all sensors; what one sees besides is its own noise.
     known = estimates.process_noise
-    along = bounded(min(processes, default=known), 1e-30)
+    along = positive(min(processes, default=known))
     # Where both agree, that in the plane has seen every turn.
     if known / ALIKE < along < known * ALIKE:
         along = known

@@ -16,7 +16,7 @@ from trackweave.estimation.chains import (
 )
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
-from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.frames import Frames, frames_of, usual_gap
 from trackweave.estimation.identities import identity_error, note_on_identities
 from trackweave.estimation.lone import LoneReports, judged, lone_reports
@@ -92,12 +92,12 @@ def estimate(
     only_lone = rhythm_of(lone, reports.time) if len(lone) == len(findings) else {}
     return Estimates(
         sensors=_reconciled(sensors, reports, max_speed, known),
-        process_noise=bounded(
-            np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3, 1e-30
+        process_noise=positive(
+            np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3
         ),
         max_speed=bounded(max_speed),
-        new_target_density=bounded(float(np.median(np.divide(present, times))), 1e-30),
-        initial_target_density=bounded(max(present), 1e-30),
+        new_target_density=positive(float(np.median(np.divide(present, times)))),
+        initial_target_density=positive(max(present)),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
         notes=tuple(
@@ -183,7 +183,7 @@ def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | 
         scan_period=None,
         sigma=bounded(typical, 1e-6),
         detection_probability=digits(values.detection),
-        clutter_density=digits(float(np.clip(values.clutter, 1e-30, 1e10))),
+        clutter_density=positive(values.clutter),
         covered=covered,
         n_objects=lone.n_objects,
         scans=False,
@@ -227,7 +227,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         scan_period=None if period is None else digits(period, 7),
         sigma=bounded(sigma or typical, 1e-6),
         detection_probability=digits(detection),
-        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
+        clutter_density=positive(clutter),
         covered=covered,
         n_objects=n_objects / share,
         density=density,
@@ -258,7 +258,7 @@ def _on_line(
         sensor=replace(
             sensor,
             covered=sensor.covered * wide,
-            clutter_density=digits(float(np.clip(sensor.clutter_density / wide, 1e-30, 1e10))),
+            clutter_density=positive(sensor.clutter_density / wide),
             density=sensor.density / wide,
         ),
         note=note_on_area(position, sensor.covered * wide),

@@ -8,7 +8,7 @@ import numpy as np
 
 from trackweave.models.strength import StrengthModel
 
-__all__ = ["Estimates", "SensorEstimate", "bounded", "digits"]
+__all__ = ["Estimates", "SensorEstimate", "bounded", "digits", "positive"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +90,11 @@ def bounded(value: float, least: float = 1e-12) -> float:
     """Return a value, rounded, that a configuration takes: the data's scale may be anything."""
     # Features of glaciers go 1e-6 m/s, and change that by 1e-24 m²/s³.
     return digits(float(np.clip(value, least, 1e8)))
+
+
+def positive(value: float) -> float:
+    """Return a density or a process noise, rounded, in whatever units its numbers are."""
+    return digits(float(np.clip(value, 1e-30, 1e30)))
 
 
 def digits(value: float, count: int = 4) -> float:

@@ -13,8 +13,7 @@ from trackweave.estimation.trees import tree_of
 
 __all__ = ["believable"]
 
-# Nothing that is seen from the ground flies faster where numbers are metres for sure [m/s]; where
-# they may be anything, nothing that stays near the Earth moves faster.
+# Nothing that is seen from the ground flies faster [m/s], where numbers are metres for sure.
 FASTEST_ON_EARTH, FASTEST = 1_500.0, 12_000.0
 USUAL_SPEED = 50.0
 # Above the air objects are in orbit, or fall as fast.
@@ -98,7 +97,10 @@ def _speed(
     is_in_orbit = (
         in_metres and position.shape[1] > 2 and np.nanmedian(position[:, 2]) > ABOVE_AIR_M
     )
-    most = FASTEST_ON_EARTH if in_metres and not is_in_orbit else FASTEST
+    # Other numbers may be of any unit: nanometres, or metres a day.
+    most = np.inf
+    if in_metres:
+        most = FASTEST if is_in_orbit else FASTEST_ON_EARTH
     if periods and extent > 0:
         most = min(most, CROSSED * extent / min(periods))
     if speed <= most:
@@ -106,4 +108,4 @@ def _speed(
     if is_in_orbit:
         return min(most, ORBITAL_SPEED)
     usual = [10 * s.plane_sigma / s.scan_period for s in sensors.values() if s.scan_period]
-    return digits(min([most, USUAL_SPEED, *usual]))
+    return digits(min([most, *([USUAL_SPEED] if in_metres else []), *usual]))

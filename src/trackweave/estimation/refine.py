@@ -11,7 +11,7 @@ from trackweave.estimation.chains import local_density
 from trackweave.estimation.clear_air import in_the_clear
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
-from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
 from trackweave.estimation.noise import (
     arrays_of,
@@ -135,7 +135,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     speed = _speed(tracks, reports)
     if noises:
         # Objects are the same for all sensors; what one sees besides is its own wandering.
-        estimates = replace(estimates, process_noise=bounded(min(noises), 1e-30))
+        estimates = replace(estimates, process_noise=positive(min(noises)))
     if speed is not None:
         # The few that are faster may all come at other times.
         speed = bounded(max(speed, WIDER * estimates.speed_of_few))
@@ -294,7 +294,7 @@ def _clutter(
     present = (1 - share) * sensor.density * sensor.covered / sensor.detection_probability
     return replace(
         sensor,
-        clutter_density=digits(float(np.clip(clutter, 1e-30, 1e10))),
+        clutter_density=positive(clutter),
         n_objects=max(present, 0.1),
     )
 
@@ -335,7 +335,7 @@ def _coming(
     came = sum(track.begin > begun for track in tracks)
     present = sum(track.end - track.begin for track in tracks) / float(looks[-1] - looks[0])
     rate = (came + 0.5) / (looks.size - EARLY_LOOKS)
-    return bounded(rate / area, 1e-30), bounded(max(present, 0.1) / area, 1e-30)
+    return positive(rate / area), positive(max(present, 0.1) / area)
 
 
 def _noise(

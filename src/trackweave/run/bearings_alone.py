@@ -18,7 +18,7 @@ from trackweave.config.fill import fill
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.coverage import reach_of_bearings
-from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
+from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.refine import DETECTION_RANGE
 from trackweave.randomness import generator_of
 from trackweave.run.course import course_of
@@ -123,8 +123,8 @@ class _Stretch:
             estimates,
             sensors=sensors,
             max_speed=bounded(min(speed, fastest)),
-            new_target_density=bounded((came + 0.5) / (self.area * n_scans), 1e-30),
-            initial_target_density=bounded(max(present, 0.5) / self.area, 1e-30),
+            new_target_density=positive((came + 0.5) / (self.area * n_scans)),
+            initial_target_density=positive(max(present, 0.5) / self.area),
         )
 
 

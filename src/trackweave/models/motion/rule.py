@@ -12,7 +12,8 @@ __all__ = [
     "ball_variance", "rule_of",
 ]  # fmt: skip
 
-PROCESS_NOISE = Key("a number ≥ 0 in m²/s³", 0, 1e12)
+# Units may be anything: nanometres, or days.
+PROCESS_NOISE = Key("a number ≥ 0 in m²/s³", 0, 1e30)
 # What is taken where neither the file nor the reports tell: a vehicle's.
 USUAL_SPEED, USUAL_PROCESS = 50.0, 1.0
 
