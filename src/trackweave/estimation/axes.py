@@ -38,7 +38,7 @@ def with_axes(estimates: Estimates, reports: ReportTable, followed: Followed) ->
             continue
         noise = np.quantile(np.abs(np.concatenate(off)), MOST, axis=0) / MOST_OF_NORMAL
         if noise.max() > APART * noise.min() > 0.0:
-            axes = tuple(bounded(float(each), 1e-6) for each in noise)
+            axes = tuple(bounded(float(each), 1e-9) for each in noise)
             sensors[name] = replace(sensors[name], axes=axes)
             process.append(_process(reports, chains, axes))
     if process:

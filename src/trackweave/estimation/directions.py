@@ -129,7 +129,7 @@ def _component_noise(
     ]
     whole = spread if most is None else np.minimum(spread, most * np.array(middle))
     usual = np.sqrt(np.average(whole**2, axis=0, weights=count))
-    found = (tuple(bounded(float(value), 1e-6) for value in each) for each in (usual, middle))
+    found = (tuple(bounded(float(value), 1e-9) for value in each) for each in (usual, middle))
     return next(found), next(found), across_of(np.array(distance), spread[:, 1], count)
 
 

@@ -128,7 +128,7 @@ def _reconciled(
     for name, variances in extra.items():
         if name not in known:
             more = float(np.sqrt(np.mean(variances)))
-            sigma = bounded(float(np.hypot(sensors[name].plane_sigma, more)), 1e-6)
+            sigma = bounded(float(np.hypot(sensors[name].plane_sigma, more)), 1e-9)
             sensors[name] = replace(sensors[name], sigma=sigma, disagreement=more)
     return sensors
 
@@ -181,7 +181,7 @@ def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | 
     values = LoneValues.of(lone, typical, covered, position.shape[1])
     sensor = SensorEstimate(
         scan_period=None,
-        sigma=bounded(typical, 1e-6),
+        sigma=bounded(typical, 1e-9),
         detection_probability=digits(values.detection),
         clutter_density=positive(values.clutter),
         covered=covered,
@@ -225,7 +225,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
     clutter = max(per_scan - n_objects * detection, floor) / (covered * share)
     found = SensorEstimate(
         scan_period=None if period is None else digits(period, 7),
-        sigma=bounded(sigma or typical, 1e-6),
+        sigma=bounded(sigma or typical, 1e-9),
         detection_probability=digits(detection),
         clutter_density=positive(clutter),
         covered=covered,
@@ -294,7 +294,7 @@ def _noise(
     """Return sigma and process noise from sure tracks, kept to what such tracks can tell."""
     sigma, typical = sigmas
     # Reports without any noise still get some, or no filter could work with them.
-    start = max(float(np.sqrt(np.median(chains.residual))), 0.01 * typical, 1e-6)
+    start = max(float(np.sqrt(np.median(chains.residual))), 0.01 * typical, 1e-9)
     known = sigma is not None
     sigma, process = noise_of_chains(
         chains.time, chains.position, sigma or start, density, fixed=known

@@ -204,7 +204,7 @@ def _noise(
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
     density = max(false_rate, 1e-6) / spread
     return noise_of_chains(
-        times, places, max(start, 1e-6), density, fixed=sigma is not None, follows_turns=False
+        times, places, max(start, 1e-9), density, fixed=sigma is not None, follows_turns=False
     )
 
 

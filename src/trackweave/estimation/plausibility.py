@@ -64,7 +64,7 @@ def _sensor(
         )
     near = _nearest(reports.measurement[rows])
     if near is not None and sensor.plane_sigma > WITHIN * near:
-        sigma = bounded(USUAL_NOISE * near, 1e-6)
+        sigma = bounded(USUAL_NOISE * near, 1e-9)
         notes.append(
             f"a sigma of {sensor.plane_sigma:.4g} m is what its reports seem to tell, although "
             f"they lie {near:.2g} m from one another; {sigma:.4g} m stands in: better give sigma"

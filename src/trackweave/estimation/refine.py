@@ -130,7 +130,7 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         found = _noise(sensors[name], tracks, (reports, index), is_wild=followed.is_wild)
         if found is not None:
             sigma = float(np.hypot(found[0], sensors[name].disagreement))
-            sensors[name] = replace(sensors[name], sigma=bounded(sigma, 1e-6))
+            sensors[name] = replace(sensors[name], sigma=bounded(sigma, 1e-9))
             noises.append(found[1])
     speed = _speed(tracks, reports)
     if noises:
