@@ -1,5 +1,7 @@
 """What the time of a report costs, against the oracle."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,12 +9,16 @@ from oracles.rhythms import rhythm_costs
 from trackweave.association._rhythm import SIZE, begin_rhythm, hear, rhythm_cost
 
 
-def costs(times, sensor=0):
+# In ten seconds one is heard once.
+OFTEN = -math.expm1(-0.1)
+
+
+def costs(times, often=OFTEN, sensor=0):
     rhythm = np.empty((1, SIZE))
     begin_rhythm(rhythm, 0, sensor, times[0])
     found = [0.0]
     for time in times[1:]:
-        found.append(rhythm_cost(rhythm, 0, sensor, time))
+        found.append(rhythm_cost(rhythm, 0, sensor, time, often))
         hear(rhythm, 0, sensor, time)
     return found
 
@@ -24,7 +30,7 @@ def test_costs_are_those_of_the_whole_history(seed):
     lost = rng.geometric(0.7, size=usual.size)
     waits = usual * lost * rng.uniform(0.8, 1.2, usual.size) * (rng.random(usual.size) > 0.05)
     times = np.cumsum(waits).tolist()
-    np.testing.assert_allclose(costs(times), rhythm_costs(times), atol=1e-9)
+    np.testing.assert_allclose(costs(times), rhythm_costs(times, OFTEN), atol=1e-9)
 
 
 def test_two_objects_cost_more_as_one():
@@ -54,6 +60,13 @@ def test_another_sensor_says_nothing_of_the_intervals():
     for time in (10.0, 20.0):
         hear(rhythm, 0, 0, time)
     before = rhythm.copy()
-    assert rhythm_cost(rhythm, 0, 1, 21.0) == 0.0
+    assert rhythm_cost(rhythm, 0, 1, 21.0, OFTEN) == 0.0
     hear(rhythm, 0, 1, 21.0)
     np.testing.assert_array_equal(rhythm, before)
+
+
+@pytest.mark.parametrize("unit", [0.1, 60.0, 3600.0])
+def test_what_a_wait_tells_hangs_on_how_usual_it_is(unit):
+    times = np.cumsum(np.random.default_rng(1).uniform(5.0, 15.0, 40))
+    often = -math.expm1(-0.1 / unit)
+    np.testing.assert_allclose(costs((unit * times).tolist(), often), costs(times.tolist()))

@@ -19,8 +19,8 @@ def _chances(interval, variance, count, waited):
     return chances
 
 
-def rhythm_costs(times):
-    """Return what each report of a sequence costs for its time, the first two nothing."""
+def rhythm_costs(times, often):
+    """Return what each report costs for its time; usual is to be heard so often in a second."""
     costs, known = [0.0], None
     for last, now in pairwise(times):
         waited = now - last
@@ -30,7 +30,10 @@ def rhythm_costs(times):
             continue
         interval, variance, count = known
         chances = _chances(*known, waited) if waited > 0 else [0.0]
-        slow = [math.exp(interval) * (lost + 1) / 10 if count >= 3 else 1.0 for lost in range(4)]
+        usual = -1 / math.log(1 - often)
+        slow = [
+            math.exp(interval) * (lost + 1) / usual if count >= 3 else 1.0 for lost in range(4)
+        ]
         rare = [min(max(one, 1 / 20), 20.0) for one in slow]
         costs.append(-math.log(CHANGED + sum(map(truediv, chances, rare))))
         if waited == 0:
@@ -60,4 +63,4 @@ class Hearing:
             return 0.0
         self.sensor = look.sensor
         self.times.append(look.time)
-        return rhythm_costs(self.times)[-1]
+        return rhythm_costs(self.times, look.sensor.detection_probability)[-1]

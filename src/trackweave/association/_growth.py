@@ -197,7 +197,13 @@ def propose(
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+                    cost += rhythm_cost(
+                        nodes.rhythm,
+                        node,
+                        scan.sensor,
+                        scan.moment[index],
+                        scan.detection_probability,
+                    )
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             if leaps and seen > 0.0:
                 count = propose_leaps(

@@ -66,7 +66,9 @@ def propose_leaps(
             scan.log_clutter, chance, scan.evidence[index] + scan.identity_gain,
         )  # fmt: skip
         if scan.is_heard:
-            cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+            cost += rhythm_cost(
+                nodes.rhythm, node, scan.sensor, scan.moment[index], scan.detection_probability
+            )
         count = admit(candidates, begin, count, crowding, node, index, cost)
         if count <= candidates.node.shape[0]:
             candidates.leap[count - 1] = True

@@ -217,7 +217,13 @@ def admit_pairs(
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(nodes.rhythm, node, scan.sensor, scan.moment[index])
+                    cost += rhythm_cost(
+                        nodes.rhythm,
+                        node,
+                        scan.sensor,
+                        scan.moment[index],
+                        scan.detection_probability,
+                    )
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             at += 1
     end_misses(nodes, n_nodes, scan, rule, missed)

@@ -18,9 +18,9 @@ CHANGED, LOST, MOST_LOST = 0.05, 0.3, 4
 lost; with more lost in a row nothing is known of the next."""
 RANGE = 5.0
 """Reporting intervals of which nothing is known are so many powers of e apart."""
-USUAL_PACE, MOST_PACE, PACED = 10.0, 20.0, 3.0
-"""Between reports of objects in general [s]; so many times slower or quicker counts, and no more;
-and from so many intervals on: one report soon after another is no sign that both are of one."""
+MOST_PACE, PACED = 20.0, 3.0
+"""So many times slower or quicker than usual counts, and no more; and from so many intervals on:
+one report soon after another is no sign that both are of one."""
 USUAL_VARIANCE, LEAST_VARIANCE = 0.15**2, 0.01**2
 """Of the logarithm of an interval: before any tells, which counts as one, and never less."""
 MOST_COUNT, FORGOTTEN = 8.0, 0.25
@@ -44,7 +44,7 @@ def _odds(row: FloatArray, waited: float, lost: int) -> float:
 
 
 @jit
-def _rarity(row: FloatArray, lost: int) -> float:
+def _rarity(row: FloatArray, lost: int, often: float) -> float:
     """Return how much rarer than usual reports are at its interval, so many of them lost.
 
     The density of a wait's logarithm over the wait is that of the wait: without it two tracks
@@ -52,12 +52,13 @@ def _rarity(row: FloatArray, lost: int) -> float:
     """
     if row[COUNT] < PACED:
         return 1.0
-    pace = math.exp(row[INTERVAL]) * (lost + 1.0) / USUAL_PACE
+    # Usual is what the chance says to be heard within a second.
+    pace = -math.exp(row[INTERVAL]) * (lost + 1.0) * math.log1p(-often)
     return min(max(pace, 1.0 / MOST_PACE), MOST_PACE)
 
 
 @jit
-def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float) -> float:
+def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float, often: float) -> float:
     """Return what it costs that a sensor hears the object next at a moment [nats].
 
     Against a report of which no rhythm tells: the interval is log-normal about the object's own,
@@ -70,7 +71,7 @@ def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float) -> fl
     odds = CHANGED
     if waited > 0.0:
         for lost in range(MOST_LOST):
-            odds += _odds(row, waited, lost) / _rarity(row, lost)
+            odds += _odds(row, waited, lost) / _rarity(row, lost, often)
     return -math.log(odds)
 
 

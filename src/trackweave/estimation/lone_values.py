@@ -23,6 +23,8 @@ PAUSES, DEPTHS = 2.0, (5, 80)
 # Of what reports more seldom than this [s], silences last so many slow pauses on average, and
 # objects live for so many at least.
 RARE, SILENT, LIVES = 200.0, 2.0, 5.0
+# Nothing reports itself more often than after so long [s].
+HASTY = 0.01
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
@@ -49,7 +51,7 @@ class LoneValues:
         # Of false alarms there are enough that no single report settles anything; and one that no
         # track explains is about as likely a new object's as nobody's, because it may be minutes
         # until its next.
-        detection = float(np.clip(1 - np.exp(-lone.rate), 1e-4, 0.98))
+        detection = float(np.clip(-np.expm1(-lone.rate), 1e-6, 0.98))
         process = lone.process_noise
         if process is not None:
             process = max(process, LEAST_PROCESS * sigma**2 / lone.pause**3)
@@ -116,6 +118,8 @@ def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:
         doubt = ", as is told"
     elif seen.doubt > 0:
         doubt = f" ({100 * seen.doubt:.0f} % of what tells says otherwise)"
+    if lone.pause < HASTY:
+        otherwise += "; unless its times are in seconds, bring them to those"
     return (
         f"taken for one that does not scan{doubt}: {seen.n_objects} objects report by "
         f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss"
