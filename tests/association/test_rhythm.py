@@ -8,7 +8,6 @@ import pytest
 from oracles.rhythms import rhythm_costs
 from trackweave.association._rhythm import SIZE, begin_rhythm, hear, rhythm_cost
 
-
 # In ten seconds one is heard once.
 OFTEN = -math.expm1(-0.1)
 

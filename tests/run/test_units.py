@@ -17,9 +17,7 @@ def cells(seed=1):
         speed += rng.normal(0, 1.5, speed.shape)
         place = place + 0.1 * speed
         seen = np.flatnonzero(rng.random(15) < 0.9)
-        rows += [
-            (0.1 * frame, *(place[each] + rng.normal(0, 0.3, 2)), str(each)) for each in seen
-        ]
+        rows += [(0.1 * frame, *(place[each] + rng.normal(0, 0.3, 2)), str(each)) for each in seen]
         rows += [(0.1 * frame, *rng.uniform(0, 200, 2), "") for _ in range(rng.poisson(4))]
     return pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row")
 
