@@ -8,7 +8,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.trees import ball_volume, tree_of
 
-__all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period", "usual_gap"]
+__all__ = ["Frames", "frames_of", "is_absurd_period", "scan_period", "scan_times", "usual_gap"]
 
 # Enough to estimate from in about a second; more reports change no estimate visibly.
 MAX_SCANS_PER_BLOCK = 60
@@ -69,14 +69,20 @@ def scan_period(time: FloatArray) -> float | None:
     return period if is_regular else None
 
 
-def usual_gap(reports: ReportTable, sensor: int) -> float:
-    """Return the median time from a sensor's scan to the next, however they differ [s]."""
+def scan_times(reports: ReportTable, sensor: int) -> FloatArray:
+    """Return when each of a sensor's scans ends [s], ascending."""
     own = reports.sensor == sensor
     number = reports.time if reports.scan is None else reports.scan
     _, at = np.unique(number[own], return_inverse=True)
-    time = np.full(at.max() + 1, -np.inf)
+    time = np.full(at.max(initial=-1) + 1, -np.inf)
     np.maximum.at(time, at, reports.time[own])
-    return float(np.median(np.diff(np.sort(time)))) if time.size > 1 else 0.0
+    return np.sort(time)
+
+
+def usual_gap(reports: ReportTable, sensor: int) -> float:
+    """Return the median time from a sensor's scan to the next, however they differ [s]."""
+    time = scan_times(reports, sensor)
+    return float(np.median(np.diff(time))) if time.size > 1 else 0.0
 
 
 def is_absurd_period(time: FloatArray, period: float) -> bool:

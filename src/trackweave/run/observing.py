@@ -21,7 +21,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.estimation.estimates import Estimates
-from trackweave.estimation.frames import scan_period
+from trackweave.estimation.frames import scan_period, scan_times
 from trackweave.estimation.rotation import rotation_of, wanders
 from trackweave.models.rotation import Rotation
 from trackweave.run.kept import Kept
@@ -245,7 +245,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
                 _azimuth(kind, measured, platform[rows]),
                 numbered=reports.scan is not None,
             )
-        moments = np.unique(reports.time[rows])
+        moments = scan_times(reports, index)
         n_scans = moments.size
         if turns is not None:
             span = float(np.ptp(reports.time[rows])) / turns.period

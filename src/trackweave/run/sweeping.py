@@ -1,13 +1,16 @@
-"""Reports of a beam that sweeps a sector, each with its own time: sweeps are their scans."""
+"""Reports that each have their own time: a beam's sweeps, or a camera's bursts, are scans."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import IntArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.bursts import bursts_of
 from trackweave.estimation.rotation import rotation_of
 from trackweave.estimation.sweeps import sweeps_of
 
@@ -17,7 +20,7 @@ __all__ = ["with_sweeps"]
 def with_sweeps(
     reports: ReportTable, configuration: Configuration
 ) -> tuple[ReportTable, Configuration]:
-    """Return reports with sweeps of sectors for scans, where there are any, and what is told."""
+    """Return reports with sweeps and bursts for scans, where there are any, and what is told."""
     # Where several sensors report, and a beam of another turns, nobody's scans are numbered: turns
     # would be lost. A ``rotation`` that is told of a beam that sweeps is left out, unless trusted.
     if reports.scan is not None:
@@ -27,18 +30,16 @@ def with_sweeps(
     sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
     for index, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)
+        said = configuration.sensor(name)
         if not _comes_one_by_one(reports, rows):
             continue
-        found = _sweeps(reports, index, rows, configuration)
+        found = _bursts(reports, index, rows, said) or _sweeps(reports, index, rows, said)
         if found is None:
             return reports, configuration
-        scan[rows], lasts = found
+        scan[rows], sentence = found
         told = sensors.get(name, {}).pop("rotation", None)
         doubt = f", although rotation = {told!r} is told, which is not used" if told else ""
-        notes.append(
-            f"sensor {name}: its beam sweeps a sector, {lasts:.3g} s a sweep{doubt}; each sweep "
-            "is a scan"
-        )
+        notes.append(f"sensor {name}: {sentence}{doubt}; each is a scan")
     if not notes:
         return reports, configuration
     reports = replace(reports, scan=scan, notes=(*reports.notes, *notes))
@@ -50,11 +51,39 @@ def _comes_one_by_one(reports: ReportTable, rows: IntArray) -> bool:
     return bool(rows.size and np.unique(reports.time[rows]).size > 0.5 * rows.size)
 
 
+def _bursts(
+    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
+) -> tuple[IntArray, str] | None:
+    """Return the burst of each report and a sentence, None for none or where a beam turns."""
+    if said.get("rotation", "none") != "none" or said.get("scans") is False:
+        return None
+    found = bursts_of(reports.time[rows])
+    if found is None:
+        return None
+    azimuth = _azimuth(reports, index, rows, said)
+    if azimuth is not None and rotation_of(reports.time[rows], azimuth) is not None:
+        return None
+    return found[0], f"its reports come in bursts of {found[1]:.3g} s at most"
+
+
+def _azimuth(
+    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
+) -> FloatArray | None:
+    """Return the direction of reports from their sensor [rad], None where they tell none."""
+    kind = reports.kind_of(index)
+    if not isinstance(kind, MeasurementKind):
+        return None
+    if kind.azimuth is not None and not kind.is_position:
+        return reports.measurement[rows, kind.azimuth]
+    east, north = (reports.measurement[rows, :2] - said.get("position", (0.0, 0.0))[:2]).T
+    return np.asarray(np.arctan2(east, north))
+
+
 def _sweeps(
-    reports: ReportTable, index: int, rows: IntArray, configuration: Configuration
-) -> tuple[IntArray, float] | None:
-    """Return the sweep of each report and how long one takes, None for no such beam."""
-    kind, said = reports.kind_of(index), configuration.sensor(reports.sensors[index])
+    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
+) -> tuple[IntArray, str] | None:
+    """Return the sweep of each report and a sentence, None for no such beam."""
+    kind = reports.kind_of(index)
     if not isinstance(kind, MeasurementKind) or kind.azimuth is None:
         return None
     if said.get("rotation") == "none" or said.get("scans") is False:
@@ -69,4 +98,4 @@ def _sweeps(
         found = sweeps_of(time, azimuth)
     if found is None or rotation_of(time, azimuth, period=period) is not None:
         return None
-    return found
+    return found[0], f"its beam sweeps a sector, {found[1]:.3g} s a sweep"

@@ -1,0 +1,54 @@
+"""Times that come in bursts are frames; those of turning beams and of tags are not."""
+
+import numpy as np
+import pytest
+
+from trackweave.estimation.bursts import bursts_of
+
+
+def frames(period, spread, *, n_frames=100, each=4.0, seed=1):
+    rng = np.random.default_rng(seed)
+    frame = np.repeat(np.arange(n_frames), rng.poisson(each, n_frames))
+    time = period * frame + rng.uniform(0, spread, frame.size)
+    order = np.argsort(time)
+    return time[order], frame[order]
+
+
+@pytest.mark.parametrize(("period", "spread"), [(1.0, 0.01), (1.0, 0.2), (0.04, 0.004)])
+@pytest.mark.parametrize("each", [1.5, 20.0])
+def test_each_frame_is_a_burst(period, spread, each):
+    time, frame = frames(period, spread, each=each)
+    number, lasting = bursts_of(time)
+    _, expected = np.unique(frame, return_inverse=True)
+    np.testing.assert_array_equal(number, expected)
+    assert lasting <= spread
+
+
+def test_frames_may_be_lost():
+    time, frame = frames(1.0, 0.05)
+    kept = (frame < 30) | (frame > 47)
+    number, _ = bursts_of(time[kept])
+    assert number.max() + 1 == np.unique(frame[kept]).size
+
+
+def test_times_that_are_all_alike_in_a_frame_are_none():
+    assert bursts_of(np.repeat(np.arange(50.0), 5)) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_reports_at_any_time_are_none(seed):
+    assert bursts_of(np.sort(np.random.default_rng(seed).uniform(0, 100, 600))) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_objects_that_report_each_at_its_own_second_are_none(seed):
+    rng = np.random.default_rng(seed)
+    time = np.arange(80.0)[:, None] + rng.uniform(0, 1, 12) + rng.normal(0, 0.01, (80, 12))
+    assert bursts_of(np.sort(time.reshape(-1))) is None
+
+
+def test_bursts_out_of_step_are_none():
+    rng = np.random.default_rng(1)
+    begin = np.cumsum(rng.exponential(1.0, 100))
+    time = begin[:, None] + rng.uniform(0, 0.001, (100, 4))
+    assert bursts_of(np.sort(time.reshape(-1))) is None
