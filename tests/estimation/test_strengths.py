@@ -1,10 +1,17 @@
 """Strengths tell objects from false alarms only where they do, whatever their distribution."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from estimation.test_estimate import table
 from trackweave.arrays import FloatArray
-from trackweave.estimation.strengths import strength_model
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates
+from trackweave.estimation.refine import Followed
+from trackweave.estimation.strengths import strength_model, with_strengths
 
 RNG = np.random.default_rng(1)
 LONE = RNG.normal(3.0, 2.0, 200)
@@ -76,3 +83,36 @@ def test_weak_objects_are_none_the_less_objects_where_tracks_are_sure() -> None:
     assert found.target_mean + found.target_spread == pytest.approx(30.0, abs=1.0)
     assert found.target_sigma == pytest.approx(2.0, abs=0.7)
     assert all(found.evidence(own).mean() > 0 for own in weak)
+
+
+def dim_cells(*, stay: bool) -> tuple[ReportTable, Followed, Estimates]:
+    """Return bright and dim cells and debris of 80 frames; dim ones wander, or all stay."""
+    rng = np.random.default_rng(1)
+    time, place, level, track = [], [], [], []
+    for each in range(12):
+        begin, speed = rng.uniform(0, 100, 2), rng.normal(0, 0 if stay and each > 7 else 0.5, 2)
+        for frame in range(80):
+            time.append(float(frame))
+            place.append(begin + frame * speed + rng.normal(0, 0.3, 2))
+            level.append(rng.normal(60.0 if each > 7 else 100.0, 5.0))
+            track.append(each)
+    for frame in range(80):
+        for _ in range(3):
+            time.append(float(frame))
+            place.append(rng.uniform(0, 100, 2))
+            level.append(rng.uniform(20.0, 70.0))
+            track.append(-1)
+    order = np.argsort(time, kind="stable")
+    reports = table(np.array(time)[order], np.array(place)[order])
+    reports = replace(reports, strength=np.array(level)[order])
+    followed = Followed(np.array(track)[order], {"A": np.arange(80.0)})
+    return reports, followed, estimate(reports)
+
+
+@pytest.mark.parametrize("stay", [False, True])
+def test_what_is_dim_and_wanders_far_is_an_object_and_what_stays_is_none(stay: bool) -> None:
+    reports, followed, estimates = dim_cells(stay=stay)
+    model = with_strengths(estimates, reports, followed).sensors["A"].strength
+    assert model is not None
+    dim = model.evidence(np.full(1, 60.0))[0]
+    assert dim < -3.0 if stay else dim > -2.0

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, digits
 from trackweave.estimation.refine import Followed, sure_tracks
@@ -22,6 +22,9 @@ CLEARLY = 0.8
 N_ROUNDS = 10
 # So many objects tell how strong the weak and the strong ones are.
 FEWEST_KINDS = 8
+# What was reported so often and went so many standard deviations of its noise is no false alarm
+# that stays, nor one that a car passes by.
+OFTEN, GONE = 60, 8.0
 # Quantile of a tail, and how many standard deviations off it lies where tails are normal.
 TAIL, TAIL_SIGMAS = 0.05, 1.645
 
@@ -40,23 +43,45 @@ def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followe
     for index, name in enumerate(reports.sensors):
         if name in sensors:
             own = reports.sensor == index
-            groups = [reports.strength[track.rows[own[track.rows]]] for track in tracks]
+            rows = [track.rows[own[track.rows]] for track in tracks]
+            groups = [reports.strength[each] for each in rows]
             sure = sensors[name].clutter_persistence > 0.0
-            found = strength_model(groups, reports.strength[own & is_lone], are_sure=sure)
+            move = [sure or _moves(reports, each) for each in rows]
+            found = strength_model(
+                groups, reports.strength[own & is_lone], are_sure=sure, move=move
+            )
             sensors[name] = replace(sensors[name], strength=found)
     return replace(estimates, sensors=sensors)
 
 
+def _moves(reports: ReportTable, rows: IntArray) -> bool:
+    """Tell whether reports of a track went farther than false alarms that stay do."""
+    if rows.size < OFTEN:
+        return False
+    third = rows.size // 3
+    place = reports.measurement[rows]
+    # Second differences of reports at equal steps have six times the variance of one.
+    noise = np.mean(np.diff(place, 2, axis=0) ** 2, axis=0) / 6.0
+    gone = (place[-third:].mean(axis=0) - place[:third].mean(axis=0)) ** 2
+    return bool(np.any(gone > GONE**2 * noise))
+
+
 def strength_model(
-    tracks: Sequence[FloatArray], lone: FloatArray, *, are_sure: bool = False
+    tracks: Sequence[FloatArray],
+    lone: FloatArray,
+    *,
+    are_sure: bool = False,
+    move: Sequence[bool] = (),
 ) -> StrengthModel | None:
     """Return how strong reports of objects and false alarms are."""
     # Tracks whose reports are more like false alarms than like those of other tracks are taken to
-    # be false alarms that stay in one place. ``lone`` are those of the reports in no track. It is
-    # None where reports are too few or the two distributions do not differ clearly. Where tracks
-    # ``are_sure``, because false alarms that stay are told apart by that they stay, none is taken
-    # for one, and objects may be weak or strong.
+    # be false alarms that stay in one place, unless they ``move``. ``lone`` are those of the
+    # reports in no track. It is None where reports are too few or the two distributions do not
+    # differ clearly. Where tracks ``are_sure``, because false alarms that stay are told apart by
+    # that they stay, none is taken for one, and objects may be weak or strong.
     tracks = [own[np.isfinite(own)] for own in tracks]
+    goes = np.array(move or [False] * len(tracks), dtype=bool)
+    goes = goes[[own.size > 0 for own in tracks]]
     tracks = [own for own in tracks if own.size]
     lone = lone[np.isfinite(lone)]
     is_object = np.ones(len(tracks), dtype=bool)
@@ -69,7 +94,7 @@ def strength_model(
             return None
         if are_sure:
             break
-        told = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool)
+        told = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool) | goes
         if np.array_equal(told, is_object):
             break
         is_object = told
