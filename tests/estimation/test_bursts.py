@@ -47,8 +47,24 @@ def test_objects_that_report_each_at_its_own_second_are_none(seed):
     assert bursts_of(np.sort(time.reshape(-1))) is None
 
 
-def test_bursts_out_of_step_are_none():
+def test_frames_come_at_any_time():
     rng = np.random.default_rng(1)
-    begin = np.cumsum(rng.exponential(1.0, 100))
-    time = begin[:, None] + rng.uniform(0, 0.001, (100, 4))
-    assert bursts_of(np.sort(time.reshape(-1))) is None
+    frame = np.repeat(np.arange(100), rng.binomial(12, 0.9, 100))
+    time = np.cumsum(rng.uniform(0.1, 0.9, 100))[frame] + rng.uniform(0, 0.02, frame.size)
+    number, _ = bursts_of(np.sort(time))
+    assert number.max() == 99
+
+
+def test_what_is_late_now_and_then_is_of_its_frame():
+    rng = np.random.default_rng(1)
+    frame = np.repeat(np.arange(100), 12)
+    time = 0.4 * frame + rng.exponential(0.015, frame.size)
+    number, _ = bursts_of(np.sort(time))
+    assert number.max() == 99
+
+
+def test_passes_in_which_objects_report_again_and_again_are_none():
+    rng = np.random.default_rng(1)
+    count = np.maximum(rng.geometric(0.05, 100), 2)
+    time = np.repeat(np.cumsum(rng.exponential(1e4, 100)), count)
+    assert bursts_of(np.sort(time + rng.uniform(0, 100, time.size))) is None

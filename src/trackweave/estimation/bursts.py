@@ -8,11 +8,13 @@ __all__ = ["bursts_of"]
 
 # There are so many bursts at least, and so many times of reports to each.
 FEWEST, LEAST_TIMES = 10, 1.2
-# Nearly all last for no more than this share of the time from one to the next; and gaps between
-# them are so many times as long as those inside.
-NEARLY_ALL, LONGEST, CLEARLY = 0.95, 0.25, 2.0
-# They come in step: so many begin this near to a whole number of periods after the one before.
+# Nearly all reports are of some that last for no more than this share of the time from one to the
+# next; and gaps between them are so many times as long as those inside.
+NEARLY_ALL, LONGEST, CLEARLY = 0.95, 0.5, 2.0
+# They come in step: so many begin this near to a whole number of periods after the one before. Or
+# they are short, of so many times on average, and that varies no more than chance would have it.
 IN_STEP, NEAR = 0.9, 0.15
+SHORT, MANY, VARIED = 0.25, 3.0, 1.5
 # So many ways are tried to part gaps into those inside and those between.
 WAYS = 60
 
@@ -31,7 +33,7 @@ def bursts_of(time: FloatArray) -> tuple[IntArray, float] | None:
 
     Returns
     -------
-    None where times do not come in bursts, or not in step.
+    None where times do not come in bursts as frames do.
     """
     moments = np.unique(time)
     gaps = np.diff(moments)
@@ -44,7 +46,7 @@ def bursts_of(time: FloatArray) -> tuple[IntArray, float] | None:
         if between.size + 1 < FEWEST or moments.size < LEAST_TIMES * (between.size + 1):
             continue
         ratio = float(gaps[between].min() / inside.max())
-        if ratio > widest and _are_in_step(moments, between):
+        if ratio > widest and _are_frames(moments, between):
             best, widest = between, ratio
     if best is None:
         return None
@@ -54,13 +56,20 @@ def bursts_of(time: FloatArray) -> tuple[IntArray, float] | None:
     return number, float(np.quantile(lasting, NEARLY_ALL))
 
 
-def _are_in_step(moments: FloatArray, between: IntArray) -> bool:
-    """Tell whether bursts, the gaps between which are given, are short and of one period."""
+def _are_frames(moments: FloatArray, between: IntArray) -> bool:
+    """Tell whether bursts, the gaps between which are given, are those of one that looks."""
     begins, ends = moments[np.r_[0, between + 1]], moments[np.r_[between, moments.size - 1]]
     apart = np.diff(begins)
-    period = float(np.median(apart))
-    if np.quantile(ends - begins, NEARLY_ALL) > LONGEST * period:
+    usual = float(np.median(apart))
+    count = np.diff(np.r_[-1, between, moments.size - 1])
+    lasting = float(np.quantile(np.repeat(ends - begins, count), NEARLY_ALL))
+    if lasting > LONGEST * usual:
         return False
-    steps = apart / period
+    steps = apart / usual
     near = np.abs(steps - np.round(steps)) < NEAR * np.maximum(np.round(steps), 1.0)
-    return bool(np.mean(near & (steps > 0.5)) >= IN_STEP)
+    if np.mean(near & (steps > 0.5)) >= IN_STEP:
+        return True
+    # Passes of a satellite that hears ships again and again are of any number of reports.
+    usual_count = float(np.mean(count))
+    is_steady = usual_count > MANY and np.var(count) < VARIED * usual_count
+    return lasting < SHORT * usual and bool(is_steady)

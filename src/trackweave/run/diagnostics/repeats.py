@@ -13,8 +13,8 @@ __all__ = ["repeated_reports"]
 
 # Of so many reports this part lie so near another of their scan that chance would put that part
 # there; and as large a part is on no track, or their noise is at least so much of how near they
-# are: objects that go in a group are told apart.
-FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE = 100, 0.6, 0.1, 0.25, 0.5
+# are: objects that go in a group are told apart. Or nearly all do, and times are rounded.
+FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE, NEARLY_ALL = 100, 0.6, 0.1, 0.25, 0.5, 0.8
 WEIGHT, REACH = 75.0, 3.0
 # The first so many of a sensor's reports are looked at.
 MOST = 20_000
@@ -38,7 +38,8 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
         beside = looked[looked <= near]
         usual = float(np.median(beside)) if beside.size else np.inf
         is_noise = case.plane_sigma(index) >= AS_NOISE * usual
-        if beside.size < BESIDE * looked.size or not (is_left or is_noise):
+        is_rounded = beside.size >= NEARLY_ALL * looked.size and _is_whole(moment[rows])
+        if beside.size < BESIDE * looked.size or not (is_left or is_noise or is_rounded):
             continue
         yield Finding(
             "repeats",
@@ -52,6 +53,13 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
             told=float(looked.size),
             seen=float(beside.size),
         )
+
+
+def _is_whole(moment: FloatArray | IntArray) -> bool:
+    """Tell whether all times are whole multiples of the time from one to the next."""
+    steps = np.diff(np.unique(moment))
+    counts = moment / np.median(steps) if steps.size else np.zeros(1)
+    return bool(np.all(np.abs(counts - np.round(counts)) < 1e-6))
 
 
 def _beside(scan: IntArray, place: FloatArray) -> tuple[FloatArray, float]:
