@@ -61,3 +61,17 @@ def test_objects_that_give_several_reports_a_scan_are_told() -> None:
 def test_objects_that_give_one_report_a_scan_are_not() -> None:
     notes = tw.track(lidar(1)).run["notes"]
     assert not any("of their scan" in note for note in notes)
+
+
+def test_frames_that_rounded_times_put_together_are_told() -> None:
+    rng = np.random.default_rng(1)
+    place, speed = rng.uniform(0, 200, (12, 2)), rng.normal(0, 3, (12, 2))
+    rows = [
+        (0.4 * frame, *(place[each] + 0.4 * frame * speed[each] + rng.normal(0, 0.5, 2)))
+        for frame in range(150)
+        for each in np.flatnonzero(rng.random(12) < 0.9)
+    ]
+    fine = pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
+    for reports, is_told in ((fine, False), (fine.with_columns(pl.col("time").floor()), True)):
+        notes = tw.track(reports).run["notes"]
+        assert any("or where times are rounded" in note for note in notes) == is_told

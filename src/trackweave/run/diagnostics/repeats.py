@@ -13,8 +13,8 @@ __all__ = ["repeated_reports"]
 
 # Of so many reports this part lie so near another of their scan that chance would put that part
 # there; and as large a part is on no track, or their noise is at least so much of how near they
-# are: objects that go in a group are told apart. Or nearly all do, and times are rounded.
-FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE, NEARLY_ALL = 100, 0.6, 0.1, 0.25, 0.5, 0.8
+# are: objects that go in a group are told apart. Or so many do, and times are rounded.
+FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE, MOST_OF = 100, 0.6, 0.1, 0.25, 0.5, 0.7
 WEIGHT, REACH = 75.0, 3.0
 # The first so many of a sensor's reports are looked at.
 MOST = 20_000
@@ -33,12 +33,12 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
             continue
         apart, near = _beside(np.unique(moment[rows], return_inverse=True)[1], case.place[rows])
         alone = case.track[rows] < 0
-        is_left = np.count_nonzero(alone) >= max(FEWEST, OF_ALL * rows.size)
+        is_rounded = np.mean(apart <= near) >= MOST_OF and _is_whole(moment[rows])
+        is_left = np.count_nonzero(alone) >= max(FEWEST, OF_ALL * rows.size) and not is_rounded
         looked = apart[alone] if is_left else apart
         beside = looked[looked <= near]
         usual = float(np.median(beside)) if beside.size else np.inf
         is_noise = case.plane_sigma(index) >= AS_NOISE * usual
-        is_rounded = beside.size >= NEARLY_ALL * looked.size and _is_whole(moment[rows])
         if beside.size < BESIDE * looked.size or not (is_left or is_noise or is_rounded):
             continue
         yield Finding(
