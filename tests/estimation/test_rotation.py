@@ -105,3 +105,21 @@ def test_what_moves_before_a_sensor_that_stares_is_no_beam(
 ) -> None:
     assert rotation_of(time, azimuth) is None
     assert rotation_of(time, azimuth, period=2.0) is None
+
+
+@pytest.mark.parametrize("grain", [0.1, 0.125])
+@pytest.mark.parametrize("start", [0.0, 1.62e9])
+def test_times_may_be_rounded(grain: float, start: float) -> None:
+    truth = Rotation(4.0, 0.3, 1)
+    time, azimuth = plots(truth, n_turns=150, n_objects=30, start=start, odd=0.1)
+    found = rotation_of(np.round(time / grain) * grain, azimuth)
+    assert found is not None
+    assert found.period == pytest.approx(4.0, rel=1e-3)
+    assert found.direction == 1
+
+
+def test_what_goes_round_before_a_camera_is_no_beam() -> None:
+    rng = np.random.default_rng(1)
+    time = np.flatnonzero(rng.random(1200) < 0.9) * 0.1
+    azimuth = 2 * np.pi * time / 12.0 + rng.normal(0, 0.02, time.size)
+    assert rotation_of(time, azimuth) is None

@@ -48,3 +48,23 @@ def test_frames_whose_reports_have_times_of_their_own_are_frames(spread):
 def test_who_says_that_a_sensor_does_not_look_is_heard():
     _, result = quality(stamped(walkers(), 0.1), {"sensors": {"default": {"scans": False}}})
     assert result.run["configuration"]["sensors"]["default"]["scan_period"] is None
+
+
+def sectors(seed=1):
+    """Return six ships before a radar that sends quarters of a turn, stamped as it sends."""
+    rng = np.random.default_rng(seed)
+    place, speed = rng.uniform(-8000, 8000, (6, 2)), rng.normal(0, 5, (6, 2))
+    rows = []
+    for quarter in range(400):
+        for each in range(6):
+            now = place[each] + quarter * speed[each]
+            azimuth = np.degrees(np.arctan2(*now)) % 360
+            if azimuth // 90 == quarter % 4:
+                time = quarter + rng.uniform(0, 0.02)
+                rows.append((time, np.hypot(*now) + rng.normal(0, 10), azimuth))
+    return pl.DataFrame(sorted(rows), schema=["time", "range_m", "azimuth_deg"], orient="row")
+
+
+def test_quarters_of_a_turn_are_no_frames():
+    notes = tw.track(sectors()).run["notes"]
+    assert not [note for note in notes if "come in bursts" in note]

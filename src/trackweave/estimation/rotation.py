@@ -26,6 +26,9 @@ PERIOD_ERROR = 0.1
 # Reports per turn are more than this, or no turn could be told from another.
 LEAST_REPORTS_PER_TURN = 1.5
 STEPS_PER_TURN = 12
+# Of the steps of a clock, in which times are this exact, one that looks at each of them is heard
+# at more than this share.
+IN_STEP, MOST_STEPS = 0.01, 0.7
 # A fit is told from another by so much of the share.
 CLEARLY = 0.85
 
@@ -154,9 +157,14 @@ def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray)
     rate = float(fitting[np.abs(fitting - rate) < np.pi / span].mean())
     gaps = np.diff(elapsed)
     gaps = gaps[gaps > 1e-9 * span]
-    other = rate + 2 * np.pi / float(np.median(gaps))
-    # Where reports come in step with a clock, any number of turns may lie between them.
-    if _share(elapsed, azimuth, np.array([other]))[0] > CLEARLY * best:
+    step = float(np.median(gaps))
+    # Where reports come in step with a clock, any number of turns may lie between them; but those
+    # of a beam whose times are rounded leave many of its steps out.
+    counts = gaps / gaps.min()
+    is_clocked = bool(np.all(np.abs(counts - np.round(counts)) < IN_STEP))
+    if is_clocked and gaps.size < MOST_STEPS * float(counts.sum()):
+        step = float(gaps.mean())
+    if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]))[0] > CLEARLY * best:
         return None
     return rate
 

@@ -16,6 +16,9 @@ from trackweave.estimation.sweeps import sweeps_of
 
 __all__ = ["with_sweeps"]
 
+# Of bursts of so many reports and more directions are compared; they are alike from here on.
+SEVERAL, ALIKE = 2, 0.2
+
 
 def with_sweeps(
     reports: ReportTable, configuration: Configuration
@@ -61,9 +64,25 @@ def _bursts(
     if found is None:
         return None
     azimuth = _azimuth(reports, index, rows, said)
-    if azimuth is not None and rotation_of(reports.time[rows], azimuth) is not None:
+    if azimuth is not None and (
+        _is_of_sectors(found[0], azimuth) or rotation_of(reports.time[rows], azimuth) is not None
+    ):
         return None
     return found[0], f"its reports come in bursts of {found[1]:.3g} s at most"
+
+
+def _is_of_sectors(number: IntArray, azimuth: FloatArray) -> bool:
+    """Tell whether bursts come each from another direction, as a radar sends its sectors."""
+    count = np.bincount(number)
+    beam = np.exp(1j * azimuth)
+    total = np.bincount(number, beam.real) + 1j * np.bincount(number, beam.imag)
+    several = count >= SEVERAL
+    if not several.any():
+        return False
+    # How much alike the directions of one burst are, chance left out, and those of all.
+    own = (np.abs(total[several]) ** 2 - count[several]).sum()
+    own /= (count[several] * (count[several] - 1.0)).sum()
+    return bool(own > abs(beam.mean()) ** 2 + ALIKE)
 
 
 def _azimuth(
