@@ -111,7 +111,7 @@ def test_what_moves_before_a_sensor_that_stares_is_no_beam(
 @pytest.mark.parametrize("start", [0.0, 1.62e9])
 def test_times_may_be_rounded(grain: float, start: float) -> None:
     truth = Rotation(4.0, 0.3, 1)
-    time, azimuth = plots(truth, n_turns=150, n_objects=30, start=start, odd=0.1)
+    time, azimuth = plots(truth, n_turns=150, n_objects=40, start=start, odd=0.1)
     found = rotation_of(np.round(time / grain) * grain, azimuth)
     assert found is not None
     assert found.period == pytest.approx(4.0, rel=1e-3)
