@@ -68,3 +68,10 @@ def sectors(seed=1):
 def test_quarters_of_a_turn_are_no_frames():
     notes = tw.track(sectors()).run["notes"]
     assert not [note for note in notes if "come in bursts" in note]
+
+
+def test_bursts_far_apart_are_not_set_aside_as_lone_scans():
+    reports = walkers().with_columns(pl.col("time") * 900.0)
+    found, result = quality(stamped(reports, 200.0))
+    assert found > 0.95
+    assert not [note for note in result.run["notes"] if "stand alone" in note]

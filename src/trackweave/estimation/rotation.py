@@ -23,6 +23,8 @@ LEAST_TURNS = 2.0
 LEAST_TURNS_AT_FIRST = 0.1
 # A period that is given may be wrong by this share.
 PERIOD_ERROR = 0.1
+# Nor is a steady turn believed where the usual report is off by more than this [rad].
+GRAINY = 0.02
 # Reports per turn are more than this, or no turn could be told from another.
 LEAST_REPORTS_PER_TURN = 1.5
 STEPS_PER_TURN = 12
@@ -41,7 +43,8 @@ def rotation_of(
     direction: int | None = None,
 ) -> Rotation | None:
     """Return the turn that says at each report's time where the report came from."""
-    # A steady one where that fits; else one that is followed from turn to turn. Times are
+    # A steady one where that fits to the edge of a sector; else one that is followed from turn to
+    # turn, whose sectors end in gaps between reports. Times are
     # ascending [s], azimuths clockwise from north, seen from the sensor [rad]. ``period`` is about
     # how long a turn takes [s], if known; ``direction`` 1 for clockwise, -1 for counter-clockwise.
     # It is None where fewer than seven reports in ten follow a turn, where all come from one
@@ -49,7 +52,9 @@ def rotation_of(
     if time.size < FEWEST_REPORTS:
         return None
     steady = _steady(time, azimuth, period, direction)
-    if steady is not None and not wanders(time, azimuth, steady):
+    if steady is not None and not (
+        wanders(time, azimuth, steady) or _is_grainy(time, azimuth, steady)
+    ):
         return steady
     return _wandering(time, azimuth, period, direction) or steady
 
@@ -118,6 +123,12 @@ def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
     groups = near[: n_groups * REPORTS_PER_GROUP].reshape(n_groups, REPORTS_PER_GROUP)
     chance = groups.var(axis=1, ddof=1).mean() / REPORTS_PER_GROUP
     return bool(groups.mean(axis=1).var(ddof=1) - chance > UNSTEADY**2)
+
+
+def _is_grainy(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
+    """Tell whether reports lie off a turn one by one, as where their times are rounded."""
+    off = np.abs(_off(time, azimuth, rotation))
+    return bool(np.median(off[off < 2 * NEAR]) > GRAINY)
 
 
 def _off(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> FloatArray:

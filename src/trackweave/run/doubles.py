@@ -13,6 +13,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
+from trackweave.estimation.frames import scan_times
 from trackweave.models.sensors import Sensor
 
 __all__ = [
@@ -40,7 +41,8 @@ def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
     # behind all others, is. It is judged by the order in time, because rows may come in any.
     # ``max_ahead`` is how far apart scans may be in any case [s].
     time = reports.time
-    gaps = np.diff(np.unique(time))
+    ends = [scan_times(reports, sensor) for sensor in range(len(reports.sensors))]
+    gaps = np.diff(np.unique(np.concatenate(ends)))
     nobody = np.zeros(len(reports), dtype=np.bool_)
     if gaps.size == 0:
         return nobody
