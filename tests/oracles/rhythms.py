@@ -30,7 +30,8 @@ def rhythm_costs(times, often):
             continue
         interval, variance, count = known
         chances = _chances(*known, waited) if waited > 0 else [0.0]
-        usual = -1 / math.log(1 - often)
+        heard = -1 / math.log(1 - often)
+        usual = min(max(10.0, heard / 3), heard * 3)
         slow = [
             math.exp(interval) * (lost + 1) / usual if count >= 3 else 1.0 for lost in range(4)
         ]

@@ -18,9 +18,10 @@ CHANGED, LOST, MOST_LOST = 0.05, 0.3, 4
 lost; with more lost in a row nothing is known of the next."""
 RANGE = 5.0
 """Reporting intervals of which nothing is known are so many powers of e apart."""
-MOST_PACE, PACED = 20.0, 3.0
-"""So many times slower or quicker than usual counts, and no more; and from so many intervals on:
-one report soon after another is no sign that both are of one."""
+USUAL_PACE, ASIDE, MOST_PACE, PACED = 10.0, 3.0, 20.0, 3.0
+"""Between reports of objects in general [s], or so many times quicker or slower at most than what
+the chance says to be heard within a second; so many times slower or quicker counts, and no more;
+and from so many intervals on: one report soon after another is no sign that both are of one."""
 USUAL_VARIANCE, LEAST_VARIANCE = 0.15**2, 0.01**2
 """Of the logarithm of an interval: before any tells, which counts as one, and never less."""
 MOST_COUNT, FORGOTTEN = 8.0, 0.25
@@ -52,8 +53,9 @@ def _rarity(row: FloatArray, lost: int, often: float) -> float:
     """
     if row[COUNT] < PACED:
         return 1.0
-    # Usual is what the chance says to be heard within a second.
-    pace = -math.exp(row[INTERVAL]) * (lost + 1.0) * math.log1p(-often)
+    heard = -1.0 / math.log1p(-often)
+    usual = min(max(USUAL_PACE, heard / ASIDE), heard * ASIDE)
+    pace = math.exp(row[INTERVAL]) * (lost + 1.0) / usual
     return min(max(pace, 1.0 / MOST_PACE), MOST_PACE)
 
 
