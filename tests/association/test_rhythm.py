@@ -1,12 +1,20 @@
 """What the time of a report costs, against the oracle."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from oracles.rhythms import rhythm_costs
 from trackweave.association._rhythm import SIZE, begin_rhythm, hear, rhythm_cost
+
+
+class Heard(NamedTuple):
+    sensor: int
+    moment: np.ndarray
+    detection_probability: float
+
 
 # In ten seconds one is heard once.
 OFTEN = -math.expm1(-0.1)
@@ -17,7 +25,7 @@ def costs(times, often=OFTEN, sensor=0):
     begin_rhythm(rhythm, 0, sensor, times[0])
     found = [0.0]
     for time in times[1:]:
-        found.append(rhythm_cost(rhythm, 0, sensor, time, often))
+        found.append(rhythm_cost(rhythm, 0, Heard(sensor, np.array([time]), often), 0))
         hear(rhythm, 0, sensor, time)
     return found
 
@@ -59,7 +67,7 @@ def test_another_sensor_says_nothing_of_the_intervals():
     for time in (10.0, 20.0):
         hear(rhythm, 0, 0, time)
     before = rhythm.copy()
-    assert rhythm_cost(rhythm, 0, 1, 21.0, OFTEN) == 0.0
+    assert rhythm_cost(rhythm, 0, Heard(1, np.array([21.0]), OFTEN), 0) == 0.0
     hear(rhythm, 0, 1, 21.0)
     np.testing.assert_array_equal(rhythm, before)
 

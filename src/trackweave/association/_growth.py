@@ -197,13 +197,7 @@ def propose(
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(
-                        nodes.rhythm,
-                        node,
-                        scan.sensor,
-                        scan.moment[index],
-                        scan.detection_probability,
-                    )
+                    cost += rhythm_cost(nodes.rhythm, node, scan, index)
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             if leaps and seen > 0.0:
                 count = propose_leaps(

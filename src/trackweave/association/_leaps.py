@@ -66,9 +66,7 @@ def propose_leaps(
             scan.log_clutter, chance, scan.evidence[index] + scan.identity_gain,
         )  # fmt: skip
         if scan.is_heard:
-            cost += rhythm_cost(
-                nodes.rhythm, node, scan.sensor, scan.moment[index], scan.detection_probability
-            )
+            cost += rhythm_cost(nodes.rhythm, node, scan, index)
         count = admit(candidates, begin, count, crowding, node, index, cost)
         if count <= candidates.node.shape[0]:
             candidates.leap[count - 1] = True

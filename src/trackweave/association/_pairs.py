@@ -217,13 +217,7 @@ def admit_pairs(
                     scan.identity_gain, scan.identity_loss,
                 )  # fmt: skip
                 if scan.is_heard:
-                    cost += rhythm_cost(
-                        nodes.rhythm,
-                        node,
-                        scan.sensor,
-                        scan.moment[index],
-                        scan.detection_probability,
-                    )
+                    cost += rhythm_cost(nodes.rhythm, node, scan, index)
                 count = admit(candidates, begin, count, crowding, node, index, cost)
             at += 1
     end_misses(nodes, n_nodes, scan, rule, missed)

@@ -6,6 +6,7 @@ intervals tell of both; 0 after the first report.
 """
 
 import math
+from typing import Protocol
 
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
@@ -26,6 +27,22 @@ USUAL_VARIANCE, LEAST_VARIANCE = 0.15**2, 0.01**2
 """Of the logarithm of an interval: before any tells, which counts as one, and never less."""
 MOST_COUNT, FORGOTTEN = 8.0, 0.25
 """So many intervals are remembered; after one that does not fit, this share of them."""
+
+
+class Heard(Protocol):
+    """What of a scan tells when a sensor hears objects that report themselves."""
+
+    @property
+    def sensor(self) -> int:
+        """Its number."""
+
+    @property
+    def moment(self) -> FloatArray:
+        """When each report is of [s]."""
+
+    @property
+    def detection_probability(self) -> float:
+        """The chance that an object reports within a second."""
 
 
 @jit
@@ -60,20 +77,20 @@ def _rarity(row: FloatArray, lost: int, often: float) -> float:
 
 
 @jit
-def rhythm_cost(rhythm: FloatArray, node: int, sensor: int, moment: float, often: float) -> float:
-    """Return what it costs that a sensor hears the object next at a moment [nats].
+def rhythm_cost(rhythm: FloatArray, node: int, scan: Heard, index: int) -> float:
+    """Return what it costs that a report is the next that is heard of an object [nats].
 
     Against a report of which no rhythm tells: the interval is log-normal about the object's own,
     or about a multiple of it where reports are lost, or it is any.
     """
     row = rhythm[node]
-    if row[SENSOR] != sensor or row[COUNT] == 0.0:
+    if row[SENSOR] != scan.sensor or row[COUNT] == 0.0:
         return 0.0
-    waited = abs(moment - row[TIME])
+    waited = abs(scan.moment[index] - row[TIME])
     odds = CHANGED
     if waited > 0.0:
         for lost in range(MOST_LOST):
-            odds += _odds(row, waited, lost) / _rarity(row, lost, often)
+            odds += _odds(row, waited, lost) / _rarity(row, lost, scan.detection_probability)
     return -math.log(odds)
 
 
