@@ -93,7 +93,7 @@ def _azimuth(
     if not isinstance(kind, MeasurementKind):
         return None
     if kind.azimuth is not None and not kind.is_position:
-        return reports.measurement[rows, kind.azimuth]
+        return np.asarray(reports.measurement[rows, kind.azimuth])
     east, north = (reports.measurement[rows, :2] - said.get("position", (0.0, 0.0))[:2]).T
     return np.asarray(np.arctan2(east, north))
 

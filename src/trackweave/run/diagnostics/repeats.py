@@ -57,8 +57,8 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
 
 def _is_whole(moment: FloatArray | IntArray) -> bool:
     """Tell whether all times are whole multiples of the time from one to the next."""
-    steps = np.diff(np.unique(moment))
-    counts = moment / np.median(steps) if steps.size else np.zeros(1)
+    steps = np.diff(np.unique(moment.astype(np.float64)))
+    counts = moment / float(np.median(steps)) if steps.size else np.zeros(1)
     return bool(np.all(np.abs(counts - np.round(counts)) < 1e-6))
 
 
