@@ -50,6 +50,12 @@ def test_who_says_that_a_sensor_does_not_look_is_heard():
     assert result.run["configuration"]["sensors"]["default"]["scan_period"] is None
 
 
+def test_who_says_that_nothing_turns_is_not_contradicted():
+    _, result = quality(stamped(walkers(), 0.1), {"sensors": {"default": {"rotation": "none"}}})
+    (note,) = [note for note in result.run["notes"] if "come in bursts" in note]
+    assert "not used" not in note
+
+
 def sectors(seed=1):
     """Return six ships before a radar that sends quarters of a turn, stamped as it sends."""
     rng = np.random.default_rng(seed)

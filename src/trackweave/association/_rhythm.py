@@ -6,10 +6,13 @@ intervals tell of both; 0 after the first report.
 """
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
+
+if TYPE_CHECKING:
+    from trackweave.association._nodes import ScanInput
 
 SIZE = 5
 SENSOR, TIME, INTERVAL, VARIANCE, COUNT = range(SIZE)
@@ -27,22 +30,6 @@ USUAL_VARIANCE, LEAST_VARIANCE = 0.15**2, 0.01**2
 """Of the logarithm of an interval: before any tells, which counts as one, and never less."""
 MOST_COUNT, FORGOTTEN = 8.0, 0.25
 """So many intervals are remembered; after one that does not fit, this share of them."""
-
-
-class Heard(Protocol):
-    """What of a scan tells when a sensor hears objects that report themselves."""
-
-    @property
-    def sensor(self) -> int:
-        """Its number."""
-
-    @property
-    def moment(self) -> FloatArray:
-        """When each report is of [s]."""
-
-    @property
-    def detection_probability(self) -> float:
-        """The chance that an object reports within a second."""
 
 
 @jit
@@ -77,7 +64,7 @@ def _rarity(row: FloatArray, lost: int, often: float) -> float:
 
 
 @jit
-def rhythm_cost(rhythm: FloatArray, node: int, scan: Heard, index: int) -> float:
+def rhythm_cost(rhythm: FloatArray, node: int, scan: "ScanInput", index: int) -> float:
     """Return what it costs that a report is the next that is heard of an object [nats].
 
     Against a report of which no rhythm tells: the interval is log-normal about the object's own,

@@ -13,8 +13,8 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
-from trackweave.estimation.frames import scan_times
 from trackweave.models.sensors import Sensor
+from trackweave.run.scans import scan_ends
 
 __all__ = [
     "Doubles",
@@ -41,8 +41,7 @@ def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
     # behind all others, is. It is judged by the order in time, because rows may come in any.
     # ``max_ahead`` is how far apart scans may be in any case [s].
     time = reports.time
-    ends = [scan_times(reports, sensor) for sensor in range(len(reports.sensors))]
-    gaps = np.diff(np.unique(np.concatenate(ends)))
+    gaps = np.diff(np.unique(scan_ends(reports)))
     nobody = np.zeros(len(reports), dtype=np.bool_)
     if gaps.size == 0:
         return nobody

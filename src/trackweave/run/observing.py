@@ -30,6 +30,7 @@ from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_
 from trackweave.run.views import are_bearings, with_reach, with_views
 
 __all__ = [
+    "azimuth_of",
     "filled",
     "observe",
     "positions_in",
@@ -242,7 +243,7 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
             turns, is_sure = _rotation(
                 configuration.sensor(name),
                 reports.time[rows],
-                _azimuth(kind, measured, platform[rows]),
+                azimuth_of(kind, measured, platform[rows]),
                 numbered=reports.scan is not None,
             )
         moments = scan_times(reports, index)
@@ -287,7 +288,7 @@ def _of_positions(
     return configuration.changed(sensors=sensors)
 
 
-def _azimuth(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
+def azimuth_of(kind: MeasurementKind, measured: FloatArray, platform: FloatArray) -> FloatArray:
     """Return the direction of each report from its sensor [rad, clockwise from north]."""
     if kind.is_position:
         east, north = (measured[:, :2] - platform[:, :2]).T

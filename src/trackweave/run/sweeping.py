@@ -13,6 +13,8 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.bursts import bursts_of
 from trackweave.estimation.rotation import rotation_of
 from trackweave.estimation.sweeps import sweeps_of
+from trackweave.run.observing import azimuth_of, positions_in
+from trackweave.run.polar_to_cartesian import platforms_of
 
 __all__ = ["with_sweeps"]
 
@@ -28,6 +30,7 @@ def with_sweeps(
     # would be lost. A ``rotation`` that is told of a beam that sweeps is left out, unless trusted.
     if reports.scan is not None:
         return reports, configuration
+    platform = platforms_of(reports, positions_in(reports, configuration))
     _, scan = np.unique(reports.time, return_inverse=True)
     scan, notes = scan.reshape(-1).astype(np.int64), list[str]()
     sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
@@ -36,12 +39,15 @@ def with_sweeps(
         said = configuration.sensor(name)
         if not _comes_one_by_one(reports, rows):
             continue
-        found = _bursts(reports, index, rows, said) or _sweeps(reports, index, rows, said)
+        found = _bursts(reports, index, rows, said, platform)
+        found = found or _sweeps(reports, index, rows, said)
         if found is None:
             return reports, configuration
         scan[rows], sentence = found
-        told = sensors.get(name, {}).pop("rotation", None)
-        doubt = f", although rotation = {told!r} is told, which is not used" if told else ""
+        own, doubt = sensors.get(name, {}), ""
+        if own.get("rotation", "none") != "none":
+            told = own.pop("rotation")
+            doubt = f", although rotation = {told!r} is told, which is not used"
         notes.append(f"sensor {name}: {sentence}{doubt}; each is a scan")
     if not notes:
         return reports, configuration
@@ -55,7 +61,11 @@ def _comes_one_by_one(reports: ReportTable, rows: IntArray) -> bool:
 
 
 def _bursts(
-    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
+    reports: ReportTable,
+    index: int,
+    rows: IntArray,
+    said: Mapping[str, Any],
+    platform: FloatArray,
 ) -> tuple[IntArray, str] | None:
     """Return the burst of each report and a sentence, None for none or where a beam turns."""
     if said.get("rotation", "none") != "none" or said.get("scans") is False:
@@ -63,11 +73,11 @@ def _bursts(
     found = bursts_of(reports.time[rows])
     if found is None:
         return None
-    azimuth = _azimuth(reports, index, rows, said)
-    if azimuth is not None and (
-        _is_of_sectors(found[0], azimuth) or rotation_of(reports.time[rows], azimuth) is not None
-    ):
-        return None
+    kind = reports.kind_of(index)
+    if isinstance(kind, MeasurementKind):
+        azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
+        if _is_of_sectors(found[0], azimuth) or rotation_of(reports.time[rows], azimuth):
+            return None
     return found[0], f"its reports come in bursts of {found[1]:.3g} s at most"
 
 
@@ -83,19 +93,6 @@ def _is_of_sectors(number: IntArray, azimuth: FloatArray) -> bool:
     own = (np.abs(total[several]) ** 2 - count[several]).sum()
     own /= (count[several] * (count[several] - 1.0)).sum()
     return bool(own > abs(beam.mean()) ** 2 + ALIKE)
-
-
-def _azimuth(
-    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
-) -> FloatArray | None:
-    """Return the direction of reports from their sensor [rad], None where they tell none."""
-    kind = reports.kind_of(index)
-    if not isinstance(kind, MeasurementKind):
-        return None
-    if kind.azimuth is not None and not kind.is_position:
-        return np.asarray(reports.measurement[rows, kind.azimuth])
-    east, north = (reports.measurement[rows, :2] - said.get("position", (0.0, 0.0))[:2]).T
-    return np.asarray(np.arctan2(east, north))
 
 
 def _sweeps(
