@@ -28,6 +28,9 @@ STAMPS: dict[str, dict[str, Stamps]] = {
     "radar": {
         "each its time": lambda told, rng: told,
         "to 0.1 s": lambda told, rng: np.round(told, 1),
+        "off by 0.2 s": lambda told, rng: told + rng.normal(0, 0.2, told.size),
+        "late by 0.3 s, exponentially": lambda told, rng: told + rng.exponential(0.3, told.size),
+        "to whole seconds": lambda told, rng: np.floor(told),
         "to 32 sectors a turn": lambda told, rng: np.ceil(told * 32 / TURN) * TURN / 32,
         "to turns": lambda told, rng: np.ceil(told / TURN) * TURN,
     },

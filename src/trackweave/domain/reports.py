@@ -202,6 +202,23 @@ class ReportTable:
         }
         return replace(self, carried={}, **columns)
 
+    def retimed(self, time: FloatArray) -> "ReportTable":
+        """Return the same reports at other times, in the order of these.
+
+        Parameters
+        ----------
+        time
+            Time of each report [s], shape (reports,).
+
+        Returns
+        -------
+        A table of the same reports; what passes through goes with its row.
+        """
+        order = np.lexsort((self.sensor, time))
+        row = np.arange(1, len(self) + 1) if self.row is None else self.row
+        carried = {key: each[order] for key, each in self.carried.items()}
+        return replace(replace(self, time=time, row=row).part(order), carried=carried)
+
     def scans(self, but: Collection[str] = ()) -> Iterator[Scan]:
         """Yield the scans in order of time, then sensor, but those of some sensors.
 

@@ -6,7 +6,7 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.following import followed_rotation
 from trackweave.models.rotation import Rotation
 
-__all__ = ["follows", "rotation_of", "wanders"]
+__all__ = ["follows", "loose_rotation_of", "off_turn", "rotation_of", "wanders"]
 
 FEWEST_REPORTS = 12
 # From so many successive reports the turn is found; then it is followed through the others.
@@ -23,8 +23,6 @@ LEAST_TURNS = 2.0
 LEAST_TURNS_AT_FIRST = 0.1
 # A period that is given may be wrong by this share.
 PERIOD_ERROR = 0.1
-# Nor is a steady turn believed where the usual report is off by more than this [rad].
-GRAINY = 0.02
 # Reports per turn are more than this, or no turn could be told from another.
 LEAST_REPORTS_PER_TURN = 1.5
 STEPS_PER_TURN = 12
@@ -33,6 +31,9 @@ STEPS_PER_TURN = 12
 IN_STEP, MOST_STEPS = 0.01, 0.7
 # A fit is told from another by so much of the share.
 CLEARLY = 0.85
+# Where stamps are loose, reports this near the beam fit [rad], if a turn has so many and the beam
+# fills between two stamps, within a factor, what it turns by.
+LOOSELY_NEAR, REPORTS_PER_TURN, FILLED = 0.75, 6.0, 1.5
 
 
 def rotation_of(
@@ -44,30 +45,46 @@ def rotation_of(
 ) -> Rotation | None:
     """Return the turn that says at each report's time where the report came from."""
     # A steady one where that fits to the edge of a sector; else one that is followed from turn to
-    # turn, whose sectors end in gaps between reports. Times are
-    # ascending [s], azimuths clockwise from north, seen from the sensor [rad]. ``period`` is about
-    # how long a turn takes [s], if known; ``direction`` 1 for clockwise, -1 for counter-clockwise.
-    # It is None where fewer than seven reports in ten follow a turn, where all come from one
-    # direction or at one moment of the turn so that none could be told, and for too few reports.
+    # turn. Times are ascending [s], azimuths clockwise from north, seen from the sensor [rad].
+    # ``period`` is about how long a turn takes [s], if known; ``direction`` is 1 for clockwise, -1
+    # for counter-clockwise. It is None where fewer than seven reports in ten follow a turn, where
+    # all come from one direction or at one moment of the turn so that none could be told, and for
+    # too few reports.
     if time.size < FEWEST_REPORTS:
         return None
     steady = _steady(time, azimuth, period, direction)
-    if steady is not None and not (
-        wanders(time, azimuth, steady) or _is_grainy(time, azimuth, steady)
-    ):
+    if steady is not None and not wanders(time, azimuth, steady):
         return steady
     return _wandering(time, azimuth, period, direction) or steady
 
 
+def loose_rotation_of(
+    time: FloatArray, azimuth: FloatArray, *, period: float | None = None
+) -> Rotation | None:
+    """Return the steady turn that reports follow whose stamps are off by up to a tenth of it."""
+    # As of ``rotation_of``; stamps may be of when reports were received, or of whole seconds.
+    if time.size < FEWEST_REPORTS:
+        return None
+    found = _steady(time, azimuth, period, None, LOOSELY_NEAR)
+    if found is None:
+        return None
+    turns = float(time[-1] - time[0]) / found.period
+    return found if time.size >= REPORTS_PER_TURN * turns else None
+
+
 def _steady(
-    time: FloatArray, azimuth: FloatArray, period: float | None, direction: int | None
+    time: FloatArray,
+    azimuth: FloatArray,
+    period: float | None,
+    direction: int | None,
+    near: float = NEAR,
 ) -> Rotation | None:
     """Return the turn of constant period that the reports follow from the first to the last."""
     origin = float(time[0])
     elapsed = time - origin
     count = min(FIRST_REPORTS, elapsed.size)
     rates = _possible_rates(float(elapsed[count - 1]), count, period, direction)
-    rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
+    rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates, near)
     if rate is None:
         return None
     followed = _followed(elapsed, azimuth, rate, count)
@@ -76,7 +93,7 @@ def _steady(
     rate, phase = followed
     if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
         return None
-    if _share(elapsed, azimuth, np.array([rate]))[0] < LEAST_SHARE:
+    if _share(elapsed, azimuth, np.array([rate]), near)[0] < LEAST_SHARE:
         return None
     sense = 1 if rate > 0 else -1
     return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), sense)
@@ -108,14 +125,14 @@ def _wandering(
 
 def follows(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
     """Tell whether reports came from where a beam was that turns so."""
-    return bool(np.mean(np.abs(_off(time, azimuth, rotation)) < NEAR) >= LEAST_SHARE)
+    return bool(np.mean(np.abs(off_turn(time, azimuth, rotation)) < NEAR) >= LEAST_SHARE)
 
 
 def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
     """Tell whether reports lie off a turn by more than chance, now ahead of it, now behind."""
     # That is so if successive reports' common deviation is more than the edge of a sector may be
     # off.
-    off = _off(time, azimuth, rotation)
+    off = off_turn(time, azimuth, rotation)
     near = off[np.abs(off) < 2 * NEAR]
     n_groups = near.size // REPORTS_PER_GROUP
     if n_groups < FEWEST_GROUPS:
@@ -125,13 +142,7 @@ def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
     return bool(groups.mean(axis=1).var(ddof=1) - chance > UNSTEADY**2)
 
 
-def _is_grainy(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
-    """Tell whether reports lie off a turn one by one, as where their times are rounded."""
-    off = np.abs(_off(time, azimuth, rotation))
-    return bool(np.median(off[off < 2 * NEAR]) > GRAINY)
-
-
-def _off(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> FloatArray:
+def off_turn(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> FloatArray:
     """Return how far reports came from where the beam was, ahead of it [rad]."""
     beam = rotation.phase + rotation.direction * 2 * np.pi * rotation.turned(time)
     return np.asarray(np.angle(np.exp(1j * rotation.direction * (azimuth - beam))))
@@ -152,14 +163,16 @@ def _possible_rates(
     return np.sort(np.concatenate(parts))
 
 
-def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> float | None:
+def _likeliest_rate(
+    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, near: float = NEAR
+) -> float | None:
     """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
     if rates.size == 0:
         return None
     span = float(elapsed[-1])
-    share = _share(elapsed, azimuth, rates)
+    share = _share(elapsed, azimuth, rates, near)
     best = float(share.max())
-    still = _share(elapsed, azimuth, np.zeros(1))[0]
+    still = _share(elapsed, azimuth, np.zeros(1), near)[0]
     if best < LEAST_SHARE or still > CLEARLY * best:
         return None
     # Of rates that fit as well the slowest: others are that and whole turns between reports.
@@ -175,20 +188,34 @@ def _likeliest_rate(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray)
     is_clocked = bool(np.all(np.abs(counts - np.round(counts)) < IN_STEP))
     if is_clocked and gaps.size < MOST_STEPS * float(counts.sum()):
         step = float(gaps.mean())
-    if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]))[0] > CLEARLY * best:
+    if near == LOOSELY_NEAR and gaps.size < elapsed.size / 2:
+        return rate if _fills(elapsed, azimuth, rate, step) else None
+    if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]), near)[0] > CLEARLY * best:
         return None
     return rate
 
 
-def _share(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray) -> FloatArray:
+def _fills(elapsed: FloatArray, azimuth: FloatArray, rate: float, step: float) -> bool:
+    """Tell whether reports of one stamp come from as wide a sector as a beam turns by."""
+    # Of several turns between two stamps, or of one object that circles, they do not.
+    off = np.exp(1j * (azimuth - rate * elapsed))
+    off = np.angle(off * np.conj(_middle(off)))
+    sector = abs(rate) * step
+    filled = np.sqrt(12.0) * off[np.abs(off) < 2 * LOOSELY_NEAR].std()
+    return bool(sector / FILLED < filled < sector * FILLED)
+
+
+def _share(
+    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, near: float = NEAR
+) -> FloatArray:
     """Return for each rate of turn the share of reports that come from where the beam is."""
     off = np.exp(1j * (azimuth - rates[:, None] * elapsed))
     middle = off.mean(axis=1, keepdims=True)
     # The middle of those that are near is no longer drawn by the others.
     for _ in range(2):
-        near = np.abs(np.angle(off * np.conj(middle))) < 2 * NEAR
-        middle = np.sum(off * near, axis=1, keepdims=True) + 1e-12 * middle
-    return np.asarray(np.mean(np.abs(np.angle(off * np.conj(middle))) < NEAR, axis=1))
+        pulls = np.abs(np.angle(off * np.conj(middle))) < 2 * near
+        middle = np.sum(off * pulls, axis=1, keepdims=True) + 1e-12 * middle
+    return np.asarray(np.mean(np.abs(np.angle(off * np.conj(middle))) < near, axis=1))
 
 
 def _followed(

@@ -89,12 +89,6 @@ def unbiased(reports: ReportTable, bias: FloatArray) -> ReportTable:
         if kind.has_range:
             true = (measurement[rows, 0] - own[RANGE]) / (1.0 + own[SCALE])
             measurement[rows, 0] = np.maximum(true, 0.0)
-    moved = replace(
-        reports, measurement=measurement, time=reports.time - bias[reports.sensor, CLOCK]
-    )
-    if not bias[:, CLOCK].any():
-        return moved
-    order = np.lexsort((moved.sensor, moved.time))
-    row = np.arange(1, len(moved) + 1) if moved.row is None else moved.row
-    carried: Mapping[str, Any] = {key: each[order] for key, each in moved.carried.items()}
-    return replace(replace(moved, row=row).part(order), carried=carried)
+    moved = replace(reports, measurement=measurement)
+    clock = bias[:, CLOCK]
+    return moved.retimed(moved.time - clock[moved.sensor]) if clock.any() else moved

@@ -1,0 +1,64 @@
+"""Reports of a turning beam whose stamps are loose get the times at which the beam was there."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
+from trackweave.config.sensing import sense_of, told_rotation
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.rotation import loose_rotation_of, off_turn, wanders
+from trackweave.models.rotation import Rotation
+from trackweave.run.observing import azimuth_of, positions_in
+from trackweave.run.polar_to_cartesian import platforms_of
+
+__all__ = ["with_beam_times"]
+
+# Stamps that are off a beam by less than this as a median [rad] are of when it was there.
+EXACT = 0.02
+
+
+def with_beam_times(reports: ReportTable, configuration: Configuration) -> ReportTable:
+    """Return reports timed by the beams that they follow, with a note on each such sensor."""
+    # Stamps of when a report was received, or of whole seconds, are off by more than an object
+    # needs for its own noise, and put it into the wrong sector. Where the beam turns steadily, its
+    # azimuth tells the time better; up to a whole latency, which is the same for all.
+    if reports.scan is not None:
+        return reports
+    platform = platforms_of(reports, positions_in(reports, configuration))
+    time, notes = reports.time.copy(), list[str]()
+    for index, name in enumerate(reports.sensors):
+        kind, rows = reports.kind_of(index), np.flatnonzero(reports.sensor == index)
+        if not isinstance(kind, MeasurementKind) or rows.size == 0:
+            continue
+        azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
+        turn = _loose_turn(configuration.sensor(name), reports.time[rows], azimuth)
+        if turn is None:
+            continue
+        late = turn.period * off_turn(reports.time[rows], azimuth, turn) / (2.0 * np.pi)
+        time[rows] += late
+        notes.append(
+            f"sensor {name}: its beam turns {sense_of(turn)} in {turn.period:.5g} s, and times "
+            f"are {float(np.median(np.abs(late))):.2g} s off that as a median; each report counts "
+            "as of when the beam was at its azimuth"
+        )
+    if not notes:
+        return reports
+    return replace(reports, notes=(*reports.notes, *notes)).retimed(time)
+
+
+def _loose_turn(said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray) -> Rotation | None:
+    """Return the turn of a beam that stamps follow loosely only, None for any other sensor."""
+    if said.get("rotation") == "none" or said.get("scans") is False or told_rotation(said):
+        return None
+    period = said.get("scan_period")
+    found = loose_rotation_of(time, azimuth, period=period) or loose_rotation_of(time, azimuth)
+    if found is None:
+        return None
+    # A beam that wanders is followed from turn to turn instead.
+    is_exact = np.median(np.abs(off_turn(time, azimuth, found))) < EXACT
+    return None if is_exact or wanders(time, azimuth, found) else found

@@ -1,0 +1,95 @@
+"""Reports of a turning radar are timed by its beam where their stamps are loose."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.config import load_configuration
+from trackweave.metrics import assignment_quality
+from trackweave.run.beam_times import with_beam_times
+
+TURN = 4.0
+LOOSE = {
+    "off by 0.2 s": lambda time, rng: time + rng.normal(0, 0.2, time.size),
+    "late by 0.3 s": lambda time, rng: time + rng.exponential(0.3, time.size),
+    "to whole seconds": lambda time, rng: np.floor(time),
+    "to eight sectors": lambda time, rng: np.ceil(time * 8 / TURN) * TURN / 8,
+    "sent each second": lambda time, rng: np.ceil(time) + rng.uniform(0, 0.03, time.size),
+}
+
+
+def radar(n_turns=60):
+    """Return four minutes of twelve aircraft, and four false alarms a turn."""
+    rng, rows = np.random.default_rng(3), []
+    course = rng.uniform(0, 2 * np.pi, 12)
+    begin, way = rng.uniform(-60e3, 60e3, (12, 2)), rng.uniform(80, 250, (12, 1))
+    way = way * np.stack([np.sin(course), np.cos(course)], axis=1)
+    for turn in range(n_turns):
+        for each in np.flatnonzero(rng.random(12) < 0.93):
+            now = TURN * turn
+            for _ in range(3):
+                place = begin[each] + now * way[each]
+                azimuth = np.arctan2(*place) % (2 * np.pi)
+                now = TURN * (turn + azimuth / (2 * np.pi))
+            told = np.degrees(azimuth) + rng.normal(0, 0.12)
+            rows.append((now, np.hypot(*place) + rng.normal(0, 60), told % 360, str(each)))
+        for share in rng.random(4):
+            rows.append((TURN * (turn + share), 9e4 * np.sqrt(rng.random()), 360 * share, ""))
+    return pl.DataFrame(rows, ["time", "range_m", "azimuth_deg", "target"], orient="row")
+
+
+def stamped(table, stamp):
+    """Return the reports under other stamps, in the order of those, with when they were."""
+    time = table["time"].to_numpy()
+    told = pl.Series(stamp(time, np.random.default_rng(7)))
+    return table.with_columns(pl.col("time").alias("was"), time=told).sort("time")
+
+
+@pytest.mark.parametrize("stamp", LOOSE.values(), ids=LOOSE)
+def test_reports_count_as_of_when_the_beam_was_there(stamp):
+    table = stamped(radar(), stamp)
+    result = tw.track(table.drop("target"))
+    (note,) = [note for note in result.run["notes"] if "its beam turns clockwise in" in note]
+    assert "each report counts as of when the beam was at its azimuth" in note
+    # What is late for all alike is not known.
+    counted = result.assignments.sort("report")
+    late = counted["time"].to_numpy() - counted["was"].to_numpy()
+    late -= TURN * np.round((late - np.median(late)) / TURN)
+    assert np.ptp(np.quantile(late, [0.02, 0.98])) < 0.1
+    quality = assignment_quality(
+        table["target"].to_list(), result.reports["track"].fill_null(-1).to_numpy()
+    )
+    assert quality.idf1 > 0.97
+    assert result.reports.drop("track", "probability").equals(table.drop("target"))
+
+
+def unchanged(table, **said):
+    reports = tw.read_reports(table)
+    return with_beam_times(reports, load_configuration({"sensors": {"default": said}})) is reports
+
+
+def test_exact_stamps_stay():
+    assert unchanged(radar().sort("time"))
+
+
+@pytest.mark.parametrize("said", [{"rotation": "none"}, {"scans": False}])
+def test_who_is_told_not_to_turn_keeps_its_times(said):
+    assert unchanged(stamped(radar(), LOOSE["off by 0.2 s"]), **said)
+
+
+def test_one_object_that_circles_before_a_camera_is_no_beam():
+    time = np.repeat(np.arange(300) * 0.5, 3)
+    rng = np.random.default_rng(1)
+    azimuth = np.degrees(2 * np.pi * time / 8.0 + rng.normal(0, 0.01, time.size)) % 360
+    table = {"time": time, "range_m": 100 + rng.normal(0, 1, time.size), "azimuth_deg": azimuth}
+    assert unchanged(pl.DataFrame(table))
+
+
+def test_walkers_around_a_lidar_are_no_beam():
+    rng = np.random.default_rng(2)
+    time = np.repeat(np.arange(200) * 1.0, 10)
+    angle = np.tile(rng.uniform(0, 2 * np.pi, 10), 200) + 0.01 * time
+    place = 20 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    table = {"time": time, "x": place[:, 0], "y": place[:, 1]}
+    assert unchanged(pl.DataFrame(table))
