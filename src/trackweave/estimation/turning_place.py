@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.rotation import rotation_of
+from trackweave.estimation.rotation import loose_rotation_of, rotation_of
 from trackweave.models.rotation import Rotation
 
 __all__ = ["place_of_turn"]
@@ -16,9 +16,13 @@ NEAR = 0.02
 FINEST = 0.04
 # Places are tried on a grid over what reports fill and this much beyond, then on finer ones.
 BEYOND, STEPS, FINER, ROUNDS = 0.5, 24, 0.25, 4
-# A report this near the beam fits [rad]; so many of the first have to before all are asked.
-FITS, LEAST_SHARE, FIRST = 0.25, 0.6, 120
+# A report this near the beam fits [rad], or with a loose stamp; so many of the first have to
+# before all are asked.
+FITS, LOOSELY, LEAST_SHARE, FIRST = 0.25, 0.75, 0.6, 120
 RATES = 9
+# Place and turn are made exact by so many reports at most, in so many steps, of which those count
+# that are off by less than so many times as much as usual.
+MOST_REPORTS, ITERATIONS, OUTLYING = 5000, 12, 4.0
 
 
 def place_of_turn(time: FloatArray, place: FloatArray) -> tuple[FloatArray, Rotation] | None:
@@ -28,20 +32,58 @@ def place_of_turn(time: FloatArray, place: FloatArray) -> tuple[FloatArray, Rota
     period = _usual_pause(time[:REPORTS], place[:REPORTS])
     if period is None:
         return None
+    middle = _middle(time, place, period, FITS)
+    if middle is None:
+        middle = _middle(time, place, period, LOOSELY)
+    found = None if middle is None else _turn_about(time, place, middle, period)
+    if middle is None or found is None:
+        return None
+    nearer = _refined(time, place, middle, found)
+    better = _turn_about(time, place, nearer, found.period)
+    return (middle, found) if better is None else (nearer, better)
+
+
+def _middle(time: FloatArray, place: FloatArray, period: float, fits: float) -> FloatArray | None:
+    """Return the place about which most of the first reports follow a beam, None for too few."""
     low, high = place.min(axis=0), place.max(axis=0)
     middle, half = (low + high) / 2, (0.5 + BEYOND) * (high - low)
     first = slice(0, FIRST)
     for _ in range(ROUNDS):
         axes = [np.linspace(-1.0, 1.0, STEPS) * side for side in half]
         grid = middle + np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        shares = [_share(time[first] - time[0], place[first] - at, period) for at in grid]
+        shares = [_share(time[first] - time[0], place[first] - at, period, fits) for at in grid]
         best = np.flatnonzero(np.array(shares) >= 0.97 * max(shares))
         if max(shares) < LEAST_SHARE:
             return None
         middle, half = grid[best].mean(axis=0), FINER * half
-    east, north = (place - middle).T
-    found = rotation_of(time, np.arctan2(east, north), period=period)
-    return None if found is None else (middle, found)
+    return np.asarray(middle)
+
+
+def _turn_about(
+    time: FloatArray, place: FloatArray, at: FloatArray, period: float
+) -> Rotation | None:
+    """Return how a beam turns about a place, None where none does."""
+    east, north = (place - at).T
+    azimuth = np.arctan2(east, north)
+    exact = rotation_of(time, azimuth, period=period)
+    return loose_rotation_of(time, azimuth, period=period) if exact is None else exact
+
+
+def _refined(time: FloatArray, place: FloatArray, at: FloatArray, turn: Rotation) -> FloatArray:
+    """Return the place about which reports are least off a steady turn, by least squares."""
+    chosen = np.linspace(0, time.size - 1, min(time.size, MOST_REPORTS)).astype(np.int64)
+    moment, there = turn.turned(time[chosen]), place[chosen]
+    moment = 2.0 * np.pi * turn.direction * (moment - moment[0])
+    for _ in range(ITERATIONS):
+        east, north = (there - at).T
+        off = np.arctan2(east, north) - moment
+        off = np.angle(np.exp(1j * (off - np.angle(np.exp(1j * off).sum()))))
+        square = east**2 + north**2
+        slope = np.stack([-north / square, east / square, -np.ones_like(off), -moment], axis=1)
+        near = np.abs(off) < OUTLYING * float(np.median(np.abs(off)))
+        step, *_ = np.linalg.lstsq(slope[near], -off[near], rcond=None)
+        at = at + step[:2]
+    return at
 
 
 def _usual_pause(time: FloatArray, place: FloatArray) -> float | None:
@@ -62,10 +104,10 @@ def _usual_pause(time: FloatArray, place: FloatArray) -> float | None:
     return float(pauses[np.argmax((near - chance) / np.sqrt(chance + 1.0))])
 
 
-def _share(elapsed: FloatArray, relative: FloatArray, period: float) -> float:
+def _share(elapsed: FloatArray, relative: FloatArray, period: float, fits: float) -> float:
     """Return the greatest share of reports that a beam fits that turns about their origin."""
     azimuth = np.arctan2(relative[:, 0], relative[:, 1])
     rates = 2 * np.pi / period * (1 + FINEST * np.linspace(-1.0, 1.0, RATES))
     off = np.exp(1j * (azimuth - np.concatenate([-rates, rates])[:, None] * elapsed))
     middle = off.mean(axis=1, keepdims=True)
-    return float(np.mean(np.abs(np.angle(off * np.conj(middle))) < FITS, axis=1).max())
+    return float(np.mean(np.abs(np.angle(off * np.conj(middle))) < fits, axis=1).max())

@@ -12,7 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
-from trackweave.run.beam_times import with_beam_times
+from trackweave.run.beams import with_beam_places, with_beam_times
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import Registration, registration_of, unfit
@@ -117,10 +117,12 @@ def registered(
 ) -> tuple[HeightFinding, Registration]:
     """Return what was found of sweeps, of heights and then of biases, where any are looked for."""
     reports, configuration = with_sweeps(reports, configuration)
+    reports, configuration, placed = with_beam_places(reports, configuration)
     reports = with_beam_times(reports, configuration)
-    placed = with_facts(configuration, reports)
-    heights = found_heights(reports, placed, looks=looks)
-    return heights, registration_of(heights.reports, placed, looks=looks)
+    told = with_facts(configuration, reports)
+    heights = found_heights(reports, told, looks=looks)
+    found = registration_of(heights.reports, told, looks=looks)
+    return heights, replace(found, placed=placed)
 
 
 def _is_fast(sightings: Sightings) -> NDArray[np.bool_]:

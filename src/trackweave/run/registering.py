@@ -35,10 +35,12 @@ class Registration:
     found: Registered | None = None  # What reports show besides; None where nothing was looked for
     refused: dict[str, str] = field(default_factory=dict)  # Why not, by sensor
     doubt: str = ""  # Why nothing could be looked for at all
+    placed: tuple[str, ...] = ()  # Whose places reports told, by the beam that turns there
 
     def entered(self, settings: Settings) -> Settings:
         """Return a configuration as used, in which what was found counts as estimated."""
         learned = {f"sensors.{name}.{key}": "estimated" for name, _, key in self.found_out()}
+        learned |= {f"sensors.{name}.position": "estimated" for name in self.placed}
         return replace(settings, sources={**settings.sources, **learned})
 
     def notes(self) -> list[str]:

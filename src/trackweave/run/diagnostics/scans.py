@@ -7,11 +7,8 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.sensing import sense_of
-from trackweave.estimation.estimates import digits
 from trackweave.estimation.lone import judged
 from trackweave.estimation.rotation import follows, rotation_of
-from trackweave.estimation.turning_place import place_of_turn
-from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.diagnostics.case import Case, Finding
 
@@ -108,7 +105,7 @@ def lone_reports(case: Case) -> Iterator[Finding]:
 
 
 def unseen_turns(case: Case) -> Iterator[Finding]:
-    """Yield sensors whose lone reports are those of a turn that nobody told, or elsewhere."""
+    """Yield sensors whose lone reports are those of a turn that is told away."""
     if case.reports.scan is not None:
         return
     for index in case.examined:
@@ -126,25 +123,15 @@ def unseen_turns(case: Case) -> Iterator[Finding]:
         is_denied = case.is_told(f"sensors.{sensor.name}.rotation") and sensor.rotation is None
         found = rotation_of(time, azimuth) if is_denied else None
         if found is not None:
-            yield _turn(sensor, found, 'leave rotation = "none" out')
-        elif case.reports.kind_of(index).is_position and sensor.position is None:
-            elsewhere = place_of_turn(time, place)
-            if elsewhere is not None:
-                east, north = (digits(float(number)) for number in elsewhere[0])
-                where = f"about {east:g}, {north:g} m, not about 0, 0"
-                change = f"give where it stands, such as position = [{east}, {north}]"
-                yield _turn(sensor, elsewhere[1], change, f" {where}")
-
-
-def _turn(sensor: Sensor, turn: Rotation, change: str, where: str = "") -> Finding:
-    return Finding(
-        "turn",
-        sensor.name,
-        f"sensor {sensor.name}: its reports come as from a beam that turns {sense_of(turn)} in "
-        f"{turn.period:.4g} s{where}; {change} in [sensors.{sensor.name}]",
-        weight=A_CAUSE,
-        seen=turn.period,
-    )
+            yield Finding(
+                "turn",
+                sensor.name,
+                f"sensor {sensor.name}: its reports come as from a beam that turns "
+                f'{sense_of(found)} in {found.period:.4g} s; leave rotation = "none" out in '
+                f"[sensors.{sensor.name}]",
+                weight=A_CAUSE,
+                seen=found.period,
+            )
 
 
 def reporting_objects(case: Case) -> Iterator[Finding]:

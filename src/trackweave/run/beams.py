@@ -1,4 +1,4 @@
-"""Reports of a turning beam whose stamps are loose get the times at which the beam was there."""
+"""Turning beams that nobody told of: where they stand, and when they were where reports are."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,14 +12,54 @@ from trackweave.config.sensing import sense_of, told_rotation
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.rotation import loose_rotation_of, off_turn, wanders
+from trackweave.estimation.turning_place import place_of_turn
 from trackweave.models.rotation import Rotation
 from trackweave.run.observing import azimuth_of, positions_in
 from trackweave.run.polar_to_cartesian import platforms_of
 
-__all__ = ["with_beam_times"]
+__all__ = ["with_beam_places", "with_beam_times"]
 
 # Stamps that are off a beam by less than this as a median [rad] are of when it was there.
 EXACT = 0.02
+
+
+def with_beam_places(
+    reports: ReportTable, configuration: Configuration
+) -> tuple[ReportTable, Configuration, tuple[str, ...]]:
+    """Return reports with a note on each sensor that was placed, its place told, and its name."""
+    # Of positions on a plane that does not count from their radar. Without its place nothing tells
+    # which of them make a turn.
+    sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
+    placed, notes = list[str](), list[str]()
+    told = positions_in(reports, configuration)
+    for index, name in enumerate(reports.sensors):
+        rows, said = np.flatnonzero(reports.sensor == index), configuration.sensor(name)
+        is_open = reports.kind_of(index).is_position and reports.platform is None
+        if name in told or reports.scan is not None or not is_open or _is_still(said):
+            continue
+        time, place = reports.time[rows], reports.measurement[rows, :2]
+        if loose_rotation_of(time, np.arctan2(*place.T)) is not None:
+            continue
+        found = place_of_turn(time, place)
+        if found is None:
+            continue
+        at = [round(float(number), 1) for number in found[0]]
+        sensors[name] = {**sensors.get(name, {}), "position": at}
+        placed.append(name)
+        notes.append(
+            f"sensor {name}: its reports come as from a beam that turns {sense_of(found[1])} in "
+            f"{found[1].period:.4g} s about {at[0]:.10g}, {at[1]:.10g} m, where it is taken to "
+            f"stand; give its position in [sensors.{name}] where that is known better"
+        )
+    if not placed:
+        return reports, configuration, ()
+    reports = replace(reports, notes=(*reports.notes, *notes))
+    return reports, configuration.changed(sensors=sensors), tuple(placed)
+
+
+def _is_still(said: Mapping[str, Any]) -> bool:
+    """Tell whether a sensor is told not to turn."""
+    return said.get("rotation") == "none" or said.get("scans") is False
 
 
 def with_beam_times(reports: ReportTable, configuration: Configuration) -> ReportTable:
@@ -53,7 +93,7 @@ def with_beam_times(reports: ReportTable, configuration: Configuration) -> Repor
 
 def _loose_turn(said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray) -> Rotation | None:
     """Return the turn of a beam that stamps follow loosely only, None for any other sensor."""
-    if said.get("rotation") == "none" or said.get("scans") is False or told_rotation(said):
+    if _is_still(said) or told_rotation(said):
         return None
     period = said.get("scan_period")
     found = loose_rotation_of(time, azimuth, period=period) or loose_rotation_of(time, azimuth)

@@ -7,7 +7,7 @@ import pytest
 import trackweave as tw
 from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
-from trackweave.run.beam_times import with_beam_times
+from trackweave.run.beams import with_beam_places, with_beam_times
 
 TURN = 4.0
 LOOSE = {
@@ -93,3 +93,36 @@ def test_walkers_around_a_lidar_are_no_beam():
     place = 20 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
     table = {"time": time, "x": place[:, 0], "y": place[:, 1]}
     assert unchanged(pl.DataFrame(table))
+
+
+def on_a_plane(table, east=4e5, north=5.2e6):
+    """Return the reports as positions on a plane that counts from elsewhere."""
+    angle = pl.col("azimuth_deg") * np.pi / 180
+    return table.select(
+        "time",
+        x=east + pl.col("range_m") * angle.sin(),
+        y=north + pl.col("range_m") * angle.cos(),
+        target="target",
+    )
+
+
+@pytest.mark.parametrize("stamp", [None, LOOSE["late by 0.3 s"]], ids=["exact", "loose"])
+def test_a_radar_that_nobody_placed_stands_where_its_beam_turns(stamp):
+    table = radar() if stamp is None else stamped(radar(), stamp)
+    table = on_a_plane(table).sort("time")
+    result = tw.track(table.drop("target"))
+    place = result.run["configuration"]["sensors"]["default"]["position"]
+    assert np.hypot(place[0] - 4e5, place[1] - 5.2e6) < 1500
+    assert result.run["sources"]["sensors.default.position"] == "estimated"
+    assert any("where it is taken to stand" in note for note in result.run["notes"])
+    quality = assignment_quality(
+        table["target"].to_list(), result.reports["track"].fill_null(-1).to_numpy()
+    )
+    assert quality.idf1 > 0.97
+
+
+@pytest.mark.parametrize("said", [{"position": [0.0, 0.0]}, {"rotation": "none"}])
+def test_a_place_that_is_told_is_kept(said):
+    reports = tw.read_reports(on_a_plane(radar()).sort("time"))
+    told = load_configuration({"sensors": {"default": said}})
+    assert with_beam_places(reports, told) == (reports, told, ())
