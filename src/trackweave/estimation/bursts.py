@@ -3,6 +3,7 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.estimation.rotation import settled_rate
 
 __all__ = ["bursts_of"]
 
@@ -15,6 +16,9 @@ NEARLY_ALL, LONGEST, CLEARLY = 0.95, 0.5, 2.0
 # they are short, of so many times on average, and that varies no more than chance would have it.
 IN_STEP, NEAR = 0.9, 0.15
 SHORT, MANY, VARIED = 0.25, 3.0, 1.5
+# Where stragglers fill gaps, periods are those between gaps longer than these shares of all; the
+# first so many reports tell them, and so much of a period before most a burst has begun.
+GAPS_TRIED, FIRST, STRAGGLE = (0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995), 60, 0.1
 # So many ways are tried to part gaps into those inside and those between.
 WAYS = 60
 
@@ -49,11 +53,50 @@ def bursts_of(time: FloatArray) -> tuple[IntArray, float] | None:
         if ratio > widest and _are_frames(moments, between):
             best, widest = between, ratio
     if best is None:
-        return None
+        return _in_step(time, moments)
     begins = moments[np.r_[0, best + 1]]
     lasting = moments[np.r_[best, moments.size - 1]] - begins
     number = np.searchsorted(begins, time, side="right") - 1
     return number, float(np.quantile(lasting, NEARLY_ALL))
+
+
+def _in_step(time: FloatArray, moments: FloatArray) -> tuple[IntArray, float] | None:
+    """Return the same where stragglers fill gaps, but nearly all keep to a part of a period."""
+    gaps = np.diff(moments)
+    tried = 0.0
+    for limit in np.quantile(gaps, GAPS_TRIED):
+        begins = moments[np.r_[True, gaps > limit]]
+        period = float(np.median(np.diff(begins))) if begins.size > FEWEST else 0.0
+        if period <= 0.0 or abs(period - tried) < NEAR * period:
+            continue
+        tried = period
+        found = _folded(time, period)
+        if found is None:
+            continue
+        n_bursts = np.unique(found[0]).size
+        if n_bursts >= FEWEST and time.size > MANY * n_bursts:
+            return found
+    return None
+
+
+def _folded(time: FloatArray, period: float) -> tuple[IntArray, float] | None:
+    """Return each report's number and how long bursts last that come about each period."""
+    elapsed = time - time[0]
+    first = max(FIRST, int(np.searchsorted(elapsed, FEWEST * period)))
+    rate = 2.0 * np.pi / period
+    settled = settled_rate(elapsed, np.zeros_like(elapsed), rate, min(first, elapsed.size))
+    if settled is None or not abs(settled[0] / rate - 1.0) < NEAR:
+        return None
+    turned = settled[0] * elapsed / (2.0 * np.pi)
+    phase = np.sort(turned % 1.0)
+    ahead = np.r_[phase, phase + 1.0]
+    span = ahead[np.arange(phase.size) + int(NEARLY_ALL * phase.size)] - phase
+    if span.min() > LONGEST:
+        return None
+    # They end where for longest hardly any comes: a straggler is of the burst before.
+    begin = float(phase[np.argmin(span)])
+    number = np.floor(turned - begin + STRAGGLE).astype(np.int64)
+    return number - number.min(), float(span.min()) * 2.0 * np.pi / settled[0]
 
 
 def _are_frames(moments: FloatArray, between: IntArray) -> bool:

@@ -8,7 +8,13 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.identities import identity_threads
 from trackweave.estimation.looking import LASTING, Looking, looking
-from trackweave.estimation.noise import MOST_CHAINS, arrays_of, least_noise, noise_of_chains
+from trackweave.estimation.noise import (
+    MOST_CHAINS,
+    arrays_of,
+    least_noise,
+    noise_of_chains,
+    noise_of_longer_steps,
+)
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
 from trackweave.estimation.threads import Threads, once, threads_of
 
@@ -112,7 +118,8 @@ def lone_reports(
     moving = [rows for rows in quick if not _stands(time[rows], position[rows], sigma, speed)]
     if sigma is not None and len(moving) < len(quick):
         # Of those that stand, the noise of movement is none.
-        own = _noise(time, position, moving, sigma, rate)[1]
+        of = _noise if told is None else _told_noise
+        own = of(time, position, moving, sigma, rate)[1]
         process = process if own is None else AGILE * own
     if threads.is_whole and process is not None and sigma is not None:
         # Who is known by name is followed however seldom it sets out.
@@ -202,10 +209,11 @@ def _noise(
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
         start = float(np.nanmedian(np.abs(bends))) / 1.65
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
-    density = max(false_rate, 1e-6) / spread
-    return noise_of_chains(
-        times, places, max(start, 1e-9), density, fixed=sigma is not None, follows_turns=False
+    density, fixed = max(false_rate, 1e-6) / spread, sigma is not None
+    found = noise_of_chains(
+        times, places, max(start, 1e-9), density, fixed=fixed, follows_turns=False
     )
+    return noise_of_longer_steps(times, places, found, density, fixed=fixed)
 
 
 def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:

@@ -21,6 +21,7 @@ __all__ = [
     "least_noise",
     "noise_in_turns",
     "noise_of_chains",
+    "noise_of_longer_steps",
     "scales_of",
 ]
 
@@ -51,6 +52,8 @@ LOST_REPORTS, LOST_PART, LOST_CHAINS = 3.0, 0.1, 0.05
 STRIDE, FEWEST_IN_CHAIN, FEWEST_IN_ALL = 4, 6, 60
 # What objects do by themselves does not come to so much less over longer steps.
 CALMER = 4.0
+# Noise that seemed to be motion would come to so much less, but for some motion beside it.
+FAR_CALMER = STRIDE**3 / 4.0
 # Noise grows no more than this to such steps, and no more than that to steps twice as long.
 WIDER, LONGER = 1.7, 1.5
 
@@ -188,6 +191,26 @@ def calm_noise(
     # Noise of errors soon forgotten stays what it is; turns to and fro go on growing.
     last = _fitted(longer, found[0], density)
     return found if last[0] < LONGER * found[0] else None
+
+
+def noise_of_longer_steps(
+    time: FloatArray,
+    position: FloatArray,
+    noise: tuple[float, float],
+    density: float,
+    *,
+    fixed: bool = False,
+) -> tuple[float, float]:
+    """Return sigma and process noise over longer steps where these are of far calmer objects."""
+    # Of reports whose errors have wide tails, and of chains that change from one object to
+    # another, what seems to be acceleration falls with the cube of the step; that of an object
+    # does not. Sigma stays that of all steps. ``noise`` is that; the rest as ``noise_of_chains``.
+    thinned = _thinned((time, position, np.ones(time.shape)), STRIDE)
+    if thinned is None:
+        return noise
+    sigma, process = _fitted(thinned, noise[0], density, fixed=fixed)
+    is_calmer = process * FAR_CALMER < noise[1] and sigma < WIDER * noise[0]
+    return (noise[0], process) if is_calmer else noise
 
 
 def _thinned(chains: tuple[FloatArray, FloatArray, FloatArray], stride: int) -> _Chains | None:

@@ -6,7 +6,7 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.following import followed_rotation
 from trackweave.models.rotation import Rotation
 
-__all__ = ["follows", "loose_rotation_of", "off_turn", "rotation_of", "wanders"]
+__all__ = ["follows", "loose_rotation_of", "off_turn", "rotation_of", "settled_rate", "wanders"]
 
 FEWEST_REPORTS = 12
 # From so many successive reports the turn is found; then it is followed through the others.
@@ -87,7 +87,7 @@ def _steady(
     rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates, near)
     if rate is None:
         return None
-    followed = _followed(elapsed, azimuth, rate, count)
+    followed = settled_rate(elapsed, azimuth, rate, count)
     if followed is None:
         return None
     rate, phase = followed
@@ -109,7 +109,7 @@ def _wandering(
         rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
         if rate is None:
             continue
-        followed = _followed(elapsed[:count], azimuth[:count], rate, count)
+        followed = settled_rate(elapsed[:count], azimuth[:count], rate, count)
         if followed is None:
             continue
         rate, phase = followed
@@ -218,7 +218,7 @@ def _share(
     return np.asarray(np.mean(np.abs(np.angle(off * np.conj(middle))) < near, axis=1))
 
 
-def _followed(
+def settled_rate(
     elapsed: FloatArray, azimuth: FloatArray, rate: float, count: int
 ) -> tuple[float, float] | None:
     """Return rate [rad/s] and phase at the beginning [rad], refined over more and more reports."""

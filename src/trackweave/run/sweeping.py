@@ -11,15 +11,12 @@ from trackweave.config import Configuration
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.bursts import bursts_of
-from trackweave.estimation.rotation import rotation_of
+from trackweave.estimation.rotation import loose_rotation_of, rotation_of
 from trackweave.estimation.sweeps import sweeps_of
 from trackweave.run.observing import azimuth_of, positions_in
 from trackweave.run.polar_to_cartesian import platforms_of
 
 __all__ = ["with_sweeps"]
-
-# Of bursts of so many reports and more directions are compared; they are alike from here on.
-SEVERAL, ALIKE = 2, 0.2
 
 
 def with_sweeps(
@@ -76,23 +73,10 @@ def _bursts(
     kind = reports.kind_of(index)
     if isinstance(kind, MeasurementKind):
         azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
-        if _is_of_sectors(found[0], azimuth) or rotation_of(reports.time[rows], azimuth):
+        time = reports.time[rows]
+        if rotation_of(time, azimuth) or loose_rotation_of(time, azimuth):
             return None
     return found[0], f"its reports come in bursts of {found[1]:.3g} s at most"
-
-
-def _is_of_sectors(number: IntArray, azimuth: FloatArray) -> bool:
-    """Tell whether bursts come each from another direction, as a radar sends its sectors."""
-    count = np.bincount(number)
-    beam = np.exp(1j * azimuth)
-    total = np.bincount(number, beam.real) + 1j * np.bincount(number, beam.imag)
-    several = count >= SEVERAL
-    if not several.any():
-        return False
-    # How much alike the directions of one burst are, chance left out, and those of all.
-    own = (np.abs(total[several]) ** 2 - count[several]).sum()
-    own /= (count[several] * (count[several] - 1.0)).sum()
-    return bool(own > abs(beam.mean()) ** 2 + ALIKE)
 
 
 def _sweeps(
