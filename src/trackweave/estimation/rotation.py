@@ -34,6 +34,9 @@ CLEARLY = 0.85
 # Where stamps are loose, reports this near the beam fit [rad], if a turn has so many and the beam
 # fills between two stamps, within a factor, what it turns by.
 LOOSELY_NEAR, REPORTS_PER_TURN, FILLED = 0.75, 6.0, 1.5
+# Where most come from one direction, at least so many do not, and so many times as many as do not
+# follow the turn.
+MOST_ALIKE, ELSEWHERE = 0.1, 2.5
 
 
 def rotation_of(
@@ -174,7 +177,10 @@ def _likeliest_rate(
     best = float(share.max())
     still = _share(elapsed, azimuth, np.zeros(1), near)[0]
     if best < LEAST_SHARE or still > CLEARLY * best:
-        return None
+        # Of a crowd in one direction, those elsewhere tell of a turn.
+        is_loose = near == LOOSELY_NEAR and best > LEAST_SHARE
+        if not is_loose or 1.0 - still < max(ELSEWHERE * (1.0 - best), MOST_ALIKE):
+            return None
     # Of rates that fit as well the slowest: others are that and whole turns between reports.
     fitting = rates[share >= max(LEAST_SHARE, 0.95 * best)]
     rate = float(fitting[np.argmin(np.abs(fitting))])

@@ -25,8 +25,10 @@ MOST_PERIODS = 4
 FEWEST_SWEEPS, LEAST_REPORTS = 4.0, 1.2
 # Periods are tried so many to a period over all reports, and near one that is known this far off.
 STEPS, NEAR_STEPS, PERIOD_ERROR = 12, 24, 0.1
-# The string is so much shorter than by the usual period.
-SHORT = 0.25
+# The string is so much shorter than by the usual period, though stamps be loose.
+SHORT, AS_SHORT = 0.35, 1.2
+# A beam that flies back over what it does not see is that far ahead of one that turns [rad].
+SOONER = np.pi / 2
 # Directions are told apart in so many moments of a period. A beam flies back where nearly all of
 # the way back is in so many times fewer of them than nearly all of the way there.
 MOMENTS, FLIES_BACK, NEARLY_ALL = 24, 0.5, 0.7
@@ -105,7 +107,10 @@ def _shortest(elapsed: FloatArray, azimuth: FloatArray, rate: float) -> float:
     aside = step * np.arange(-NEAR_STEPS, NEAR_STEPS + 1) / 2
     rates = np.concatenate([times * rate + aside for times in range(1, MOST_PERIODS + 1)])
     lengths = _strings(elapsed[some] * rates[:, None] % 1.0, azimuth[some])
-    return float(rates[np.argmin(lengths)])
+    # By several of a period the string is as short, but for what stamps are off.
+    of_each = lengths.reshape(MOST_PERIODS, -1)
+    times = int(np.flatnonzero(of_each.min(axis=1) < AS_SHORT * lengths.min())[-1])
+    return float(rates.reshape(MOST_PERIODS, -1)[times, np.argmin(of_each[times])])
 
 
 def _possible_rates(span: float, most: float, period: float | None) -> FloatArray:
@@ -133,15 +138,20 @@ def _cuts(moment: FloatArray, azimuth: FloatArray) -> FloatArray:
     total = np.bincount(place, beam.real, MOMENTS) + 1j * np.bincount(place, beam.imag, MOMENTS)
     held = np.flatnonzero(weight)
     way = np.angle(np.roll(total[held], -1) * np.conj(total[held]))
+    gap = (np.roll(held, -1) - held - 1) % MOMENTS + 1
     if abs(float(way.sum())) > np.pi:
-        return np.empty(0)
+        # It turns round, unless it is sooner beyond where it sees nothing than a turn would be.
+        sooner = np.abs(way) - 2.0 * np.pi * gap / MOMENTS
+        last = int(np.argmax(sooner))
+        if sooner[last] < SOONER:
+            return np.empty(0)
+        return np.array([((held[last] + 0.5 + gap[last] / 2.0) / MOMENTS) % 1.0])
     sense = 1.0 if np.count_nonzero(way > 0) >= np.count_nonzero(way < 0) else -1.0
     back = np.maximum(-sense * way, 0.0)
     if _steps(back) < FLIES_BACK * _steps(np.maximum(sense * way, 0.0)):
         # In the midst of the moments in which it flies back, where hardly any report comes.
         last = int(np.argmax(back))
-        gap = (held[(last + 1) % held.size] - held[last]) % MOMENTS
-        return np.array([((held[last] + 0.5 + gap / 2.0) / MOMENTS) % 1.0])
+        return np.array([((held[last] + 0.5 + gap[last] / 2.0) / MOMENTS) % 1.0])
     # Folded where it turns, what it sees on both ways lies on one curve.
     turns = np.arange(0.0, 0.5, 0.5 / FOLDS)
     some = np.linspace(0, moment.size - 1, min(moment.size, FOLDED)).astype(np.int64)
