@@ -35,7 +35,7 @@ PINNED = 1e12
 FEWEST_OBJECTS, WORST_SCALE = 6, 2.0
 # Objects contradict one another if biases are so many times less sure than reports by themselves
 # would make them.
-WORST_INFLATION = 3.0
+WORST_INFLATION = 6.0
 # Pieces are longer where more than this share of what tells of clocks is noise; a clock of which
 # so much is nothing tells.
 NOISY, FEIGNED, LONGEST = 0.05, 0.2, 4.0
