@@ -68,3 +68,14 @@ def test_passes_in_which_objects_report_again_and_again_are_none():
     count = np.maximum(rng.geometric(0.05, 100), 2)
     time = np.repeat(np.cumsum(rng.exponential(1e4, 100)), count)
     assert bursts_of(np.sort(time + rng.uniform(0, 100, time.size))) is None
+
+
+def test_stragglers_between_bursts_are_of_the_burst_before():
+    time, frame = frames(3600.0, 150.0, each=17.0, n_frames=200)
+    rng = np.random.default_rng(2)
+    late = rng.random(time.size) < 0.02
+    time = np.where(late, time + rng.uniform(300, 3000, time.size), time)
+    order = np.argsort(time)
+    number, lasting = bursts_of(time[order])
+    assert np.mean(number == frame[order] - frame.min()) > 0.999
+    assert lasting < 200.0

@@ -12,6 +12,7 @@ from trackweave.estimation.noise import (
     least_noise,
     noise_in_turns,
     noise_of_chains,
+    noise_of_longer_steps,
 )
 
 N_CHAINS, N_SCANS = 12, 60
@@ -159,3 +160,19 @@ def test_chains_as_arrays_are_the_longest_without_reports_of_one_moment() -> Non
     np.testing.assert_array_equal(place[..., 0], time)
     many = [(np.arange(n), np.zeros((n, 2))) for n in range(2, 200)]
     assert arrays_of(many)[1].shape == (MOST_CHAINS, LONGEST_CHAIN, 2)
+
+
+def test_errors_of_wide_tails_are_no_motion_over_longer_steps() -> None:
+    rng = np.random.default_rng(3)
+    time = np.broadcast_to(1.0 * np.arange(N_SCANS), (N_CHAINS, N_SCANS))
+    place = 80.0 * time[..., None] + 40.0 * rng.standard_t(2.0, (N_CHAINS, N_SCANS, 2))
+    found = noise_of_chains(time, place, 20.0, 1e-9, fixed=True, follows_turns=False)
+    sigma, process = noise_of_longer_steps(time, place, found, 1e-9, fixed=True)
+    assert sigma == 20.0
+    assert process < found[1] / 16
+
+
+def test_motion_is_motion_over_longer_steps() -> None:
+    time, place = chains(swing=0.0, turning=100.0)
+    found = noise_of_chains(time, place, 2.0, 1e-5, follows_turns=False)
+    assert noise_of_longer_steps(time, place, found, 1e-5) == found

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackweave.estimation.rotation import rotation_of
+from trackweave.estimation.rotation import loose_rotation_of, rotation_of
 from trackweave.models.rotation import Rotation
 
 
@@ -123,3 +123,23 @@ def test_what_goes_round_before_a_camera_is_no_beam() -> None:
     time = np.flatnonzero(rng.random(1200) < 0.9) * 0.1
     azimuth = 2 * np.pi * time / 12.0 + rng.normal(0, 0.02, time.size)
     assert rotation_of(time, azimuth) is None
+
+
+def test_a_crowd_in_one_direction_does_not_hide_a_turn_of_loose_stamps() -> None:
+    rng = np.random.default_rng(4)
+    place = np.r_[rng.normal(1.0, 0.15, 16), rng.uniform(2.0, 6.0, 3)]
+    time = 4.0 * (np.arange(200)[:, None] + place / (2 * np.pi))
+    azimuth = np.tile(place, 200)
+    time = (time + rng.exponential(0.2, time.shape)).ravel()
+    order = np.argsort(time)
+    found = loose_rotation_of(time[order], azimuth[order])
+    assert found is not None
+    assert (found.period, found.direction) == (pytest.approx(4.0, rel=1e-3), 1)
+
+
+def test_a_crowd_in_one_direction_is_no_turn() -> None:
+    rng = np.random.default_rng(4)
+    time = np.sort(rng.uniform(0, 800, 3000))
+    crowd = rng.random(3000) < 0.8
+    azimuth = np.where(crowd, rng.normal(1, 0.15, 3000), rng.uniform(0, 6, 3000))
+    assert loose_rotation_of(time, azimuth) is None

@@ -76,3 +76,16 @@ def test_reports_at_any_time_are_of_no_sweep(seed):
     assert sweeps_of(time, np.zeros(900)) is None
     assert sweeps_of(np.zeros(900), rng.uniform(-1, 1, 900)) is None
     assert sweeps_of(time[:20], rng.uniform(-1, 1, 20)) is None
+
+
+def test_a_wide_sector_flown_back_over_what_is_not_seen_is_no_turn():
+    # Of 210 degrees, stamps off by up to a tenth of the period: the way on is the shorter one.
+    rng = np.random.default_rng(1)
+    azimuth = np.repeat(rng.uniform(-1.83, 1.83, 10), 200)
+    number = np.tile(np.arange(200), 10)
+    moment = 0.9 * (azimuth + 1.83) / 3.66 + rng.uniform(0, 0.1, azimuth.size)
+    time = PERIOD * (number + moment)
+    order = np.argsort(time)[rng.random(time.size) < 0.7]
+    found, lasts = sweeps_of(time[order], azimuth[order])
+    assert lasts == pytest.approx(PERIOD, rel=1e-3)
+    assert np.mean(found - found[0] == number[order] - number[order][0]) > 0.98

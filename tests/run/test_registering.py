@@ -181,3 +181,17 @@ def test_what_a_run_used_makes_the_same_run_when_told():
     keys["sensors"]["north"] |= {**biases, "trust": [*biases]}
     again = track(wrong, keys)
     assert again.assignments.equals(first.assignments)
+
+
+def test_a_shift_is_found_of_a_sensor_that_is_turned_a_little_too():
+    # No bias that is looked for tells that: it differs from object to object.
+    east = (pl.col("sensor") == "east").cast(pl.Float64)
+    x, y = pl.col("x"), pl.col("y")
+    reports = on_plane(sky()).with_columns(
+        x=x + east * (250.0 + 0.001 * y), y=y - east * 0.001 * x, target=None
+    )
+    found = registered(reports, told())
+    assert found.found.scale > 3.0
+    own = found.as_record()["sensors"]["east"]["translation"]
+    assert own["used"][0] == pytest.approx(250.0, abs=40.0)
+    assert own["sigma"][0] < 10.0
