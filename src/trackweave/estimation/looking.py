@@ -22,7 +22,7 @@ LEAST_EXPECTED, REFRAINS = 3.0, 0.3
 ENOUGH, DECIDES = 8.0, 0.1
 # So many instants hold one report where objects report by themselves, however they come back, if
 # each is there at fewer of the instants than that.
-SINGLE, SELDOM_SEEN = 0.9, 0.2
+SINGLE, SELDOM_SEEN = 0.9, 0.45
 
 
 @dataclass(frozen=True, slots=True)
