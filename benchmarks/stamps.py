@@ -85,6 +85,9 @@ def cases(seed: int) -> Iterator[tuple[str, str, pl.DataFrame]]:
         for done, stamp in STAMPS[name].items():
             told = stamp(reports["time"].to_numpy(), np.random.default_rng(seed + 1000))
             yield name, done, reports.with_columns(time=pl.Series(told)).sort("time")
+    away, angle = pl.col("range_m"), pl.col("azimuth_deg") * np.pi / 180
+    utm = {"x": 400e3 + away * angle.sin(), "y": 5200e3 + away * angle.cos()}
+    yield "radar", "x, y in UTM, its place not told", reports.select("time", "target", **utm)
     reports = camera(np.random.default_rng(seed))
     for done, (length, moment) in UNITS.items():
         columns = pl.col("x", "y") * length, pl.col("time") * moment
