@@ -52,9 +52,10 @@ def test_reports_count_as_of_when_the_beam_was_there(stamp):
     result = tw.track(table.drop("target"))
     (note,) = [note for note in result.run["notes"] if "its beam turns clockwise in" in note]
     assert "each report counts as of when the beam was at its azimuth" in note
+    assert result.assignments["time"].equals(table["time"])
     # What is late for all alike is not known.
-    counted = result.assignments.sort("report")
-    late = counted["time"].to_numpy() - counted["was"].to_numpy()
+    counted = with_beam_times(tw.read_reports(table), load_configuration({}))
+    late = counted.time - np.asarray(counted.carried["was"])
     late -= TURN * np.round((late - np.median(late)) / TURN)
     assert np.ptp(np.quantile(late, [0.02, 0.98])) < 0.1
     quality = assignment_quality(
@@ -126,3 +127,46 @@ def test_a_place_that_is_told_is_kept(said):
     reports = tw.read_reports(on_a_plane(radar()).sort("time"))
     told = load_configuration({"sensors": {"default": said}})
     assert with_beam_places(reports, told) == (reports, told, ())
+
+
+@pytest.mark.parametrize(("pause", "jitter"), [(0.1, 0.001), (0.1, 0.01), (0.5, 0.05)])
+def test_one_object_that_circles_a_camera_whose_frames_jitter_is_no_beam(pause, jitter):
+    rng = np.random.default_rng(1)
+    time = pause * np.arange(600) + rng.normal(0, jitter, 600)
+    kept = np.sort(time)[rng.random(600) < 0.95]
+    azimuth = np.degrees(2 * np.pi * kept / 11.0 + rng.normal(0, 0.01, kept.size)) % 360
+    away = 100 + rng.normal(0, 1, kept.size)
+    table = pl.DataFrame({"time": kept, "range_m": away, "azimuth_deg": azimuth})
+    result = tw.track(table)
+    assert result.run["configuration"]["sensors"]["default"]["rotation"] == "none"
+    assert result.run["totals"]["tracks"] == 1
+
+
+def test_reports_that_came_twice_do_not_hide_a_turn():
+    table = stamped(radar(), LOOSE["late by 0.3 s"])
+    once = with_beam_times(tw.read_reports(table), load_configuration({}))
+    twice = pl.concat([table, table]).sort("time")
+    found = with_beam_times(tw.read_reports(twice), load_configuration({}))
+    np.testing.assert_allclose(np.unique(found.time), np.unique(once.time))
+
+
+def test_objects_that_report_once_a_second_are_no_beam_elsewhere():
+    rng, rows = np.random.default_rng(4), []
+    for number in range(12):
+        begin, way, phase = rng.uniform(-2000, 2000, 2), rng.uniform(-15, 15, 2), rng.random()
+        time = np.arange(120) + phase + rng.normal(0, 0.01, 120)
+        place = begin + time[:, None] * way + rng.normal(0, 2, (120, 2))
+        rows += [(moment, *at, str(number)) for moment, at in zip(time, place.tolist(), strict=True)]
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    reports, told = tw.read_reports(table), load_configuration({})
+    assert with_beam_places(reports, told)[2] == ()
+    assert with_beam_times(reports, told) is reports
+
+
+def test_a_radar_near_the_middle_is_placed_and_its_exact_stamps_stay():
+    reports = tw.read_reports(on_a_plane(radar(), 12e3, -7e3).sort("time"))
+    placed, told, names = with_beam_places(reports, load_configuration({}))
+    assert names == ("default",)
+    place = told.sensor("default")["position"]
+    assert np.hypot(place[0] - 12e3, place[1] + 7e3) < 20.0
+    assert with_beam_times(placed, told) is placed

@@ -50,6 +50,7 @@ def run_init(
 def _estimate(
     voice: Voice, reports: list[Path], table: ReportTable, place: OutputFile
 ) -> dict[str, Any]:
+    is_numbered = table.scan is not None
     heights, registration = registered(table, load_configuration(None))
     table, configuration = registration.reports, registration.configuration
     doubles, (settings, estimates) = doubles_of(
@@ -63,9 +64,15 @@ def _estimate(
         *doubles.notes(),
         *settings.notes,
     )
-    settings = replace(
-        registration.entered(settings), values={**settings.values, "seed": 0}, notes=notes
-    )
+    values = {**settings.values, "seed": 0}
+    if table.scan is not None and not is_numbered:
+        # What was told by sweeps or bursts is found in the reports again, if nothing denies it.
+        denied = {"rotation", "scans"}
+        values["sensors"] = {
+            name: {key: value for key, value in own.items() if key not in denied}
+            for name, own in settings.values["sensors"].items()
+        }
+    settings = replace(registration.entered(settings), values=values, notes=notes)
     text = commented_toml(
         settings,
         head=_head(reports, table),

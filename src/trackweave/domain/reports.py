@@ -46,7 +46,7 @@ class BadRow:
 
 _PER_REPORT = (
     "time", "sensor", "measurement", "sigma", "report", "scan", "platform", "identity",
-    "strength", "height", "row", "context",
+    "strength", "height", "row", "context", "stamp",
 )  # fmt: skip
 
 
@@ -118,6 +118,8 @@ class ReportTable:
         What the recording tells beside its reports.
     undecoded
         Records of a binary file or a stream that could not be decoded.
+    stamp
+        Time of each report as it came [s], shape (reports,), where ``time`` is another by now.
 
     Examples
     --------
@@ -157,6 +159,7 @@ class ReportTable:
     unavailable: "ReportTable | None" = None
     facts: Facts = field(default_factory=Facts)
     undecoded: Skips = field(default_factory=Skips)
+    stamp: FloatArray | None = None
 
     __repr__ = summary
 
@@ -217,7 +220,9 @@ class ReportTable:
         order = np.lexsort((self.sensor, time))
         row = np.arange(1, len(self) + 1) if self.row is None else self.row
         carried = {key: each[order] for key, each in self.carried.items()}
-        return replace(replace(self, time=time, row=row).part(order), carried=carried)
+        came = self.time if self.stamp is None else self.stamp
+        moved = replace(self, time=time, row=row, stamp=came)
+        return replace(moved.part(order), carried=carried)
 
     def scans(self, but: Collection[str] = ()) -> Iterator[Scan]:
         """Yield the scans in order of time, then sensor, but those of some sensors.

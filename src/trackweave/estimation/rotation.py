@@ -6,7 +6,15 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.following import followed_rotation
 from trackweave.models.rotation import Rotation
 
-__all__ = ["follows", "loose_rotation_of", "off_turn", "rotation_of", "settled_rate", "wanders"]
+__all__ = [
+    "follows",
+    "loose_rotation_of",
+    "off_turn",
+    "rotation_of",
+    "settled_rate",
+    "wander_of",
+    "wanders",
+]
 
 FEWEST_REPORTS = 12
 # From so many successive reports the turn is found; then it is followed through the others.
@@ -28,12 +36,16 @@ LEAST_REPORTS_PER_TURN = 1.5
 STEPS_PER_TURN = 12
 # Of the steps of a clock, in which times are this exact, one that looks at each of them is heard
 # at more than this share.
-IN_STEP, MOST_STEPS = 0.01, 0.7
+# It is of coarse stamps where it is heard at more than the lesser.
+IN_STEP, MOST_STEPS, SOME_STEPS = 0.01, 0.7, 0.3
+# Frames come so near to the usual time after the last one [share], most of them; of a beam that is
+# so of reports as many as these to a turn.
+NEARLY_ALIKE, MOSTLY, FEW_OF_TURN = 0.35, 0.75, 3.0
 # A fit is told from another by so much of the share.
 CLEARLY = 0.85
 # Where stamps are loose, reports this near the beam fit [rad], if a turn has so many and the beam
 # fills between two stamps, within a factor, what it turns by.
-LOOSELY_NEAR, REPORTS_PER_TURN, FILLED = 0.75, 6.0, 1.5
+LOOSELY_NEAR, REPORTS_PER_TURN, FILLED = 0.75, 6.0, 2.5
 # Where most come from one direction, at least so many do not, and so many times as many as do not
 # follow the turn.
 MOST_ALIKE, ELSEWHERE = 0.1, 2.5
@@ -132,17 +144,20 @@ def follows(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
 
 
 def wanders(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:
-    """Tell whether reports lie off a turn by more than chance, now ahead of it, now behind."""
-    # That is so if successive reports' common deviation is more than the edge of a sector may be
-    # off.
+    """Tell whether a beam is off a turn by more than the edge of a sector may be."""
+    return wander_of(time, azimuth, rotation) > UNSTEADY
+
+
+def wander_of(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> float:
+    """Return by how much more than chance successive reports together lie off a turn [rad]."""
     off = off_turn(time, azimuth, rotation)
     near = off[np.abs(off) < 2 * NEAR]
     n_groups = near.size // REPORTS_PER_GROUP
     if n_groups < FEWEST_GROUPS:
-        return False
+        return 0.0
     groups = near[: n_groups * REPORTS_PER_GROUP].reshape(n_groups, REPORTS_PER_GROUP)
     chance = groups.var(axis=1, ddof=1).mean() / REPORTS_PER_GROUP
-    return bool(groups.mean(axis=1).var(ddof=1) - chance > UNSTEADY**2)
+    return float(np.sqrt(max(groups.mean(axis=1).var(ddof=1) - chance, 0.0)))
 
 
 def off_turn(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> FloatArray:
@@ -194,11 +209,22 @@ def _likeliest_rate(
     is_clocked = bool(np.all(np.abs(counts - np.round(counts)) < IN_STEP))
     if is_clocked and gaps.size < MOST_STEPS * float(counts.sum()):
         step = float(gaps.mean())
-    if near == LOOSELY_NEAR and gaps.size < elapsed.size / 2:
-        return rate if _fills(elapsed, azimuth, rate, step) else None
+    is_coarse = is_clocked and gaps.size > SOME_STEPS * float(counts.sum())
+    if near == LOOSELY_NEAR and (is_coarse or gaps.size < elapsed.size / 2):
+        return rate if _fills(elapsed, azimuth, rate, float(gaps.min())) else None
+    if _is_of_frames(gaps, 2 * np.pi / max(abs(rate), 1e-300)):
+        return None
     if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]), near)[0] > CLEARLY * best:
         return None
     return rate
+
+
+def _is_of_frames(gaps: FloatArray, turn: float) -> bool:
+    """Tell whether nearly each report comes a usual time after the last, several to a turn [s]."""
+    # Of a beam that is so of objects that stand evenly around it; of one that circles, always.
+    usual = float(np.median(gaps))
+    alike = float(np.mean(np.abs(gaps / usual - 1.0) < NEARLY_ALIKE))
+    return alike > MOSTLY and turn > FEW_OF_TURN * usual
 
 
 def _fills(elapsed: FloatArray, azimuth: FloatArray, rate: float, step: float) -> bool:

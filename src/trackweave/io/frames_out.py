@@ -112,9 +112,10 @@ def _assigned_rows(
     shared: Mapping[int, int] | None,
 ) -> pl.DataFrame:
     chances = np.full(len(reports), np.nan) if probability is None else probability
+    came = reports.time if reports.stamp is None else reports.stamp
     columns = [
         _identifier_column(reports),
-        _time_column("time", reports.time, iso_time=reports.iso_time),
+        _time_column("time", came, iso_time=reports.iso_time),
         _sensor_column(reports),
         _named_tracks("track", track, len(reports)),
         pl.Series("probability", chances, dtype=pl.Float64, nan_to_null=True),

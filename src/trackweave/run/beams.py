@@ -11,7 +11,7 @@ from trackweave.config import Configuration
 from trackweave.config.sensing import sense_of, told_rotation
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.rotation import loose_rotation_of, off_turn, wanders
+from trackweave.estimation.rotation import loose_rotation_of, off_turn, wander_of
 from trackweave.estimation.turning_place import place_of_turn
 from trackweave.models.rotation import Rotation
 from trackweave.run.observing import azimuth_of, positions_in
@@ -21,6 +21,11 @@ __all__ = ["with_beam_places", "with_beam_times"]
 
 # Stamps that are off a beam by less than this as a median [rad] are of when it was there.
 EXACT = 0.02
+# A place elsewhere is believed where reports are so many times nearer to the beam than about 0, 0;
+# and loosely, where what so many of them are off by is hardly what they are a turn later.
+CLEARLY_NEARER, MOST_COMPARED, MOST_ALIKE = 0.5, 1000, 0.5
+# So far may the beam itself be off its turn [rad], and by this share of what stamps are.
+STEADY, MOST_WANDER = 0.03, 0.3
 
 
 def with_beam_places(
@@ -38,10 +43,10 @@ def with_beam_places(
         if name in told or reports.scan is not None or not is_open or _is_still(said):
             continue
         time, place = reports.time[rows], reports.measurement[rows, :2]
-        if loose_rotation_of(time, np.arctan2(*place.T)) is not None:
-            continue
-        found = place_of_turn(time, place)
-        if found is None:
+        here = loose_rotation_of(time, np.arctan2(*place.T))
+        off_here = np.inf if here is None else _usually_off(time, place, here)
+        found = place_of_turn(time, place) if off_here > EXACT else None
+        if found is None or not _is_beam(time, place - found[0], found[1], off_here):
             continue
         at = [round(float(number), 1) for number in found[0]]
         sensors[name] = {**sensors.get(name, {}), "position": at}
@@ -55,6 +60,32 @@ def with_beam_places(
         return reports, configuration, ()
     reports = replace(reports, notes=(*reports.notes, *notes))
     return reports, configuration.changed(sensors=sensors), tuple(placed)
+
+
+def _usually_off(time: FloatArray, relative: FloatArray, turn: Rotation) -> float:
+    """Return how far reports are off a beam at their origin as a median [rad]."""
+    return float(np.median(np.abs(off_turn(time, np.arctan2(*relative.T), turn))))
+
+
+def _is_beam(time: FloatArray, relative: FloatArray, turn: Rotation, beside: float) -> bool:
+    """Tell whether a turn about reports' origin is a beam's, not of what reports by itself."""
+    # Objects that report once a period, each at a moment of its own, lie around some place in the
+    # order of these moments. What one is off by then, it is again a period later.
+    usual = _usually_off(time, relative, turn)
+    if usual > CLEARLY_NEARER * beside:
+        return False
+    if usual < EXACT:
+        return True
+    off = off_turn(time, np.arctan2(*relative.T), turn)
+    after = np.searchsorted(time, time + 0.75 * turn.period)
+    until = np.searchsorted(time, time + 1.25 * turn.period)
+    rows = np.flatnonzero(until > after)
+    next_one = [
+        after[row] + np.argmin(np.sum((relative[after[row] : until[row]] - relative[row]) ** 2, 1))
+        for row in rows[:MOST_COMPARED].tolist()
+    ]
+    alike = np.corrcoef(off[rows[: len(next_one)]], off[np.array(next_one, dtype=np.int64)])[0, 1]
+    return bool(alike < MOST_ALIKE)
 
 
 def _is_still(said: Mapping[str, Any]) -> bool:
@@ -96,9 +127,13 @@ def _loose_turn(said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray) 
     if _is_still(said) or told_rotation(said):
         return None
     period = said.get("scan_period")
-    found = loose_rotation_of(time, azimuth, period=period) or loose_rotation_of(time, azimuth)
+    # What was heard twice tells nothing twice, and several reports of one stamp something else.
+    _, once = np.unique(np.stack([time, azimuth]), axis=1, return_index=True)
+    heard = time[np.sort(once)], azimuth[np.sort(once)]
+    found = loose_rotation_of(*heard, period=period) or loose_rotation_of(*heard)
     if found is None:
         return None
-    # A beam that wanders is followed from turn to turn instead.
-    is_exact = np.median(np.abs(off_turn(time, azimuth, found))) < EXACT
-    return None if is_exact or wanders(time, azimuth, found) else found
+    # A beam that wanders by more than that is followed from turn to turn instead.
+    usual = float(np.median(np.abs(off_turn(*heard, found))))
+    is_steady = wander_of(*heard, found) < max(STEADY, MOST_WANDER * usual)
+    return found if usual > EXACT and is_steady else None

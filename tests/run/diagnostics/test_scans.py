@@ -10,7 +10,7 @@ from trackweave import track
 def passes(east: float = 0.0) -> pl.DataFrame:
     """Return what a beam of four seconds a turn, at ``east``, sees of eight standing objects."""
     rng = np.random.default_rng(1)
-    azimuth = np.tile(np.linspace(0.1, 5.9, 8), 40)
+    azimuth = np.tile([0.1, 0.6, 1.9, 2.3, 3.6, 4.1, 5.3, 5.9], 40)
     distance = np.tile(np.linspace(3e3, 9e3, 8), 40)
     time = 4.0 * (np.repeat(np.arange(40), 8) + azimuth / (2 * np.pi))
     x, y = east + distance * np.sin(azimuth), distance * np.cos(azimuth)

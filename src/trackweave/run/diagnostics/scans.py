@@ -8,7 +8,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.sensing import sense_of
 from trackweave.estimation.lone import judged
-from trackweave.estimation.rotation import follows, rotation_of
+from trackweave.estimation.rotation import follows, loose_rotation_of, rotation_of
 from trackweave.models.sensors import Sensor
 from trackweave.run.diagnostics.case import Case, Finding
 
@@ -121,7 +121,9 @@ def unseen_turns(case: Case) -> Iterator[Finding]:
         if sensor.rotation is not None and follows(time, azimuth, sensor.rotation):
             continue
         is_denied = case.is_told(f"sensors.{sensor.name}.rotation") and sensor.rotation is None
-        found = rotation_of(time, azimuth) if is_denied else None
+        found = None
+        if is_denied:
+            found = rotation_of(time, azimuth) or loose_rotation_of(time, azimuth)
         if found is not None:
             yield Finding(
                 "turn",
@@ -139,7 +141,8 @@ def reporting_objects(case: Case) -> Iterator[Finding]:
     for index in case.examined:
         sensor = case.sensors[index]
         is_told = case.is_told(f"sensors.{sensor.name}.scans") and sensor.scans is True
-        if not is_told or not case.reports.kind_of(index).is_position:
+        is_position = case.reports.kind_of(index).is_position
+        if not is_told or not is_position or sensor.rotation is not None:
             continue
         seen = judged(case.reports, index)[0]
         if seen.scans is False:
