@@ -156,7 +156,9 @@ def test_objects_that_report_once_a_second_are_no_beam_elsewhere():
         begin, way, phase = rng.uniform(-2000, 2000, 2), rng.uniform(-15, 15, 2), rng.random()
         time = np.arange(120) + phase + rng.normal(0, 0.01, 120)
         place = begin + time[:, None] * way + rng.normal(0, 2, (120, 2))
-        rows += [(moment, *at, str(number)) for moment, at in zip(time, place.tolist(), strict=True)]
+        rows += [
+            (moment, *at, str(number)) for moment, at in zip(time, place.tolist(), strict=True)
+        ]
     table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
     reports, told = tw.read_reports(table), load_configuration({})
     assert with_beam_places(reports, told)[2] == ()
