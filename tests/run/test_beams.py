@@ -6,6 +6,7 @@ import pytest
 
 import trackweave as tw
 from trackweave.config import load_configuration
+from trackweave.domain.frames import LocalFrame
 from trackweave.metrics import assignment_quality
 from trackweave.run.beams import with_beam_places, with_beam_times
 
@@ -172,3 +173,12 @@ def test_a_radar_near_the_middle_is_placed_and_its_exact_stamps_stay():
     place = told.sensor("default")["position"]
     assert np.hypot(place[0] - 12e3, place[1] + 7e3) < 20.0
     assert with_beam_times(placed, told) is placed
+
+
+def test_a_place_told_in_degrees_is_where_a_radar_of_positions_stands():
+    table = on_a_plane(radar(), 0.0, 0.0).sort("time")
+    lat, lon, _ = LocalFrame(60.0, 10.0).to_geodetic(table.select("x", "y").to_numpy())
+    table = table.select("time", lat=pl.Series(lat), lon=pl.Series(lon))
+    result = tw.track(table, {"sensors": {"default": {"place": [60.0, 10.0]}}})
+    assert not [note for note in result.run["notes"] if "beam" in note]
+    assert result.run["configuration"]["sensors"]["default"]["rotation"] == "clockwise"

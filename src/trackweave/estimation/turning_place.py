@@ -78,9 +78,9 @@ def _refined(time: FloatArray, place: FloatArray, at: FloatArray, turn: Rotation
         east, north = (there - at).T
         off = np.arctan2(east, north) - moment
         off = np.angle(np.exp(1j * (off - np.angle(np.exp(1j * off).sum()))))
-        square = east**2 + north**2
+        square = np.maximum(east**2 + north**2, 1e-300)
         slope = np.stack([-north / square, east / square, -np.ones_like(off), -moment], axis=1)
-        near = np.abs(off) < OUTLYING * float(np.median(np.abs(off)))
+        near = np.abs(off) <= OUTLYING * float(np.median(np.abs(off)))
         step, *_ = np.linalg.lstsq(slope[near], -off[near], rcond=None)
         at = at + step[:2]
     return at

@@ -23,7 +23,7 @@ __all__ = ["with_beam_places", "with_beam_times"]
 EXACT = 0.02
 # A place elsewhere is believed where reports are so many times nearer to the beam than about 0, 0;
 # and loosely, where what so many of them are off by is hardly what they are a turn later.
-CLEARLY_NEARER, MOST_COMPARED, MOST_ALIKE = 0.5, 1000, 0.5
+CLEARLY_NEARER, FEWEST_COMPARED, MOST_COMPARED, MOST_ALIKE = 0.5, 20, 1000, 0.5
 # So far may the beam itself be off its turn [rad], and by this share of what stamps are.
 STEADY, MOST_WANDER = 0.03, 0.3
 
@@ -80,6 +80,8 @@ def _is_beam(time: FloatArray, relative: FloatArray, turn: Rotation, beside: flo
     after = np.searchsorted(time, time + 0.75 * turn.period)
     until = np.searchsorted(time, time + 1.25 * turn.period)
     rows = np.flatnonzero(until > after)
+    if rows.size < FEWEST_COMPARED:
+        return False
     next_one = [
         after[row] + np.argmin(np.sum((relative[after[row] : until[row]] - relative[row]) ** 2, 1))
         for row in rows[:MOST_COMPARED].tolist()

@@ -117,9 +117,9 @@ def registered(
 ) -> tuple[HeightFinding, Registration]:
     """Return what was found of sweeps, of heights and then of biases, where any are looked for."""
     reports, configuration = with_sweeps(reports, configuration)
-    reports, configuration, placed = with_beam_places(reports, configuration)
-    reports = with_beam_times(reports, configuration)
     told = with_facts(configuration, reports)
+    reports, told, placed = with_beam_places(reports, told)
+    reports = with_beam_times(reports, told)
     heights = found_heights(reports, told, looks=looks)
     found = registration_of(heights.reports, told, looks=looks)
     return heights, replace(found, placed=placed)
