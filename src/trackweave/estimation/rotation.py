@@ -38,9 +38,9 @@ STEPS_PER_TURN = 12
 # at more than this share.
 # It is of coarse stamps where it is heard at more than the lesser.
 IN_STEP, MOST_STEPS, SOME_STEPS = 0.01, 0.7, 0.3
-# Frames come so near to the usual time after the last one [share], most of them; of a beam that is
-# so of reports as many as these to a turn.
-NEARLY_ALIKE, MOSTLY, FEW_OF_TURN = 0.35, 0.75, 3.0
+# Frames come so near to the usual time after the last one [share], most of them, and those that
+# are so much later near to several times as long; of a beam that is so of few reports to a turn.
+NEARLY_ALIKE, MOSTLY, LONGER_STEP, NEAR_STEP, FEW_OF_TURN = 0.35, 0.75, 1.7, 0.2, 3.0
 # A fit is told from another by so much of the share.
 CLEARLY = 0.85
 # Where stamps are loose, reports this near the beam fit [rad], if a turn has so many and the beam
@@ -223,8 +223,12 @@ def _is_of_frames(gaps: FloatArray, turn: float) -> bool:
     """Tell whether nearly each report comes a usual time after the last, several to a turn [s]."""
     # Of a beam that is so of objects that stand evenly around it; of one that circles, always.
     usual = float(np.median(gaps))
-    alike = float(np.mean(np.abs(gaps / usual - 1.0) < NEARLY_ALIKE))
-    return alike > MOSTLY and turn > FEW_OF_TURN * usual
+    steps = gaps / usual
+    missed = steps[steps > LONGER_STEP]
+    if missed.size and np.median(np.abs(missed - np.round(missed))) > NEAR_STEP:
+        return False
+    alike = np.mean(np.abs(steps - 1.0) < NEARLY_ALIKE)
+    return bool(alike > MOSTLY and turn > FEW_OF_TURN * usual)
 
 
 def _fills(elapsed: FloatArray, azimuth: FloatArray, rate: float, step: float) -> bool:
