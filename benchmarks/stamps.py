@@ -1,7 +1,7 @@
 """The same reports in other units and under other stamps, which ought to be tracked alike.
 
 Twelve walkers before a camera, and 25 aircraft before a turning radar, 4 s a turn; each row says
-what was done to their times and places. Nothing is told but where the radar stands.
+what was done to their times and places. Nothing is told.
 """
 
 import argparse

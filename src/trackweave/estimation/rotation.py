@@ -80,7 +80,7 @@ def loose_rotation_of(
     # As of ``rotation_of``; stamps may be of when reports were received, or of whole seconds.
     if time.size < FEWEST_REPORTS:
         return None
-    found = _steady(time, azimuth, period, None, LOOSELY_NEAR)
+    found = _steady(time, azimuth, period, None, loosely=True)
     if found is None:
         return None
     turns = float(time[-1] - time[0]) / found.period
@@ -92,14 +92,17 @@ def _steady(
     azimuth: FloatArray,
     period: float | None,
     direction: int | None,
-    near: float = NEAR,
+    *,
+    loosely: bool = False,
 ) -> Rotation | None:
     """Return the turn of constant period that the reports follow from the first to the last."""
     origin = float(time[0])
     elapsed = time - origin
     count = min(FIRST_REPORTS, elapsed.size)
-    rates = _possible_rates(float(elapsed[count - 1]), count, period, direction)
-    rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates, near)
+    # The first reports may come more seldom than all do.
+    fewest = REPORTS_PER_TURN / 1.5 if loosely else LEAST_REPORTS_PER_TURN
+    rates = _possible_rates(float(elapsed[count - 1]), count / fewest, period, direction)
+    rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates, loosely=loosely)
     if rate is None:
         return None
     followed = settled_rate(elapsed, azimuth, rate, count)
@@ -108,6 +111,7 @@ def _steady(
     rate, phase = followed
     if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
         return None
+    near = LOOSELY_NEAR if loosely else NEAR
     if _share(elapsed, azimuth, np.array([rate]), near)[0] < LEAST_SHARE:
         return None
     sense = 1 if rate > 0 else -1
@@ -120,7 +124,8 @@ def _wandering(
     """Return the turn of a beam whose speed wanders, begun where it is steady for long enough."""
     elapsed = time - time[0]
     for count in sorted({min(count, time.size) for count in FIRST_STRETCHES}, reverse=True):
-        rates = _possible_rates(float(elapsed[count - 1]), count, period, direction)
+        most = count / LEAST_REPORTS_PER_TURN
+        rates = _possible_rates(float(elapsed[count - 1]), most, period, direction)
         rate = _likeliest_rate(elapsed[:count], azimuth[:count], rates)
         if rate is None:
             continue
@@ -167,12 +172,12 @@ def off_turn(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> Float
 
 
 def _possible_rates(
-    span: float, count: int, period: float | None, direction: int | None
+    span: float, most: float, period: float | None, direction: int | None
 ) -> FloatArray:
-    """Return the rates of turn that may be [rad/s], ascending; none where no time went by."""
+    """Return rates of at most so many turns [rad/s], ascending; none where no time went by."""
     if span <= 0:
         return np.empty(0)
-    least, most = LEAST_TURNS_AT_FIRST, count / LEAST_REPORTS_PER_TURN
+    least = LEAST_TURNS_AT_FIRST
     if period is not None:
         turns = span / period
         least, most = turns * (1 - PERIOD_ERROR), turns * (1 + PERIOD_ERROR) + 1 / STEPS_PER_TURN
@@ -182,20 +187,19 @@ def _possible_rates(
 
 
 def _likeliest_rate(
-    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, near: float = NEAR
+    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, *, loosely: bool = False
 ) -> float | None:
     """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
     if rates.size == 0:
         return None
-    span = float(elapsed[-1])
+    span, near = float(elapsed[-1]), LOOSELY_NEAR if loosely else NEAR
     share = _share(elapsed, azimuth, rates, near)
     best = float(share.max())
     still = _share(elapsed, azimuth, np.zeros(1), near)[0]
-    if best < LEAST_SHARE or still > CLEARLY * best:
-        # Of a crowd in one direction, those elsewhere tell of a turn.
-        is_loose = near == LOOSELY_NEAR and best > LEAST_SHARE
-        if not is_loose or 1.0 - still < max(ELSEWHERE * (1.0 - best), MOST_ALIKE):
-            return None
+    # Of a crowd in one direction, those elsewhere tell of a turn.
+    is_told = loosely and 1.0 - still >= max(ELSEWHERE * (1.0 - best), MOST_ALIKE)
+    if best < LEAST_SHARE or (still > CLEARLY * best and not is_told):
+        return None
     # Of rates that fit as well the slowest: others are that and whole turns between reports.
     fitting = rates[share >= max(LEAST_SHARE, 0.95 * best)]
     rate = float(fitting[np.argmin(np.abs(fitting))])
@@ -210,7 +214,7 @@ def _likeliest_rate(
     if is_clocked and gaps.size < MOST_STEPS * float(counts.sum()):
         step = float(gaps.mean())
     is_coarse = is_clocked and gaps.size > SOME_STEPS * float(counts.sum())
-    if near == LOOSELY_NEAR and (is_coarse or gaps.size < elapsed.size / 2):
+    if loosely and (is_coarse or gaps.size < elapsed.size / 2):
         return rate if _fills(elapsed, azimuth, rate, float(gaps.min())) else None
     if _is_of_frames(gaps, 2 * np.pi / max(abs(rate), 1e-300)):
         return None

@@ -143,21 +143,22 @@ def _cuts(moment: FloatArray, azimuth: FloatArray) -> FloatArray:
         # It turns round, unless it is sooner beyond where it sees nothing than a turn would be.
         sooner = np.abs(way) - 2.0 * np.pi * gap / MOMENTS
         last = int(np.argmax(sooner))
-        if sooner[last] < SOONER:
-            return np.empty(0)
-        return np.array([((held[last] + 0.5 + gap[last] / 2.0) / MOMENTS) % 1.0])
+        return _amid(held, gap, last) if sooner[last] >= SOONER else np.empty(0)
     sense = 1.0 if np.count_nonzero(way > 0) >= np.count_nonzero(way < 0) else -1.0
     back = np.maximum(-sense * way, 0.0)
     if _steps(back) < FLIES_BACK * _steps(np.maximum(sense * way, 0.0)):
-        # In the midst of the moments in which it flies back, where hardly any report comes.
-        last = int(np.argmax(back))
-        return np.array([((held[last] + 0.5 + gap[last] / 2.0) / MOMENTS) % 1.0])
+        return _amid(held, gap, int(np.argmax(back)))
     # Folded where it turns, what it sees on both ways lies on one curve.
     turns = np.arange(0.0, 0.5, 0.5 / FOLDS)
     some = np.linspace(0, moment.size - 1, min(moment.size, FOLDED)).astype(np.int64)
     lengths = _strings(np.abs((moment[some] - turns[:, None] + 0.5) % 1.0 - 0.5), azimuth[some])
     turn = turns[np.argmin(lengths)]
     return np.array([turn, turn + 0.5])
+
+
+def _amid(held: IntArray, gap: IntArray, last: int) -> FloatArray:
+    """Return the midst of the moments in which it flies back, where hardly any report comes."""
+    return np.array([((held[last] + 0.5 + gap[last] / 2.0) / MOMENTS) % 1.0])
 
 
 def _steps(way: FloatArray) -> int:

@@ -20,6 +20,8 @@ BEYOND, STEPS, FINER, ROUNDS = 0.5, 24, 0.25, 4
 # before all are asked.
 FITS, LOOSELY, LEAST_SHARE, FIRST = 0.25, 0.75, 0.6, 120
 RATES = 9
+# One object alone, whose pause seems to be a turn, is no beam: that has so many in a turn.
+LEAST_IN_TURN = 1.5
 # Place and turn are made exact by so many reports at most, in so many steps, of which those count
 # that are off by less than so many times as much as usual.
 MOST_REPORTS, ITERATIONS, OUTLYING = 5000, 12, 4.0
@@ -31,6 +33,8 @@ def place_of_turn(time: FloatArray, place: FloatArray) -> tuple[FloatArray, Rota
     # one object are near one another, a turn apart, wherever the sensor stands.
     period = _usual_pause(time[:REPORTS], place[:REPORTS])
     if period is None:
+        return None
+    if period < LEAST_IN_TURN * float(np.median(np.diff(time[:REPORTS]))):
         return None
     middle = _middle(time, place, period, FITS)
     if middle is None:
