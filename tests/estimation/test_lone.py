@@ -44,3 +44,15 @@ def test_ships_without_noise_are_given_some() -> None:
     place += time[:, None] * way + 1e-8 * np.square(time)[:, None]
     found = lone_reports(time, place, threads_of(time, place), None)
     assert found.sigma == pytest.approx(1e-3 * 10.0 * np.hypot(*way), rel=0.01)
+
+
+def test_an_axis_without_noise_hides_not_that_of_the_other() -> None:
+    rng = np.random.default_rng(4)
+    rows = [
+        (time + 0.15 * tag, 0.5 * time, 60.0 * tag + rng.normal(0, 0.3))
+        for tag in range(6)
+        for time in np.arange(0.0, 300.0)
+    ]
+    table = np.array(sorted(rows))
+    found = lone_reports(table[:, 0], table[:, 1:], threads_of(table[:, 0], table[:, 1:]), None)
+    assert found.sigma == pytest.approx(0.3 / np.sqrt(2.0), rel=0.1)

@@ -20,6 +20,20 @@ def test_threads_hardly_mix_objects_although_noise_and_speeds_are_unknown():
     assert len(threads.lasting(30)) >= 10
 
 
+def test_one_wild_report_makes_no_neighbours_of_objects_side_by_side():
+    rng = np.random.default_rng(4)
+    rows = [
+        (time + 0.15 * tag, *(np.array([0.5 * time, 60.0 * tag]) + rng.normal(0, 0.3, 2)), tag)
+        for tag in range(6)
+        for time in np.arange(0.0, 300.0)
+    ]
+    rows.append((50.01, 1000.0, 1000.0, 6))
+    table = np.array(sorted(rows))
+    threads = threads_of(table[:, 0], table[:, 1:3]).lasting(2)
+    assert all(np.unique(table[each, 3]).size == 1 for each in threads)
+    assert len(threads) == 6
+
+
 def test_counts_a_report_heard_twice_once():
     time = np.array([0.0, 1.0, 10.0, 20.0, 20.0])
     place = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 0.0]])

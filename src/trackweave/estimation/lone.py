@@ -207,7 +207,8 @@ def _noise(
     start = sigma
     if start is None:
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
-        start = float(np.nanmedian(np.abs(bends))) / 1.65
+        along = np.nanmedian(np.abs(bends), axis=(0, 1)) / 1.65
+        start = float(np.sqrt(np.mean(along**2)))
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
     density, fixed = max(false_rate, 1e-6) / spread, sigma is not None
     found = noise_of_chains(
@@ -229,7 +230,9 @@ def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) ->
             position[rows[1:-1]] - (1.0 - share) * position[rows[:-2]] - share * position[rows[2:]]
         )
         off /= np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
-        found.append(float(np.median(np.abs(off))) / MEDIAN_OF_NORMAL)
+        # Each axis has its own: of one that tells no noise the other's is not.
+        along = np.median(np.abs(off), axis=0) / MEDIAN_OF_NORMAL
+        found.append(float(np.sqrt(np.mean(along**2))))
     return max(float(np.median(found)), float(np.median(least))) or None if found else None
 
 

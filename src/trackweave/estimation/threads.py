@@ -19,6 +19,8 @@ NEIGHBOURS = 8
 UNRELATED = 0.2
 # The area of the reports is at least so many times as wide as it is long.
 NARROWEST = 0.1
+# So large a share of the reports at each end of an axis may be far from all others.
+STRAY = 0.005
 N_PASSES = 4
 N_ROUNDS = 3
 # Links are likely enough that are as likely as all but this share of those that there are, and so
@@ -78,7 +80,8 @@ def _linked(time: FloatArray, position: FloatArray, extent: float, span: float) 
     pairs = before, behind = _pairs(time, position, extent / span)
     wait = time[behind] - time[before]
     unit = np.pi if dim == 2 else 4.0 / 3.0 * np.pi
-    sides = np.ptp(position, axis=0)
+    low, high = np.quantile(position, [STRAY, 1.0 - STRAY], axis=0)
+    sides = high - low
     # Ships in line astern fill no area; who passes beside them would be unrelated.
     sides[:2] = np.maximum(sides[:2], NARROWEST * sides[:2].max())
     density = count / float(np.prod(np.maximum(sides, 1e-9))) / span
