@@ -18,7 +18,7 @@ from trackweave.estimation.noise import (
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
 from trackweave.estimation.threads import Threads, once, threads_of
 
-__all__ = ["LoneReports", "judged", "lone_reports", "middle_of"]
+__all__ = ["LoneReports", "fastest_below", "judged", "lone_reports", "middle_of"]
 
 MOST_REPORTS = 12000
 # Threads of fewer are false alarms.
@@ -104,8 +104,11 @@ def lone_reports(
     n_false = threads.n_reports - sum(rows.size for rows in objects)
     rate = n_false / span
     lasting = threads.lasting(LASTING)
-    # At a quay the seldom are taken for one another; those that report often are sure.
-    quick = [rows for rows in lasting if np.median(np.diff(time[rows])) <= pause]
+    # At a quay the seldom are taken for one another; those that report often are sure, unless they
+    # are few, and false alarms on short threads only seem to report oftener.
+    waits = [float(np.median(np.diff(time[rows]))) for rows in lasting]
+    often = max(pause, float(np.median(waits))) if waits else pause
+    quick = [rows for rows, wait in zip(lasting, waits, strict=True) if wait <= often]
     told = sigma
     sigma, process = _told_noise(time, position, quick, told, rate)
     rest = noise_at_rest(time, position, quick) if threads.is_whole and told is None else None
@@ -240,6 +243,14 @@ def _speed(
     time: FloatArray, position: FloatArray, threads: list[IntArray], share: float
 ) -> float | None:
     """Return a speed that hardly any object exceeds, each of which is slower for a share."""
+    speeds = _speeds(time, position, threads, share)
+    return FASTER * float(np.quantile(speeds, FASTEST_SHARE)) or None if speeds else None
+
+
+def _speeds(
+    time: FloatArray, position: FloatArray, threads: list[IntArray], share: float
+) -> list[float]:
+    """Return how fast each thread is but for the rest of its time."""
     speeds = []
     for rows in threads:
         pieces = []
@@ -249,4 +260,17 @@ def _speed(
             velocity = centred @ position[piece] / np.dot(centred, centred)
             pieces.append(float(np.linalg.norm(velocity)))
         speeds.append(float(np.quantile(pieces, share)))
-    return FASTER * float(np.quantile(speeds, FASTEST_SHARE)) or None if speeds else None
+    return speeds
+
+
+def fastest_below(reports: ReportTable, most: float) -> float | None:
+    """Return a speed that hardly any object exceeds of those that are no faster than ``most``."""
+    # [m/s]; threads that go from one object to another seem to be faster.
+    found: list[float] = []
+    for sensor in range(len(reports.sensors)):
+        threads = judged(reports, sensor)[1].lasting(LASTING)
+        speeds = _speeds(reports.time, reports.measurement, threads, USUALLY)
+        for rows, speed in zip(threads, speeds, strict=True):
+            # Each report counts: such threads are short.
+            found += [speed] * rows.size if 0.0 < FASTER * speed <= most else []
+    return FASTER * float(np.quantile(found, FASTEST_SHARE)) if found else None

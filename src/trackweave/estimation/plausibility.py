@@ -9,6 +9,7 @@ from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits
 from trackweave.estimation.frames import is_absurd_period
+from trackweave.estimation.lone import fastest_below
 from trackweave.estimation.trees import tree_of
 
 __all__ = ["believable"]
@@ -39,7 +40,7 @@ def believable(
         if name in sensors and np.any(rows):
             sensors[name], said = _sensor(sensors[name], reports, rows)
             notes += [f"sensor {name}: {sentence}" for sentence in said]
-    speed = _speed(estimates.max_speed, sensors, reports.measurement, in_metres=in_metres)
+    speed = _speed(estimates.max_speed, sensors, reports, in_metres=in_metres)
     if speed != estimates.max_speed and not is_speed_told:
         notes.append(
             f"motion.max_speed: {estimates.max_speed:.4g} m/s is what reports seem to tell, which "
@@ -87,11 +88,12 @@ def _nearest(position: FloatArray) -> float | None:
 def _speed(
     speed: float,
     sensors: Mapping[str, SensorEstimate],
-    position: FloatArray,
+    reports: ReportTable,
     *,
     in_metres: bool,
 ) -> float:
     """Return a greatest speed that can be [m/s]."""
+    position = reports.measurement
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     periods = [s.scan_period for s in sensors.values() if s.scan_period is not None]
     is_in_orbit = (
@@ -108,4 +110,7 @@ def _speed(
     if is_in_orbit:
         return min(most, ORBITAL_SPEED)
     usual = [10 * s.plane_sigma / s.scan_period for s in sensors.values() if s.scan_period]
+    told = fastest_below(reports, most) if in_metres else None
+    if told is not None:
+        return digits(told)
     return digits(min([most, *([USUAL_SPEED] if in_metres else []), *usual]))
