@@ -43,6 +43,22 @@ def test_a_place_for_all_gives_way_to_a_sensors_own_of_either_kind() -> None:
     assert position_of(told)[1] > 11_000
 
 
+@pytest.mark.parametrize("told", [[54.1, 13.2], [13.2, 54.1], [54.1, 13.2, 40.0]])
+def test_a_position_in_degrees_is_refused(told: list[float]) -> None:
+    with pytest.raises(InvalidInputError, match=r"sensors\.A\.position.*place = \[54\.1, 13\.2\]"):
+        position_of({"A": {"position": told}})
+    near_null_island = LocalFrame(0.1, 0.2)
+    told_there = load_configuration({"sensors": {"A": {"position": [0.0, 0.0]}}})
+    assert on_plane(told_there, near_null_island, 2) is told_there
+
+
+def test_positions_that_seem_to_be_degrees_are_doubted() -> None:
+    degrees = {"A": {"position": [54.1, 13.0]}, "B": {"position": [54.2, 13.1]}}
+    metres = {"A": {"position": [54.0, 13.0]}, "B": {"position": [9e3, 40.0]}}
+    notes = [tw.track(RANGES, {"sensors": told}).run["notes"] for told in (degrees, metres)]
+    assert ["degrees are told as place" in " ".join(each) for each in notes] == [True, False]
+
+
 def test_the_plane_of_ranges_lies_about_the_places_that_are_told() -> None:
     told = {"A": Place(54.0, 13.0), "B": Place(54.2, 13.4)}
     table = RawTable("x", RANGES, np.arange(1, 7), facts=Facts(places={"A": Place(1.0, 1.0)}))

@@ -98,6 +98,8 @@ _NEARBY_M = 1_000.0
 _STEEPEST = 1e-3
 # No aircraft flies higher [m], but many fly as many feet high.
 _HIGHEST_M = 20_000.0
+# Sensors that see so far [m] stand no nearer to each other, unless they are one mast's: degrees.
+_FAR_M, _APART_M = 1_000.0, 2.0
 
 
 def laid(
@@ -113,6 +115,7 @@ def laid(
     if not reports.kinds:
         return reports, notes
     platform = platforms_of(reports, places)
+    notes += _notes_on_places(reports, places)
     measurement = reports.measurement.copy()
     for index, kind in enumerate(reports.kinds):
         rows = np.flatnonzero(reports.sensor == index)
@@ -183,6 +186,26 @@ def _on_earth(
         result = _with_range(result, kind, distance, told)
         result[~told, 0] = distance[~told]
     return result
+
+
+def _notes_on_places(reports: ReportTable, places: Mapping[str, Sequence[float]]) -> list[str]:
+    """Return a doubt about positions that seem to be degrees."""
+    told = [places[name][:2] for name in reports.sensors if name in places]
+    ranging = [
+        np.isin(reports.sensor, index)
+        for index, kind in enumerate(reports.kinds)
+        if not isinstance(kind, ForeignKind) and kind.has_range
+    ]
+    if reports.frame is not None or not ranging or len(told) < 2:
+        return []
+    farthest = max(float(reports.measurement[rows, 0].max(initial=0.0)) for rows in ranging)
+    apart = float(np.linalg.norm(np.ptp(np.array(told), axis=0)))
+    if farthest < _FAR_M or not 0.0 < apart < _APART_M:
+        return []
+    return [
+        f"sensors stand {apart:.2g} m from each other by their positions, and see {farthest:.4g} m "
+        "far: positions are in metres; degrees are told as place = [latitude, longitude]"
+    ]
 
 
 def _notes_on_ranges(name: str, slant: FloatArray, height: FloatArray | None) -> list[str]:

@@ -12,6 +12,10 @@ from trackweave.errors import InvalidInputError
 
 __all__ = ["on_plane", "with_facts"]
 
+# A position whose numbers lie so near to the latitude and longitude of the reports' plane
+# [degrees] is told in degrees, unless these themselves are small.
+AMONG, SMALL = 2.0, 3.0
+
 
 def with_facts(configuration: Configuration, reports: ReportTable) -> Configuration:
     """Return a configuration with what the recording tells of places and turns of its sensors."""
@@ -54,9 +58,11 @@ def on_plane(configuration: Configuration, frame: LocalFrame | None, dim: int) -
     Raises
     ------
     InvalidInputError
-        If a place is told and there is no plane.
+        If a place is told and there is no plane, or a position in degrees.
     """
     places = configuration.places()
+    if frame is not None:
+        _require_metres(configuration, frame)
     if not places:
         return configuration
     if frame is None:
@@ -70,6 +76,23 @@ def on_plane(configuration: Configuration, frame: LocalFrame | None, dim: int) -
         del sensors[name]["place"]
         sensors[name]["position"] = _position(place, frame, dim)
     return configuration.changed(sensors=sensors)
+
+
+def _require_metres(configuration: Configuration, frame: LocalFrame) -> None:
+    """Refuse positions that are latitudes and longitudes of the plane."""
+    origin = np.array([frame.latitude_deg, frame.longitude_deg])
+    if np.all(np.abs(origin) < SMALL):
+        return
+    for name, own in configuration.table("sensors").items():
+        told = own.get("position")
+        for order in ([0, 1], [1, 0]):
+            if told is not None and np.all(np.abs(np.take(told, order) - origin) < AMONG):
+                place = ", ".join(f"{told[index]:.10g}" for index in order)
+                raise InvalidInputError(
+                    f"{configuration.name}: sensors.{name}.position: {told}, which are degrees, as "
+                    "the reports lie there; expected metres east and north of the plane's origin, "
+                    f"or place = [{place}], latitude and longitude"
+                )
 
 
 def _position(place: Place, frame: LocalFrame, dim: int) -> list[float]:
