@@ -148,6 +148,15 @@ def test_names_and_strengths_are_evidence(seed):
     assert assert_same(window) > 0
 
 
+@pytest.mark.parametrize("motion", [STEADY, THREE], ids=["one mode", "three"])
+@pytest.mark.parametrize("seed", range(3))
+def test_heights_are_evidence(motion, seed):
+    window = KindWindow(
+        seed, motion, (POINT, GAZE), spread=3000.0, times=(2.0, 4.0, 6.0, 8.0), n_known=1
+    )
+    assert assert_same(window) > 0
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("sensors", [(POINT,), (POINT, RATE, GAZE)], ids=["positions", "all"])
 def test_two_modes_that_are_the_same_are_one(sensors, seed):

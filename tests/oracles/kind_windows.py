@@ -15,6 +15,8 @@ from trackweave.models.sensors import Sensor
 
 assert GATE == GATE_PROBABILITY
 LOG_DENSITY = float(np.log(1e-7))
+# As told beside places: two levels, a climb from one, one that is garbled, and none [m].
+HEIGHTS = (900.0, 930.0, 990.0, 6000.0, np.nan)
 
 
 class KindWindow:
@@ -25,7 +27,7 @@ class KindWindow:
         self.motion, self.sensors, self.dim = motion, sensors, dim
         self.options = {
             "unscented": False, "widths": {}, "moving": False, "turning": 0.0, "n_known": 0,
-            "n_false": 1, "names": (), "max_misses": np.inf,
+            "n_false": 1, "names": (), "max_misses": np.inf, "spread": 0.0,
         } | options  # fmt: skip
         lifecycle = (SURVIVAL, np.inf, self.options["max_misses"], np.inf, np.inf)
         self.rule = window_rule(
@@ -33,7 +35,7 @@ class KindWindow:
         )
         self.setting = Setting(
             self.rule.motion, SURVIVAL, self.options["max_misses"],
-            n_identities=max(1, len(self.options["names"])),
+            n_identities=max(1, len(self.options["names"])), spread=self.options["spread"],
         )  # fmt: skip
         self.start = np.concatenate(
             [self.rng.uniform(2000.0, 4000.0, (2, dim)), self.rng.normal(0, 40.0, (2, dim))], 1
@@ -88,6 +90,7 @@ class KindWindow:
             platform=platform[seen] if self.options["moving"] else None,
             identity=rng.choice([-1, *names], count)[seen] if names else None,
             strength=rng.normal(10.0, 6.0, count)[seen] if sensor.strength else None,
+            height=rng.choice(HEIGHTS, count)[seen] if self.options["spread"] else None,
         )  # fmt: skip
         apart = 0.5 if sensor.rotation is not None else 0.05
         separation = apart * sensor.scan_period if turning else 0.0
@@ -102,6 +105,7 @@ class KindWindow:
             context = Context(
                 self.motion, self.dim, self.sensors.index(view.sensor),
                 n_identities=self.setting.n_identities, start=time - turning if turning else None,
+                spread=self.setting.spread,
             )  # fmt: skip
             data, order = scan_input(view.scan, view.sensor, view.survival_cost, context)
             numbers = slot + np.arange(len(order))
@@ -133,7 +137,7 @@ class KindWindow:
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
             chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
-            wild=np.full(count, -1.0),
+            wild=np.full(count, -1.0), level=np.full((count, 3), np.nan),
             identity=nobody, other=nobody,
             sensor=nobody,
             is_line=np.zeros(count, dtype=np.int64), slot=nobody, unseen=np.empty((count, 0)),

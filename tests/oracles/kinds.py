@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from oracles import motion, sensing
+from oracles.levels import height_cost
 from oracles.naming import is_own, naming, taken
 from oracles.sequences import Hiding, share
 from trackweave.domain.measurements import MeasurementKind as Kind
@@ -61,6 +62,7 @@ class Setting:
     max_misses: float = math.inf
     max_unseen: float = math.inf
     n_identities: int = 1
+    spread: float = 0.0
 
 
 @dataclass
@@ -295,7 +297,7 @@ def price(views, choice, setting, known=None):
     cost = living = misses = 0.0
     sight, hidden = 1.0, 0.0
     state = time = counted = wild = None
-    said, seen_by = [], {}
+    said, heights, seen_by = [], [], {}
     given_up = False
     if known is not None:
         state, time = known
@@ -330,6 +332,7 @@ def price(views, choice, setting, known=None):
             cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
+            cost += height_cost(view, index, heights, setting.spread)
             state = after
         living = misses = 0.0
         sight, hidden = 1.0, 0.0
@@ -337,6 +340,8 @@ def price(views, choice, setting, known=None):
         seen_by[sensor.name] = time
         if view.scan.identity is not None and view.scan.identity[index] >= 0:
             said.append(int(view.scan.identity[index]))
+        if view.scan.height is not None:
+            heights.append((float(view.scan.height[index]), time))
     assert state.mean.shape[1] >= 2 * dim
     end = -math.log(1 - setting.survival)
     tail = living - math.log(sight + hidden)

@@ -20,14 +20,15 @@ from trackweave.association._leaps import (
     propose_leaps,
     spread_over_modes,
 )
+from trackweave.association._levels import begin_level, take_level
 from trackweave.association._missing import begin_misses, end_misses, look_at, report_cost
 from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, State, WindowRule
 from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
 from trackweave.association._scoring import (
     LOG_TWO_PI,
     expect,
-    identity_cost,
     is_too_soon,
+    naming_cost,
     room_for_expectation,
     room_for_state,
     share_covered,
@@ -192,10 +193,7 @@ def propose(
                 cost = report_cost(
                     nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood,
                     scan.log_clutter, chance, scan.evidence[index],
-                ) + identity_cost(
-                    scan.identity[index], nodes.identity[node], nodes.other[node],
-                    scan.identity_gain, scan.identity_loss,
-                )  # fmt: skip
+                ) + naming_cost(nodes, node, scan, index)  # fmt: skip
                 if scan.is_heard:
                     cost += rhythm_cost(nodes.rhythm, node, scan, index)
                 count = admit(candidates, begin, count, crowding, node, index, cost)
@@ -229,13 +227,7 @@ def _propose_crossings(
             - math.log(scan.detection_probability)
             - evidence
             - scan.evidence[index]
-            + identity_cost(
-                scan.identity[index],
-                nodes.identity[node],
-                nodes.other[node],
-                scan.identity_gain,
-                scan.identity_loss,
-            )
+            + naming_cost(nodes, node, scan, index)
         )
         count = admit(candidates, begin, count, crowding, node, index, cost)
     return count
@@ -330,6 +322,9 @@ def append_children(
         nodes.other[child] = nodes.other[above]
         if claimed >= 0:
             take_identity(nodes, child, claimed)
+        for column in range(nodes.level.shape[1]):
+            nodes.level[child, column] = nodes.level[above, column]
+        take_level(nodes.level, child, scan.level[index], scan.moment[index])
         child += 1
 
 
@@ -370,6 +365,7 @@ def append_roots(
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.other[node] = -1
+        begin_level(nodes.level, node, scan.level[index], scan.moment[index])
         heard_by = scan.sensor if scan.is_heard else -1
         begin_rhythm(nodes.rhythm, node, heard_by, scan.moment[index])
         if scan.is_located:

@@ -37,6 +37,8 @@ def copy_nodes(source: Nodes, rows: IntArray, target: Nodes, first: int) -> None
         target.wild[to] = source.wild[row]
         for column in range(source.rhythm.shape[1]):
             target.rhythm[to, column] = source.rhythm[row, column]
+        for column in range(source.level.shape[1]):
+            target.level[to, column] = source.level[row, column]
         for column in range(source.unseen.shape[1]):
             target.unseen[to, column] = source.unseen[row, column]
         for mode in range(modes):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.association._levels import SIZE as LEVEL_SIZE
 from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.domain.foreign_kind import ForeignKind, Reported
 from trackweave.domain.measurements import MeasurementKind
@@ -45,7 +46,8 @@ class Nodes(NamedTuple):
     the same; -1 for nobody. ``sensor`` is the last report's, -1 for none. ``rhythm`` says at
     which intervals the object reports itself, see ``association._rhythm``. ``wild`` is how
     probable it is that the noise was wide of the last report but the first that was of a sensor
-    whose tails persist; -1 where there was none.
+    whose tails persist; -1 where there was none. ``level`` is how high it is, as told beside its
+    place, see ``association._levels``.
 
     ``mean``, ``covariance`` and ``weight`` are the state at ``time``, the last report's: one for
     each mode of motion, and how probable that mode is. Where ``is_line`` is 1 the object has been
@@ -75,6 +77,7 @@ class Nodes(NamedTuple):
     time: FloatArray
     wild: FloatArray
     rhythm: FloatArray
+    level: FloatArray
     mean: FloatArray
     covariance: FloatArray
     weight: FloatArray
@@ -114,6 +117,8 @@ class ScanInput(NamedTuple):
     ``setting`` is which ``noise`` (covariance) and ``platform`` (place and velocity of the sensor)
     a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
     the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
+    ``level`` is the height that it tells beside its place [m], NaN for none, and ``spread`` over
+    how much those of all reports are spread [m], 0 where they tell nothing.
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
@@ -149,6 +154,8 @@ class ScanInput(NamedTuple):
     slot: IntArray
     identity: IntArray
     evidence: FloatArray
+    level: FloatArray
+    spread: float
     identity_gain: float
     identity_loss: float
     detection_probability: float
@@ -277,6 +284,7 @@ def allocate(capacity: int, modes: int, size: int, columns: int = 0) -> Nodes:
         **{name: column() for name in real},
         unseen=column(columns),
         rhythm=column(RHYTHM_SIZE),
+        level=column(LEVEL_SIZE),
         mean=column(modes, size),
         covariance=column(modes, size, size),
         weight=column(modes),

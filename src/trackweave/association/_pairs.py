@@ -25,8 +25,8 @@ from trackweave.association._rhythm import rhythm_cost
 from trackweave.association._scoring import (
     compare,
     expect,
-    identity_cost,
     is_too_soon,
+    naming_cost,
     room_for_expectation,
     share_covered,
     take_in,
@@ -212,10 +212,7 @@ def admit_pairs(
                 cost = report_cost(
                     nodes.cost[node] + nodes.tail[node] + scan.survival_cost, log_likelihood[at],
                     scan.log_clutter, chance, scan.evidence[index],
-                ) + identity_cost(
-                    scan.identity[index], nodes.identity[node], nodes.other[node],
-                    scan.identity_gain, scan.identity_loss,
-                )  # fmt: skip
+                ) + naming_cost(nodes, node, scan, index)  # fmt: skip
                 if scan.is_heard:
                     cost += rhythm_cost(nodes.rhythm, node, scan, index)
                 count = admit(candidates, begin, count, crowding, node, index, cost)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.association._levels import level_cost
 from trackweave.association._nodes import Expectation, Nodes, ScanInput, State
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.filters._kernels import correct, update
@@ -235,6 +236,15 @@ def identity_cost(
         return -identity_gain
     # What a name costs that changes for good is paid once.
     return 0.0 if claimed == other else identity_loss
+
+
+@jit
+def naming_cost(nodes: Nodes, node: int, scan: ScanInput, index: int) -> float:
+    """Return what it costs that a report has its identity and its height [nats]."""
+    return identity_cost(
+        scan.identity[index], nodes.identity[node], nodes.other[node],
+        scan.identity_gain, scan.identity_loss,
+    ) + level_cost(nodes.level, node, scan.level[index], scan.moment[index], scan.spread)  # fmt: skip
 
 
 @jit

@@ -53,7 +53,8 @@ class Context(NamedTuple):
     ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker
     and ``column`` that among those that do not see some objects for a while, -1 for none;
     ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
-    began [s], ``period`` the scan period in which misses are counted [s].
+    began [s], ``period`` the scan period in which misses are counted [s], ``spread`` over how much
+    the heights that reports tell are spread [m], 0 where they are no evidence.
     """
 
     motion: AnyMotion
@@ -63,6 +64,7 @@ class Context(NamedTuple):
     n_identities: int = 1
     start: float | None = None
     period: float | None = None
+    spread: float = 0.0
 
 
 def window_rule(
@@ -153,6 +155,8 @@ def scan_input(
         slot=np.arange(count),
         identity=np.ascontiguousarray(own[order]),
         evidence=np.ascontiguousarray(evidence[order]),
+        level=np.full(count, np.nan) if scan.height is None else scan.height[order],
+        spread=context.spread,
         identity_gain=math.log((1.0 - error) * max(context.n_identities, 1) + error),
         identity_loss=-math.log(error),
         detection_probability=float(sensor.detection_probability),
@@ -213,7 +217,7 @@ def without_reports(scan: ScanInput) -> ScanInput:
     """Return a scan as if it had seen nothing."""
     per_report = (
         "measurement", "moment", "setting", "position", "position_covariance", "log_begin",
-        "slot", "identity", "evidence",
+        "slot", "identity", "evidence", "level",
     )  # fmt: skip
     foreign = None if scan.foreign is None else scan.foreign.part(slice(0))
     return scan._replace(foreign=foreign, **{name: getattr(scan, name)[:0] for name in per_report})

@@ -277,6 +277,7 @@ class ReportTable:
             else None,
             identity=None if self.identity is None else self.identity[rows],
             strength=None if self.strength is None else self.strength[rows],
+            height=None if self.height is None or self.dim > 2 else self.height[rows],
             context=self.context_of(kind, rows),
         )
 

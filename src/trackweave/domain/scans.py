@@ -52,6 +52,9 @@ class Scan:
         no report says.
     strength
         How strong each report is, shape (reports,), NaN where it does not tell; None for none.
+    height
+        How high what each report tells of is, where its measurement does not say [m], shape
+        (reports,), NaN where it does not tell; None for none. Evidence of whose it is.
     covariance
         Covariance of each report's numbers in place of ``sigma``, shape (reports, components,
         components), symmetric and positive definite: for reports whose errors are correlated,
@@ -87,6 +90,7 @@ class Scan:
     platform: FloatArray | None = None
     identity: IntArray | None = None
     strength: FloatArray | None = None
+    height: FloatArray | None = None
     covariance: FloatArray | None = None
     context: FloatArray | None = None
     tells_silence: bool | None = None
@@ -147,6 +151,8 @@ class Scan:
             set_field(self, "identity", int_array(self.identity, "identity", (n_reports,)))
         if self.strength is not None:
             set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
+        if self.height is not None:
+            set_field(self, "height", float_array(self.height, "height", (n_reports,)))
         if self.tells_silence is not None:
             set_field(self, "tells_silence", checked_flag(self.tells_silence, "tells_silence"))
         if self.context is not None:

@@ -256,6 +256,7 @@ def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
         platform=platform,
         identity=None if identity is None else identity.astype(np.int64),
         strength=both("strength", np.nan),
+        height=both("height", np.nan),
         covariance=_both_covariances(first, second, sensor),
         context=_both_contexts(first, second),
         tells_silence=(
