@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from oracles import motion, sensing
-from oracles.levels import height_cost
+from oracles.levels import height_cost, height_of
 from oracles.naming import is_own, naming, taken
 from oracles.sequences import Hiding, share
 from trackweave.domain.measurements import MeasurementKind as Kind
@@ -340,8 +340,7 @@ def price(views, choice, setting, known=None):
         seen_by[sensor.name] = time
         if view.scan.identity is not None and view.scan.identity[index] >= 0:
             said.append(int(view.scan.identity[index]))
-        if view.scan.height is not None:
-            heights.append((float(view.scan.height[index]), time))
+        heights.append((height_of(view, index), time))
     assert state.mean.shape[1] >= 2 * dim
     end = -math.log(1 - setting.survival)
     tail = living - math.log(sight + hidden)

@@ -21,13 +21,17 @@ def level(told):
     return last
 
 
+def height_of(view, index):
+    """Return the height that a report tells, NaN for none."""
+    return math.nan if view.scan.height is None else float(view.scan.height[index])
+
+
 def height_cost(view, index, told, spread):
     """Return what it costs that a report has its height, after those told before [nats]."""
-    if view.scan.height is None or not spread or level(told) is None:
+    height = height_of(view, index)
+    if math.isnan(height) or not spread or level(told) is None:
         return 0.0
-    height, (before, since) = float(view.scan.height[index]), level(told)
-    if math.isnan(height):
-        return 0.0
+    before, since = level(told)
     density = 0.0
     climb = math.hypot(STEADY, CLIMB * (view.moment(index) - since))
     for share, sigma in ((LEVEL, STEADY), (1 - LEVEL, climb)):

@@ -20,7 +20,9 @@ def test_heights_in_parts_are_spread_as_all_of_them() -> None:
 
 
 @pytest.mark.parametrize(("count", "deviation"), [(40, 900.0), (300, 60.0)])
-def test_few_heights_and_those_of_one_level_tell_nobody_apart(count: int, deviation: float) -> None:
+def test_few_heights_and_those_of_one_level_tell_nobody_apart(
+    count: int, deviation: float
+) -> None:
     height = np.random.default_rng(1).normal(0.0, deviation, count)
     assert HeightSpread().after(height).width() == 0.0
 

@@ -241,10 +241,13 @@ def identity_cost(
 @jit
 def naming_cost(nodes: Nodes, node: int, scan: ScanInput, index: int) -> float:
     """Return what it costs that a report has its identity and its height [nats]."""
-    return identity_cost(
+    by_name = identity_cost(
         scan.identity[index], nodes.identity[node], nodes.other[node],
         scan.identity_gain, scan.identity_loss,
-    ) + level_cost(nodes.level, node, scan.level[index], scan.moment[index], scan.spread)  # fmt: skip
+    )  # fmt: skip
+    return by_name + level_cost(
+        nodes.level, node, scan.level[index], scan.moment[index], scan.spread
+    )
 
 
 @jit

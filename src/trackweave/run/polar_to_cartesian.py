@@ -203,8 +203,8 @@ def _notes_on_places(reports: ReportTable, places: Mapping[str, Sequence[float]]
     if farthest < _FAR_M or not 0.0 < apart < _APART_M:
         return []
     return [
-        f"sensors stand {apart:.2g} m from each other by their positions, and see {farthest:.4g} m "
-        "far: positions are in metres; degrees are told as place = [latitude, longitude]"
+        f"sensors stand {apart:.2g} m from each other by their positions, and see {farthest:.4g} "
+        "m far: positions are in metres; degrees are told as place = [latitude, longitude]"
     ]
 
 

@@ -89,9 +89,9 @@ def _require_metres(configuration: Configuration, frame: LocalFrame) -> None:
             if told is not None and np.all(np.abs(np.take(told, order) - origin) < AMONG):
                 place = ", ".join(f"{told[index]:.10g}" for index in order)
                 raise InvalidInputError(
-                    f"{configuration.name}: sensors.{name}.position: {told}, which are degrees, as "
-                    "the reports lie there; expected metres east and north of the plane's origin, "
-                    f"or place = [{place}], latitude and longitude"
+                    f"{configuration.name}: sensors.{name}.position: {told}, which are degrees, "
+                    "as the reports lie there; expected metres east and north of the plane's "
+                    f"origin, or place = [{place}], latitude and longitude"
                 )
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from trackweave.arrays import FloatArray
-from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
 from trackweave.association._levels import SIZE as LEVEL_SIZE
+from trackweave.association._nodes import Families, ScanInput, WindowRule, part_of
 from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.missed_detections import waited
