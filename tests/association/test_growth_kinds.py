@@ -148,11 +148,15 @@ def test_names_and_strengths_are_evidence(seed):
     assert assert_same(window) > 0
 
 
+# Two levels, a climb from one, one that is garbled, and none [m].
+HEIGHTS = (900.0, 930.0, 990.0, 6000.0, np.nan)
+
+
 @pytest.mark.parametrize("motion", [STEADY, THREE], ids=["one mode", "three"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(4))
 def test_heights_are_evidence(motion, seed):
     window = KindWindow(
-        seed, motion, (POINT, GAZE), spread=3000.0, times=(2.0, 4.0, 6.0, 8.0), n_known=1
+        seed, motion, (POINT, GAZE), heights=HEIGHTS, times=(2.0, 4.0, 6.0, 8.0), n_known=1
     )
     assert assert_same(window) > 0
 

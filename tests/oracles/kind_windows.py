@@ -15,8 +15,6 @@ from trackweave.models.sensors import Sensor
 
 assert GATE == GATE_PROBABILITY
 LOG_DENSITY = float(np.log(1e-7))
-# As told beside places: two levels, a climb from one, one that is garbled, and none [m].
-HEIGHTS = (900.0, 930.0, 990.0, 6000.0, np.nan)
 
 
 class KindWindow:
@@ -27,7 +25,7 @@ class KindWindow:
         self.motion, self.sensors, self.dim = motion, sensors, dim
         self.options = {
             "unscented": False, "widths": {}, "moving": False, "turning": 0.0, "n_known": 0,
-            "n_false": 1, "names": (), "max_misses": np.inf, "spread": 0.0,
+            "n_false": 1, "names": (), "max_misses": np.inf, "heights": (),
         } | options  # fmt: skip
         lifecycle = (SURVIVAL, np.inf, self.options["max_misses"], np.inf, np.inf)
         self.rule = window_rule(
@@ -35,7 +33,7 @@ class KindWindow:
         )
         self.setting = Setting(
             self.rule.motion, SURVIVAL, self.options["max_misses"],
-            n_identities=max(1, len(self.options["names"])), spread=self.options["spread"],
+            n_identities=max(1, len(self.options["names"])),
         )  # fmt: skip
         self.start = np.concatenate(
             [self.rng.uniform(2000.0, 4000.0, (2, dim)), self.rng.normal(0, 40.0, (2, dim))], 1
@@ -83,14 +81,14 @@ class KindWindow:
             angle = 0 if sensor.measurement is Kind.BEARING else 1
             measurement[:, angle] %= 2 * np.pi
         seen = rng.random(count) < 0.85
-        names = self.options["names"]
+        names, heights = self.options["names"], self.options["heights"]
         scan = Scan(
             time, sensor.name, measurement[seen], np.where(own[:, None], sigma, np.nan)[seen],
             moments=moments[seen] if turning else None,
             platform=platform[seen] if self.options["moving"] else None,
             identity=rng.choice([-1, *names], count)[seen] if names else None,
             strength=rng.normal(10.0, 6.0, count)[seen] if sensor.strength else None,
-            height=rng.choice(HEIGHTS, count)[seen] if self.options["spread"] else None,
+            height=rng.choice(heights, count)[seen] if heights else None,
         )  # fmt: skip
         apart = 0.5 if sensor.rotation is not None else 0.05
         separation = apart * sensor.scan_period if turning else 0.0
@@ -105,7 +103,6 @@ class KindWindow:
             context = Context(
                 self.motion, self.dim, self.sensors.index(view.sensor),
                 n_identities=self.setting.n_identities, start=time - turning if turning else None,
-                spread=self.setting.spread,
             )  # fmt: skip
             data, order = scan_input(view.scan, view.sensor, view.survival_cost, context)
             numbers = slot + np.arange(len(order))
@@ -137,7 +134,7 @@ class KindWindow:
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
             chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
-            wild=np.full(count, -1.0), level=np.full((count, 3), np.nan),
+            wild=np.full(count, -1.0), level=np.full((count, 5), np.nan),
             identity=nobody, other=nobody,
             sensor=nobody,
             is_line=np.zeros(count, dtype=np.int64), slot=nobody, unseen=np.empty((count, 0)),

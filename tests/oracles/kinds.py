@@ -62,7 +62,6 @@ class Setting:
     max_misses: float = math.inf
     max_unseen: float = math.inf
     n_identities: int = 1
-    spread: float = 0.0
 
 
 @dataclass
@@ -332,7 +331,7 @@ def price(views, choice, setting, known=None):
             cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
-            cost += height_cost(view, index, heights, setting.spread)
+            cost += height_cost(view, index, heights)
             state = after
         living = misses = 0.0
         sight, hidden = 1.0, 0.0
@@ -340,7 +339,7 @@ def price(views, choice, setting, known=None):
         seen_by[sensor.name] = time
         if view.scan.identity is not None and view.scan.identity[index] >= 0:
             said.append(int(view.scan.identity[index]))
-        heights.append((height_of(view, index), time))
+        heights.append((height_of(view, index), time, sensor.name))
     assert state.mean.shape[1] >= 2 * dim
     end = -math.log(1 - setting.survival)
     tail = living - math.log(sight + hidden)

@@ -2,23 +2,38 @@
 
 import math
 
-STEADY, CLIMB, LEVEL, WRONG, FIT = 30.0, 12.0, 0.6, 0.05, 5.0
+STEADY, APART, CLIMB, FASTEST = 30.0, 100.0, 15.0, 100.0
+LEVEL, WRONG, FIT, SOONEST = 0.5, 0.03, 5.0, 0.5
+
+
+def off(known, told):
+    """Return how far off a height is and may be, for what is known: height, time, sensor, rate."""
+    (last, since, by, rate), (height, moment, sensor) = known, told
+    wait, moved = moment - since, height - last
+    least = STEADY if by == sensor else APART
+    if rate is None:
+        return abs(moved), math.hypot(least, FASTEST * wait)
+    return min(abs(moved), abs(moved - rate * wait)), math.hypot(least, CLIMB * wait)
 
 
 def level(told):
-    """Return a sequence's last height and when it was told, of all its heights and times."""
-    # One that no climb explains is wrong, unless the next is not explained either.
-    last, misfit = None, False
-    for height, moment in told:
+    """Return what is known of a sequence's height by all that its reports told."""
+    # One that does not fit is wrong, unless the next does not fit either.
+    known, misfit = None, False
+    for height, moment, sensor in told:
         if math.isnan(height):
             continue
-        if last is not None and not misfit:
-            reached = math.hypot(STEADY, CLIMB * (moment - last[1]))
-            if abs(height - last[0]) > FIT * reached:
+        rate = None
+        if known is not None:
+            far, width = off(known, (height, moment, sensor))
+            if far > FIT * width and not misfit:
                 misfit = True
                 continue
-        last, misfit = (height, moment), False
-    return last
+            last, since, by, rate = known
+            if by == sensor and moment - since > SOONEST:
+                rate = (height - last) / (moment - since)
+        known, misfit = (height, moment, sensor, rate), False
+    return known
 
 
 def height_of(view, index):
@@ -26,15 +41,16 @@ def height_of(view, index):
     return math.nan if view.scan.height is None else float(view.scan.height[index])
 
 
-def height_cost(view, index, told, spread):
+def height_cost(view, index, told):
     """Return what it costs that a report has its height, after those told before [nats]."""
-    height = height_of(view, index)
-    if math.isnan(height) or not spread or level(told) is None:
+    height, known = height_of(view, index), level(told)
+    if math.isnan(height) or known is None:
         return 0.0
-    before, since = level(told)
-    density = 0.0
-    climb = math.hypot(STEADY, CLIMB * (view.moment(index) - since))
-    for share, sigma in ((LEVEL, STEADY), (1 - LEVEL, climb)):
-        ratio = (height - before) / sigma
-        density += share * math.exp(-(ratio**2) / 2) / (math.sqrt(2 * math.pi) * sigma)
-    return -math.log(WRONG + (1 - WRONG) * density * spread)
+    here = height, view.moment(index), view.sensor.name
+    far, width = off(known, here)
+    fits = math.exp(-((far / width) ** 2) / 2)
+    if known[2] == view.sensor.name and known[3] is not None:
+        parts = ((LEVEL, STEADY), (1 - LEVEL, width))
+        fits = sum(share * math.exp(-((far / s) ** 2) / 2) / s for share, s in parts)
+        fits /= sum(share / s for share, s in parts)
+    return -math.log(WRONG + (1 - WRONG) * fits)

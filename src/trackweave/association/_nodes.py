@@ -117,8 +117,7 @@ class ScanInput(NamedTuple):
     ``setting`` is which ``noise`` (covariance) and ``platform`` (place and velocity of the sensor)
     a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
     the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
-    ``level`` is the height that it tells beside its place [m], NaN for none, and ``spread`` over
-    how much those of all reports are spread [m], 0 where they tell nothing.
+    ``level`` is the height that it tells beside its place [m], NaN for none.
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
@@ -155,7 +154,6 @@ class ScanInput(NamedTuple):
     identity: IntArray
     evidence: FloatArray
     level: FloatArray
-    spread: float
     identity_gain: float
     identity_loss: float
     detection_probability: float

@@ -246,7 +246,7 @@ def naming_cost(nodes: Nodes, node: int, scan: ScanInput, index: int) -> float:
         scan.identity_gain, scan.identity_loss,
     )  # fmt: skip
     return by_name + level_cost(
-        nodes.level, node, scan.level[index], scan.moment[index], scan.spread
+        nodes.level, node, scan.level[index], scan.moment[index], scan.sensor
     )
 
 

@@ -53,8 +53,7 @@ class Context(NamedTuple):
     ``motion`` tells the dimensions, ``sensor`` is the number of the scan's sensor in its tracker
     and ``column`` that among those that do not see some objects for a while, -1 for none;
     ``n_identities`` how many identities are known, ``start`` when the sweep of a turning sensor
-    began [s], ``period`` the scan period in which misses are counted [s], ``spread`` over how much
-    the heights that reports tell are spread [m], 0 where they are no evidence.
+    began [s], ``period`` the scan period in which misses are counted [s].
     """
 
     motion: AnyMotion
@@ -64,7 +63,6 @@ class Context(NamedTuple):
     n_identities: int = 1
     start: float | None = None
     period: float | None = None
-    spread: float = 0.0
 
 
 def window_rule(
@@ -156,7 +154,6 @@ def scan_input(
         identity=np.ascontiguousarray(own[order]),
         evidence=np.ascontiguousarray(evidence[order]),
         level=np.full(count, np.nan) if scan.height is None else scan.height[order],
-        spread=context.spread,
         identity_gain=math.log((1.0 - error) * max(context.n_identities, 1) + error),
         identity_loss=-math.log(error),
         detection_probability=float(sensor.detection_probability),

@@ -22,7 +22,6 @@ from trackweave.models.foreign_motion import AnyMotion, ForeignMotion
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.trackers._arguments import period_of
-from trackweave.trackers.height_spread import HeightSpread
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.live_beam import LiveBeam, beam_with, rotation_by
 from trackweave.trackers.persistence import last_scans, repeats
@@ -70,7 +69,6 @@ class ScanPreparation:
         self._number = {name: number for number, name in enumerate(sensors)}
         self._column = {each.name: at for at, each in enumerate(_with_silences(sensors))}
         self._identities: frozenset[int] = frozenset()
-        self._heights = HeightSpread()
         self._ends: dict[str, float] = {}
         self._beams: dict[str, LiveBeam | None] = {}
         self._before: dict[str, list[ScanInput]] = {}
@@ -86,8 +84,6 @@ class ScanPreparation:
             named = set(scan.identity[scan.identity >= 0].tolist())
             if not named <= self._identities:
                 self._identities |= named
-        if scan.height is not None:
-            self._heights = self._heights.after(scan.height)
         sensor = self._as_it_turns(scan)
         context = Context(
             motion=self._motion,
@@ -97,7 +93,6 @@ class ScanPreparation:
             n_identities=max(1, len(self._identities)),
             start=self._start(scan, sensor.rotation),
             period=self._period,
-            spread=self._heights.width(),
         )
         data, order = scan_input(scan, sensor, 0.0, context)
         share = 1.0
