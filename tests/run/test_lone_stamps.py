@@ -102,6 +102,22 @@ def test_a_position_from_nowhere_is_set_aside_and_told(wild):
     assert f"(report 8 at ({wild[0]:.6g}, {wild[1]:.6g}) m" in note
 
 
+@pytest.mark.parametrize("share", [0.02, 0.045])
+def test_more_from_nowhere_are_set_aside_unless_they_are_an_objects(share):
+    reports = scattered((5e5, 5e5))
+    rng, number = np.random.default_rng(5), round(share * 200)
+    rows = rng.choice(np.arange(20, 180), number, replace=False)
+    angle = rng.uniform(0, 2 * np.pi, number)
+    wild = 5e5 + 1e5 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    far = np.array([6e5, 6e5]) + 5.0 * reports["time"].to_numpy()[rows, None]
+    for place, is_wild in ((wild, True), (far, False)):
+        moved = reports.select("x", "y").to_numpy().copy()
+        moved[rows] = place
+        table = reports.with_columns(x=pl.Series(moved[:, 0]), y=pl.Series(moved[:, 1]))
+        found = is_astray(read_reports(table))
+        assert np.flatnonzero(found).tolist() == (sorted(rows.tolist()) if is_wild else [])
+
+
 def test_positions_that_are_many_or_not_that_far_are_of_the_recording():
     assert not is_astray(read_reports(scattered((5.2e5, 5e5)))).any()
     assert not is_astray(read_reports(scattered(*[(0.0, 0.0)] * 3))).any()

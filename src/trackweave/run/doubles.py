@@ -13,6 +13,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
+from trackweave.estimation.trees import tree_of
 from trackweave.models.sensors import Sensor
 from trackweave.run.scans import scan_ends
 
@@ -33,6 +34,8 @@ MOST_LONE = 0.1
 # Positions of so many reports tell where the recording is; what is so many times as far off as
 # nearly all of them is elsewhere, if it is no more than this part of all.
 FEWEST_PLACES, ASTRAY, MOST_ASTRAY = 40, 30.0, 0.01
+# Of what is as far from all the rest of it as the recording is wide, no object's, it may be more.
+MOST_SCATTERED = 0.05
 
 
 def is_lone(reports: ReportTable, max_ahead: float) -> NDArray[np.bool_]:
@@ -80,10 +83,22 @@ def is_astray(reports: ReportTable) -> NDArray[np.bool_]:
     nobody = np.zeros(len(reports), dtype=np.bool_)
     if reports.kinds or len(reports) < FEWEST_PLACES:
         return nobody
-    low, middle, high = np.quantile(reports.measurement, [0.02, 0.5, 0.98], axis=0)
-    usual = np.maximum(high - middle, middle - low)
-    astray = np.any(np.abs(reports.measurement - middle) > ASTRAY * np.max(usual), axis=1)
-    return astray if 0 < astray.sum() <= MOST_ASTRAY * len(reports) and usual.any() else nobody
+    place = reports.measurement
+    for outside, most in ((0.02, MOST_ASTRAY), (MOST_SCATTERED, MOST_SCATTERED)):
+        low, middle, high = np.quantile(place, [outside, 0.5, 1.0 - outside], axis=0)
+        usual = float(np.max(np.maximum(high - middle, middle - low)))
+        astray = np.any(np.abs(place - middle) > ASTRAY * usual, axis=1)
+        if usual == 0.0 or not 0 < astray.sum() <= most * len(reports):
+            continue
+        if most == MOST_ASTRAY or _is_scattered(place[astray], usual):
+            return astray
+    return nobody
+
+
+def _is_scattered(place: FloatArray, usual: float) -> bool:
+    """Tell whether most of some places are farther from one another than what is usual."""
+    near = tree_of(place).query(place, k=min(2, len(place)))[0].reshape(len(place), -1)[:, -1]
+    return bool(np.median(near) > usual)
 
 
 def note_on_astray(reports: ReportTable, astray: NDArray[np.bool_]) -> list[str]:
