@@ -30,7 +30,7 @@ class InitialTracks:
     wild: FloatArray  # How probably its last report's noise was wide, -1 for nothing known
     # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
     rhythm: FloatArray
-    level: FloatArray  # How high it is, as in ``association._levels``, shape (tracks, 3)
+    level: FloatArray  # How high it is, as in ``association._levels``, shape (tracks, 5)
     identity: IntArray  # Whom the track is of; -1 for nobody
     other: IntArray  # Of whom its last report was, if not of that one; -1 for nobody
     sensor: IntArray  # Which saw it last; -1 for none

@@ -98,8 +98,9 @@ _NEARBY_M = 1_000.0
 _STEEPEST = 1e-3
 # No aircraft flies higher [m], but many fly as many feet high.
 _HIGHEST_M = 20_000.0
-# Sensors that see so far [m] stand no nearer to each other, unless they are one mast's: degrees.
-_FAR_M, _APART_M = 1_000.0, 2.0
+# Sensors that see so far [m] stand no nearer to each other, unless they are one mast's, beside
+# which coordinates count from: those of others are degrees.
+_FAR_M, _APART_M, _BESIDE_M = 1_000.0, 2.0, 3.0
 
 
 def laid(
@@ -200,7 +201,8 @@ def _notes_on_places(reports: ReportTable, places: Mapping[str, Sequence[float]]
         return []
     farthest = max(float(reports.measurement[rows, 0].max(initial=0.0)) for rows in ranging)
     apart = float(np.linalg.norm(np.ptp(np.array(told), axis=0)))
-    if farthest < _FAR_M or not 0.0 < apart < _APART_M:
+    is_beside = np.abs(told).max() < _BESIDE_M
+    if is_beside or farthest < _FAR_M or not 0.0 < apart < _APART_M:
         return []
     return [
         f"sensors stand {apart:.2g} m from each other by their positions, and see {farthest:.4g} "
