@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from oracles import motion, sensing
-from oracles.levels import height_cost, height_of
+from oracles.levels import height_cost
 from oracles.naming import is_own, naming, taken
 from oracles.sequences import Hiding, share
 from trackweave.domain.measurements import MeasurementKind as Kind
@@ -104,11 +104,9 @@ def ahead(state, interval, rule):
         return state
     mean, covariance, weight = state.mean, state.covariance, state.weight
     if weight.size > 1:
-        index = np.arange(weight.size)
-        root = rule.basis[0], rule.basis[1]
-        change = root[0] @ np.diag(np.exp(-rule.decay * abs(interval))) @ root[1]
+        change = rule.basis[0] @ np.diag(np.exp(-rule.decay * abs(interval))) @ rule.basis[1]
         assert np.allclose(change.sum(axis=1), 1.0)
-        assert change[index, index].min() > 0.0
+        assert change.diagonal().min() > 0.0
         mean, covariance, weight = motion.mix(mean, covariance, weight, change)
     moved, spread = np.empty_like(mean), np.empty_like(covariance)
     for mode in range(weight.size):
@@ -331,7 +329,7 @@ def price(views, choice, setting, known=None):
             cost += living + math.log(sensor.clutter_density / (seen * sight))
             cost -= log_likelihood + evidence(view, index)
             cost += naming(view, index, said, setting.n_identities)
-            cost += height_cost(view, index, heights)
+            cost += height_cost((view, index), heights)
             state = after
         living = misses = 0.0
         sight, hidden = 1.0, 0.0
@@ -339,7 +337,7 @@ def price(views, choice, setting, known=None):
         seen_by[sensor.name] = time
         if view.scan.identity is not None and view.scan.identity[index] >= 0:
             said.append(int(view.scan.identity[index]))
-        heights.append((height_of(view, index), time, sensor.name))
+        heights.append((view, index))
     assert state.mean.shape[1] >= 2 * dim
     end = -math.log(1 - setting.survival)
     tail = living - math.log(sight + hidden)

@@ -17,10 +17,10 @@ def off(known, told):
 
 
 def level(told):
-    """Return what is known of a sequence's height by all that its reports told."""
+    """Return what is known of a sequence's height by its reports, each a view and an index."""
     # One that does not fit is wrong, unless the next does not fit either.
     known, misfit = None, False
-    for height, moment, sensor in told:
+    for height, moment, sensor in map(heard, told):
         if math.isnan(height):
             continue
         rate = None
@@ -36,20 +36,21 @@ def level(told):
     return known
 
 
-def height_of(view, index):
-    """Return the height that a report tells, NaN for none."""
-    return math.nan if view.scan.height is None else float(view.scan.height[index])
+def heard(report):
+    """Return the height that a report tells, NaN for none, when, and its sensor."""
+    view, index = report
+    height = math.nan if view.scan.height is None else float(view.scan.height[index])
+    return height, view.moment(index), view.sensor.name
 
 
-def height_cost(view, index, told):
-    """Return what it costs that a report has its height, after those told before [nats]."""
-    height, known = height_of(view, index), level(told)
-    if math.isnan(height) or known is None:
+def height_cost(report, told):
+    """Return what it costs that a report has its height, after reports before it [nats]."""
+    here, known = heard(report), level(told)
+    if math.isnan(here[0]) or known is None:
         return 0.0
-    here = height, view.moment(index), view.sensor.name
     far, width = off(known, here)
     fits = math.exp(-((far / width) ** 2) / 2)
-    if known[2] == view.sensor.name and known[3] is not None:
+    if known[2] == here[2] and known[3] is not None:
         parts = ((LEVEL, STEADY), (1 - LEVEL, width))
         fits = sum(share * math.exp(-((far / s) ** 2) / 2) / s for share, s in parts)
         fits /= sum(share / s for share, s in parts)
