@@ -24,6 +24,8 @@ class Block(NamedTuple):
     identity: IntArray
     """-1 where it says none."""
     strength: FloatArray
+    height: FloatArray
+    """Beside a measurement of two dimensions, NaN where the report does not say [m]."""
     context: FloatArray
     scan: IntArray
     """The scan's number where the reports say it, else no number at all, shape (0,)."""
@@ -56,6 +58,7 @@ def blocks_of(reports: ReportTable, numbers: IntArray, names: dict[str, int]) ->
     if reports.identity is not None:
         identity = np.r_[np.asarray(codes, dtype=np.int64), -1][reports.identity]
     platform, strength = reports.platform, reports.strength
+    height = reports.height if reports.dim == 2 else None
     every = Block(
         reports.time,
         reports.measurement,
@@ -64,6 +67,7 @@ def blocks_of(reports: ReportTable, numbers: IntArray, names: dict[str, int]) ->
         np.full((count, 6), np.nan) if platform is None else platform,
         identity,
         np.full(count, np.nan) if strength is None else strength,
+        np.full(count, np.nan) if height is None else height,
         np.empty((count, 0)) if reports.context is None else reports.context,
         np.empty(0, dtype=np.int64) if reports.scan is None else reports.scan,
     )
@@ -106,9 +110,8 @@ def without_copies(block: Block, *, at_any_time: bool) -> Block:
 def keys_of(block: Block) -> list[bytes]:
     """Return of each report what a copy of it repeats: all but its time."""
     columns = (block.measurement, block.sigma, block.platform, block.context)
-    numbers = np.concatenate(
-        [*columns, block.strength[:, np.newaxis], block.identity[:, np.newaxis]], axis=1
-    )
+    single = (block.strength, block.height, block.identity)
+    numbers = np.concatenate([*columns, *(each[:, np.newaxis] for each in single)], axis=1)
     return [row.tobytes() for row in np.ascontiguousarray(numbers)]
 
 
@@ -125,5 +128,6 @@ def scan_of(block: Block, sensor: str, end: float, *, own_times: bool) -> Scan:
         platform=np.nan_to_num(block.platform) if has_platform else None,
         identity=block.identity if np.any(block.identity >= 0) else None,
         strength=None if np.isnan(block.strength).all() else block.strength,
+        height=None if np.isnan(block.height).all() else block.height,
         context=block.context if block.context.shape[1] else None,
     )
