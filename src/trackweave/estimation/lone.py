@@ -1,5 +1,6 @@
 """What the reports of a sensor tell that does not look: AIS, position reports, tags."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ MOST_REPORTS = 12000
 # Threads of fewer are false alarms.
 OF_OBJECTS = 3
 LEAST_REPORTS = 40
+HALF = 0.5  # Of a noise; a search for it may begin with no less
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
 # An object's speed is that of the middle of its thread where this may lead to others, and where
@@ -211,7 +213,9 @@ def _noise(
     if start is None:
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
         along = np.nanmedian(np.abs(bends), axis=(0, 1)) / 1.65
-        start = float(np.sqrt(np.mean(along**2)))
+        start, of_axes = float(np.nanmedian(np.abs(bends))) / 1.65, float(np.hypot.reduce(along))
+        # Where one axis tells none, the middle of all is next to nothing.
+        start = max(start, HALF * of_axes / along.size**0.5)
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
     density, fixed = max(false_rate, 1e-6) / spread, sigma is not None
     found = noise_of_chains(
@@ -263,11 +267,12 @@ def _speeds(
     return speeds
 
 
-def fastest_below(reports: ReportTable, most: float) -> float | None:
+def fastest_below(reports: ReportTable, sensors: Iterable[int], most: float) -> float | None:
     """Return a speed that hardly any object exceeds of those that are no faster than ``most``."""
-    # [m/s]; threads that go from one object to another seem to be faster.
+    # [m/s], of ``sensors`` that do not look; threads that go from one object to another seem to be
+    # faster.
     found: list[float] = []
-    for sensor in range(len(reports.sensors)):
+    for sensor in sensors:
         threads = judged(reports, sensor)[1].lasting(LASTING)
         speeds = _speeds(reports.time, reports.measurement, threads, USUALLY)
         for rows, speed in zip(threads, speeds, strict=True):

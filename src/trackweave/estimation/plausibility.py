@@ -110,7 +110,12 @@ def _speed(
     if is_in_orbit:
         return min(most, ORBITAL_SPEED)
     usual = [10 * s.plane_sigma / s.scan_period for s in sensors.values() if s.scan_period]
-    told = fastest_below(reports, most) if in_metres else None
+    lone = [
+        index
+        for index, name in enumerate(reports.sensors)
+        if name in sensors and sensors[name].scans is False
+    ]
+    told = fastest_below(reports, lone, most) if in_metres else None
     if told is not None:
         return digits(told)
     return digits(min([most, *([USUAL_SPEED] if in_metres else []), *usual]))
