@@ -42,6 +42,9 @@ def test_refuses_a_time_that_is_no_finite_number(time) -> None:
         {"sigma": [[0.0, 1.0]]},
         {"report": [[1], [1, 2]]},
         {"report": [1, 2]},
+        {"height": [1.0, 2.0]},
+        {"height": [np.inf]},
+        {"height": [-1e9]},
     ],
 )
 def test_refuses_columns_that_do_not_fit(values) -> None:

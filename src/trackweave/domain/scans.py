@@ -21,6 +21,8 @@ from trackweave.summaries import summary
 
 __all__ = ["Scan"]
 
+HIGHEST_M = 1e8
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
@@ -70,8 +72,8 @@ class Scan:
     ------
     InvalidInputError
         If a shape does not fit, a time or measurement is not finite, a sigma is not positive, a
-        covariance is not positive definite, a moment lies after the scan's end, or the sensor's
-        name is neither text nor a whole number.
+        covariance is not positive definite, a height is beyond 1e8 m, a moment lies after the
+        scan's end, or the sensor's name is neither text nor a whole number.
 
     Examples
     --------
@@ -152,7 +154,13 @@ class Scan:
         if self.strength is not None:
             set_field(self, "strength", float_array(self.strength, "strength", (n_reports,)))
         if self.height is not None:
-            set_field(self, "height", float_array(self.height, "height", (n_reports,)))
+            height = float_array(self.height, "height", (n_reports,))
+            if np.any(np.abs(height) > HIGHEST_M):
+                raise InvalidInputError(
+                    f"height: {np.nanmax(np.abs(height)):.6g} m; expected -{HIGHEST_M:g} to "
+                    f"{HIGHEST_M:g}, or NaN where a report does not tell"
+                )
+            set_field(self, "height", height)
         if self.tells_silence is not None:
             set_field(self, "tells_silence", checked_flag(self.tells_silence, "tells_silence"))
         if self.context is not None:

@@ -213,9 +213,8 @@ def _noise(
     if start is None:
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
         along = np.nanmedian(np.abs(bends), axis=(0, 1)) / 1.65
-        start, of_axes = float(np.nanmedian(np.abs(bends))) / 1.65, float(np.hypot.reduce(along))
         # Where one axis tells none, the middle of all is next to nothing.
-        start = max(start, HALF * of_axes / along.size**0.5)
+        start = max(float(np.nanmedian(np.abs(bends))) / 1.65, HALF * _mean(along))
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
     density, fixed = max(false_rate, 1e-6) / spread, sigma is not None
     found = noise_of_chains(
@@ -239,8 +238,13 @@ def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) ->
         off /= np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
         # Each axis has its own: of one that tells no noise the other's is not.
         along = np.median(np.abs(off), axis=0) / MEDIAN_OF_NORMAL
-        found.append(float(np.sqrt(np.mean(along**2))))
+        found.append(_mean(along))
     return max(float(np.median(found)), float(np.median(least))) or None if found else None
+
+
+def _mean(along: FloatArray) -> float:
+    """Return the noise of an axis, of that along each."""
+    return float(np.sqrt(np.mean(along**2)))
 
 
 def _speed(

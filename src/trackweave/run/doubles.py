@@ -84,13 +84,13 @@ def is_astray(reports: ReportTable) -> NDArray[np.bool_]:
     if reports.kinds or len(reports) < FEWEST_PLACES:
         return nobody
     place = reports.measurement
-    for outside, most in ((0.02, MOST_ASTRAY), (MOST_SCATTERED, MOST_SCATTERED)):
+    for most, outside, scattered in ((MOST_ASTRAY, 0.02, False), (MOST_SCATTERED, 0.05, True)):
         low, middle, high = np.quantile(place, [outside, 0.5, 1.0 - outside], axis=0)
         usual = float(np.max(np.maximum(high - middle, middle - low)))
         astray: NDArray[np.bool_] = np.any(np.abs(place - middle) > ASTRAY * usual, axis=1)
         if usual == 0.0 or not 0 < astray.sum() <= most * len(reports):
             continue
-        if most == MOST_ASTRAY or _is_scattered(place[astray], usual):
+        if not scattered or _is_scattered(place[astray], usual):
             return astray
     return nobody
 

@@ -193,7 +193,7 @@ def _notes_on_places(reports: ReportTable, places: Mapping[str, Sequence[float]]
     """Return a doubt about positions that seem to be degrees."""
     told = [places[name][:2] for name in reports.sensors if name in places]
     ranging = [
-        np.isin(reports.sensor, index)
+        reports.sensor == index
         for index, kind in enumerate(reports.kinds)
         if not isinstance(kind, ForeignKind) and kind.has_range
     ]
