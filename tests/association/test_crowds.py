@@ -34,6 +34,7 @@ def scans_of(spread, n_reports, n_scans):
                 moment=np.full(n_reports, data.time),
                 setting=np.zeros(n_reports, dtype=np.int64),
                 identity=np.full(n_reports, -1),
+                level=np.full(n_reports, np.nan),
                 evidence=each,
                 log_begin=each,
             )
