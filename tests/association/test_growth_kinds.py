@@ -1,5 +1,7 @@
 """The tree's sequences of any kind of report and motion against the enumeration of all."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -153,10 +155,12 @@ HEIGHTS = (900.0, 930.0, 990.0, 6000.0, np.nan)
 
 
 @pytest.mark.parametrize("motion", [STEADY, THREE], ids=["one mode", "three"])
+@pytest.mark.parametrize("height", [{}, {"sigma_height": 150.0, "height_offset": -40.0}])
 @pytest.mark.parametrize("seed", range(4))
-def test_heights_are_evidence(motion, seed):
+def test_heights_are_evidence(motion, height, seed):
+    sensors = (replace(POINT, **height), GAZE)
     window = KindWindow(
-        seed, motion, (POINT, GAZE), heights=HEIGHTS, times=(2.0, 4.0, 6.0, 8.0), n_known=1
+        seed, motion, sensors, heights=HEIGHTS, times=(2.0, 4.0, 6.0, 8.0), n_known=1
     )
     assert assert_same(window) > 0
 

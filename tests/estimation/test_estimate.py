@@ -48,6 +48,7 @@ def scene(n_targets=15, n_scans=40, sigma=10.0, detection=0.9, clutter=15.0, per
 MAY_BE_NOTHING = (
     "disagreement", "tail_share", "tail_scale", "tail_persistence", "sigma_of_most", "strength",
     "hidden_share", "mean_silence", "echoes", "clutter_persistence", "sigma_at", "across",
+    "height_offset",
 )  # fmt: skip
 
 

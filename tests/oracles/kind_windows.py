@@ -134,7 +134,7 @@ class KindWindow:
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
             chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
-            wild=np.full(count, -1.0), level=np.full((count, 5), np.nan),
+            wild=np.full(count, -1.0), level=np.full((count, 6), np.nan),
             identity=nobody, other=nobody,
             sensor=nobody,
             is_line=np.zeros(count, dtype=np.int64), slot=nobody, unseen=np.empty((count, 0)),

@@ -324,7 +324,7 @@ def append_children(
             take_identity(nodes, child, claimed)
         for column in range(nodes.level.shape[1]):
             nodes.level[child, column] = nodes.level[above, column]
-        take_level(nodes.level, child, scan.level[index], scan.moment[index], scan.sensor)
+        take_level(nodes.level, child, scan, index)
         child += 1
 
 
@@ -365,7 +365,7 @@ def append_roots(
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.other[node] = -1
-        begin_level(nodes.level, node, scan.level[index], scan.moment[index], scan.sensor)
+        begin_level(nodes.level, node, scan, index)
         heard_by = scan.sensor if scan.is_heard else -1
         begin_rhythm(nodes.rhythm, node, heard_by, scan.moment[index])
         if scan.is_located:

@@ -7,19 +7,23 @@ raises.
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
 
-HEIGHT, SINCE, RATE, MISFIT, SENSOR = 0, 1, 2, 3, 4
-"""An object's level: its last height [m], when that was told [s], how fast it changed [m/s], NaN
-for unknown, whether one since did not fit, and which sensor told it."""
-SIZE = 5
-STEADY, APART, CLIMB, FASTEST = 30.0, 100.0, 15.0, 100.0
-"""Heights come in steps of 100 feet, sensors differ by so much [m]; climbs change by so much, and
-are as fast where nothing has told them yet [m/s]."""
+if TYPE_CHECKING:
+    from trackweave.association._nodes import ScanInput
+
+HEIGHT, SINCE, RATE, MISFIT, SENSOR, SPREAD = 0, 1, 2, 3, 4, 5
+"""An object's level: its height [m], when that was last told [s], how fast it changed [m/s], NaN
+for unknown, whether one since did not fit, which sensor told it, and how exact it is [m]."""
+SIZE = 6
+APART, CLIMB, FASTEST = 100.0, 15.0, 100.0
+"""Sensors differ by so much [m]; climbs change by so much, and are as fast where nothing has told
+them yet [m/s]."""
 LEVEL, WRONG = 0.5, 0.03
 """Share of the time for which objects fly on as before, and of heights that are garbled."""
 FIT, SOONEST = 5.0, 0.5
@@ -27,52 +31,62 @@ FIT, SOONEST = 5.0, 0.5
 
 
 @jit
-def level_cost(levels: FloatArray, node: int, told: float, moment: float, sensor: int) -> float:
+def level_cost(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> float:
     """Return what it costs that a report has its height, beside one that fits [nats]."""
-    if math.isnan(told) or math.isnan(levels[node, HEIGHT]):
+    if math.isnan(scan.level[index]) or math.isnan(levels[node, HEIGHT]):
         return 0.0
-    off, width = _off(levels, node, told, moment, sensor)
+    off, least, width = _off(levels, node, scan, index)
     wide = math.exp(-0.5 * (off / width) ** 2)
-    if levels[node, SENSOR] == sensor and not math.isnan(levels[node, RATE]):
-        near, share = math.exp(-0.5 * (off / STEADY) ** 2) / STEADY, (1.0 - LEVEL) / width
-        wide = (LEVEL * near + share * wide) / (LEVEL / STEADY + share)
+    if levels[node, SENSOR] == scan.sensor and not math.isnan(levels[node, RATE]):
+        near, share = math.exp(-0.5 * (off / least) ** 2) / least, (1.0 - LEVEL) / width
+        wide = (LEVEL * near + share * wide) / (LEVEL / least + share)
     return -math.log((1.0 - WRONG) * wide + WRONG)
 
 
 @jit
-def begin_level(levels: FloatArray, node: int, told: float, moment: float, sensor: int) -> None:
+def begin_level(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> None:
     """Begin with the height that an object's first report tells, NaN for none."""
-    levels[node, HEIGHT], levels[node, SINCE], levels[node, RATE] = told, moment, math.nan
-    levels[node, MISFIT], levels[node, SENSOR] = 0.0, sensor
+    levels[node, HEIGHT], levels[node, SINCE] = scan.level[index], scan.moment[index]
+    levels[node, RATE], levels[node, MISFIT] = math.nan, 0.0
+    levels[node, SENSOR], levels[node, SPREAD] = scan.sensor, scan.sigma_level
 
 
 @jit
-def take_level(levels: FloatArray, node: int, told: float, moment: float, sensor: int) -> None:
+def take_level(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> None:
     """Take in the height that an object's report tells: one that does not fit, the second time."""
+    told, last = scan.level[index], levels[node, HEIGHT]
     if math.isnan(told):
         return
-    last, rate = levels[node, HEIGHT], math.nan
-    if not math.isnan(last):
-        off, width = _off(levels, node, told, moment, sensor)
-        if off > FIT * width and levels[node, MISFIT] == 0.0:
-            levels[node, MISFIT] = 1.0
-            return
-        wait = moment - levels[node, SINCE]
-        # Two sensors' heights may differ for good, which is no climb.
-        is_own = levels[node, SENSOR] == sensor and wait > SOONEST
-        rate = (told - last) / wait if is_own else levels[node, RATE]
-    begin_level(levels, node, told, moment, sensor)
-    levels[node, RATE] = rate
+    if math.isnan(last):
+        begin_level(levels, node, scan, index)
+        return
+    off, _, width = _off(levels, node, scan, index)
+    fits = abs(off) <= FIT * width
+    if not fits and levels[node, MISFIT] == 0.0:
+        levels[node, MISFIT] = 1.0
+        return
+    gain = 1.0 - (scan.sigma_level / width) ** 2 if fits else 1.0
+    now = told - (1.0 - gain) * off
+    wait = scan.moment[index] - levels[node, SINCE]
+    # Two sensors' heights may differ for good, which is no climb.
+    is_own = levels[node, SENSOR] == scan.sensor and wait > SOONEST
+    rate = (now - last) / wait if is_own else levels[node, RATE]
+    begin_level(levels, node, scan, index)
+    levels[node, HEIGHT], levels[node, RATE] = now, rate
+    levels[node, SPREAD] = scan.sigma_level * math.sqrt(gain)
 
 
 @jit
 def _off(
-    levels: FloatArray, node: int, told: float, moment: float, sensor: int
-) -> tuple[float, float]:
-    """Return how far off a height is, and how far it may be [m]."""
-    wait = moment - levels[node, SINCE]
-    moved, rate = told - levels[node, HEIGHT], levels[node, RATE]
-    least = STEADY if levels[node, SENSOR] == sensor else APART
+    levels: FloatArray, node: int, scan: "ScanInput", index: int
+) -> tuple[float, float, float]:
+    """Return how far off a height is, and may be of what flies on as before or not [m]."""
+    wait = scan.moment[index] - levels[node, SINCE]
+    moved, rate = scan.level[index] - levels[node, HEIGHT], levels[node, RATE]
+    least = np.hypot(levels[node, SPREAD], scan.sigma_level)
+    if levels[node, SENSOR] != scan.sensor:
+        least = np.hypot(least, APART)
     if math.isnan(rate):
-        return abs(moved), np.hypot(least, FASTEST * wait)
-    return min(abs(moved), abs(moved - rate * wait)), np.hypot(least, CLIMB * wait)
+        return moved, least, np.hypot(least, FASTEST * wait)
+    led = moved - rate * wait
+    return led if abs(led) < abs(moved) else moved, least, np.hypot(least, CLIMB * wait)

@@ -117,7 +117,8 @@ class ScanInput(NamedTuple):
     ``setting`` is which ``noise`` (covariance) and ``platform`` (place and velocity of the sensor)
     a report has. ``log_begin`` is what a report adds to the log evidence of a new object beyond
     the density at its place [nats]: the volume that a measurement stands for, and a rate's own.
-    ``level`` is the height that it tells beside its place [m], NaN for none.
+    ``level`` is the height that it tells beside its place [m], NaN for none, and ``sigma_level``
+    how exact it is.
     ``evidence`` is what its strength says [nats]. A report of the track's own identity is worth
     ``identity_gain``, one of another costs ``identity_loss`` [nats]. Since the last scan an object
     in sight was hidden with probability ``hiding``, and a hidden one came in sight with
@@ -154,6 +155,7 @@ class ScanInput(NamedTuple):
     identity: IntArray
     evidence: FloatArray
     level: FloatArray
+    sigma_level: float
     identity_gain: float
     identity_loss: float
     detection_probability: float

@@ -153,7 +153,12 @@ def scan_input(
         slot=np.arange(count),
         identity=np.ascontiguousarray(own[order]),
         evidence=np.ascontiguousarray(evidence[order]),
-        level=np.full(count, np.nan) if scan.height is None else scan.height[order],
+        level=(
+            np.full(count, np.nan)
+            if scan.height is None
+            else scan.height[order] - sensor.height_offset
+        ),
+        sigma_level=float(sensor.sigma_height),
         identity_gain=math.log((1.0 - error) * max(context.n_identities, 1) + error),
         identity_loss=-math.log(error),
         detection_probability=float(sensor.detection_probability),

@@ -61,10 +61,12 @@ USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 # are not estimated where nothing is.
 PLAIN = (
     "identity_error", "hidden_share", "mean_silence", "echoes", "clutter_persistence",
-    "sigma_at", "tail_share", "tail_scale", "tail_persistence", "trust",
+    "sigma_at", "tail_share", "tail_scale", "tail_persistence", "sigma_height", "height_offset",
+    "trust",
 )  # fmt: skip
 NONE_AT_ZERO = {
     "hidden_share", "echoes", "clutter_persistence", "sigma_at", "tail_share", "tail_persistence",
+    "height_offset",
 }  # fmt: skip
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1

@@ -36,6 +36,8 @@ class SensorEstimate:
     tail_share: float = 0.0  # Share of its reports whose noise is wider
     tail_scale: float | None = None  # How many times as wide theirs is; None for unknown
     tail_persistence: float = 0.0  # How much wide noise is that of the same objects
+    sigma_height: float | None = None  # Noise of its heights beside places [m]; None as usual
+    height_offset: float = 0.0  # By how much they are above those of others [m]
     # Each number's noise in the middle of all tracks, where sigma is that over all; None as sigma.
     sigma_of_most: tuple[float, ...] | None = None
     # Noise across the line of sight however near an object is [m], as an object's width makes it.

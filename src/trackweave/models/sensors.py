@@ -10,7 +10,7 @@ from trackweave.domain.foreign_kind import ForeignKind, kind_of
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.errors import InvalidInputError
 from trackweave.fields import checked_dimension, plain, settle
-from trackweave.keys import COORDINATE, DENSITY, PROBABILITY, SECONDS, Key
+from trackweave.keys import COORDINATE, DENSITY, NOISE, PROBABILITY, SECONDS, Key
 from trackweave.models.biases import Biases
 from trackweave.models.coverage import FieldOfView, hiding
 from trackweave.models.local_noise import local_noise
@@ -24,6 +24,8 @@ BIASES = tuple(each.name for each in fields(Biases))
 """Keys of what is wrong with all reports of a sensor alike."""
 DOUBTED = ("sigma", "scan_period", "rotation", *BIASES)
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
+HEIGHT_NOISE = 20.0
+"""Standard deviation of heights of which nothing is known [m]: many come in steps of 100 feet."""
 TRUST = "true, false, or a list of keys: " + ", ".join(f'"{key}"' for key in DOUBTED)
 Echo: TypeAlias = Annotated[
     tuple[Annotated[float, COORDINATE], ...],
@@ -91,6 +93,10 @@ class Sensor:
     tail_persistence
         How much it is the same objects whose reports are wild: by how much likelier a report's
         noise is wide if that of the object's last report was. 0 where each is for itself.
+    sigma_height
+        Standard deviation of the heights that its reports tell beside their places [m].
+    height_offset
+        By how much these are above those of other sensors [m].
     scans
         Whether it looks, so that what it does not report was missed; false for one that hears
         objects report themselves, each at its own pace, as AIS does.
@@ -146,6 +152,8 @@ class Sensor:
     tail_share: Annotated[float, Key("a number from 0 to 0.5", 0, 0.5)] = 0.0
     tail_scale: Annotated[float, Key("a number from 1 to 1000", 1, 1000)] = 10.0
     tail_persistence: Annotated[float, Key("a number from 0 to 0.999", 0, 0.999)] = 0.0
+    sigma_height: Annotated[float, NOISE] = HEIGHT_NOISE
+    height_offset: Annotated[float, COORDINATE] = 0.0
     scans: Annotated[bool | None, Key()] = None
     trust: Annotated[bool | tuple[Annotated[str, Key(words=DOUBTED)], ...], Key(TRUST)] = False
 

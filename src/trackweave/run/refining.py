@@ -18,6 +18,7 @@ from trackweave.estimation.directions import bearing_sensor, with_components
 from trackweave.estimation.echoes import without_echoes
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.levels import with_levels
 from trackweave.estimation.noise_places import with_noise_places
 from trackweave.estimation.persistence import notes_on_persistence, with_persistence
 from trackweave.estimation.plausibility import believable
@@ -108,6 +109,7 @@ def estimates_for(
         "is_speed_told": configuration.said("motion", "max_speed") is not None,
     }
     estimates = believable(replace(estimates, notes=(*notes, *estimates.notes)), reports, **sure)
+    estimates = with_levels(estimates, reports)
     if directions is None and all(each.scans is False for each in estimates.sensors.values()):
         # Threads have told it all; tracks would tell it no better.
         return estimates

@@ -1,0 +1,211 @@
+"""How exact the heights are that reports tell beside their places, and how far off together."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import Estimates, digits
+from trackweave.models.sensors import HEIGHT_NOISE
+
+__all__ = ["with_levels"]
+
+# An object is told of again within so long where a sensor has no period [s], and so many periods.
+USUAL_LOOK, LOOKS = 10.0, 1.2
+# Places agree within so many deviations.
+NEAR = 3.0
+# So many pairs are looked at; fewer than that tell nothing.
+MOST_PAIRS, FEWEST = 2_000_000, 100
+# Differences of any two objects' heights are counted in such steps [m], at most so many.
+STEP, MOST_STEPS = 50.0, 2_000
+# Of each sensor's heights so many stand for all.
+EVENLY = (np.arange(150) + 0.5) / 150
+# The search begins from such deviations [m], and at so many of the likeliest differences.
+BEGINNINGS, PEAKS, ROUNDS = (30.0, 100.0, 300.0, 1_000.0), 5, 40
+EXACT = 10.0
+# That pairs are of one object shows by so much [nats], of so many of them.
+CLEAR, LEAST_SHARE = 15.0, 0.02
+# Neighbours' heights differ by so many deviations.
+BESIDE = 5.0
+# What is within so many times the usual noise is taken for that.
+AS_USUAL = 1.5
+# Two sensors' heights are compared however far apart within the first; beyond the second no sensor
+# is off [m].
+APART, FARTHEST = 100.0, 2_000.0
+# As heights that tell nothing count [m].
+NOTHING = 1e5
+UNITS = {1.0: "", 0.3048: "they are", 1.0 / 0.3048: "those are"}
+"""What heights are times in another unit, and who would be in feet then."""
+
+
+class _Agreement(NamedTuple):
+    """How two reports of one object differ in height."""
+
+    offset: float  # The second one's above the other's [m]
+    sigma: float  # Standard deviation [m]
+    gain: float = 0.0  # By how much likelier the pairs are than of any two objects [nats]
+
+
+@dataclass(frozen=True, slots=True)
+class _Heights:
+    """The reports of one sensor that tell heights, by ascending time."""
+
+    time: FloatArray
+    place: FloatArray  # [m], shape (reports, 2)
+    height: FloatArray  # [m]
+    sigma: float  # Of places [m]
+    look: float  # Within how long an object is told of again [s]
+
+
+def with_levels(estimates: Estimates, reports: ReportTable) -> Estimates:
+    """Return estimates with the noise of heights, and by how much sensors differ in them.
+
+    Parameters
+    ----------
+    estimates
+        Of whatever else the reports tell.
+    reports
+        All of them, as positions.
+
+    Returns
+    -------
+    The same where heights are as exact as usual, or too few.
+    """
+    if reports.height is None or reports.dim != 2:
+        return estimates
+    heights = _heights(estimates, reports)
+    sensors, notes = dict(estimates.sensors), list(estimates.notes)
+    for name, own in heights.items():
+        found = _agreement(_pair(own, own, estimates.max_speed))
+        if found is None:
+            continue
+        sigma = found.sigma / np.sqrt(2.0)
+        if sigma > AS_USUAL * HEIGHT_NOISE:
+            sensors[name] = replace(sensors[name], sigma_height=digits(sigma, 2))
+    names = sorted(heights, key=lambda name: -heights[name].time.size)
+    for name in names[1:]:
+        pair = _pair(heights[names[0]], heights[name], estimates.max_speed)
+        ways = {unit: _agreement(pair.scaled(unit)) for unit in UNITS}
+        unit, found = max(ways.items(), key=lambda way: way[1].gain if way[1] else 0.0)
+        if found is None:
+            continue
+        if unit == 1.0 and abs(found.offset) > APART:
+            sensors[name] = replace(sensors[name], height_offset=digits(found.offset, 3))
+        elif unit != 1.0:
+            sensors[name] = replace(sensors[name], sigma_height=NOTHING)
+            notes.append(
+                f"sensor {name}: its height_m fit those of {names[0]} only if {UNITS[unit]} in "
+                "feet; expected metres of both. Its heights are not used to tell objects apart"
+            )
+    return replace(estimates, sensors=sensors, notes=tuple(notes))
+
+
+def _heights(estimates: Estimates, reports: ReportTable) -> dict[str, _Heights]:
+    """Return the heights of each sensor that tells enough of them."""
+    assert reports.height is not None
+    told, found = np.isfinite(reports.height), {}
+    for index, name in enumerate(reports.sensors):
+        rows = np.flatnonzero(told & (reports.sensor == index))
+        sensor = estimates.sensors.get(name)
+        if sensor is None or rows.size < FEWEST:
+            continue
+        look = LOOKS * (sensor.scan_period or USUAL_LOOK)
+        place = reports.measurement[rows][:, :2]
+        found[name] = _Heights(
+            reports.time[rows], place, reports.height[rows], sensor.plane_sigma, look
+        )
+    return found
+
+
+class _Pairs(NamedTuple):
+    """Heights of two reports each, one soon after the other and near enough for one object."""
+
+    first: FloatArray  # [m]
+    second: FloatArray
+    any_first: FloatArray  # Heights as such, of either sensor
+    any_second: FloatArray
+    is_own: bool  # Whether both are one sensor's
+
+    def scaled(self, unit: float) -> "_Pairs":
+        """Return the same with the second heights in another unit."""
+        return self._replace(second=unit * self.second, any_second=unit * self.any_second)
+
+
+def _pair(first: _Heights, second: _Heights, fastest: float) -> _Pairs:
+    """Return the pairs of two sensors, or of one."""
+    begin = np.searchsorted(second.time, first.time, "right" if first is second else "left")
+    end = np.searchsorted(second.time, first.time + second.look, "right")
+    step = max(int(np.ceil((end - begin).sum() / MOST_PAIRS)), 1)
+    mine = np.arange(0, first.time.size, step)
+    count = (end - begin)[mine]
+    yours = np.repeat(begin[mine] - np.cumsum(count) + count, count) + np.arange(count.sum())
+    mine = np.repeat(mine, count)
+    off = np.linalg.norm(second.place[yours] - first.place[mine], axis=1)
+    wait = second.time[yours] - first.time[mine]
+    is_near = off < NEAR * np.hypot(first.sigma, second.sigma) + fastest * wait
+    pair = first.height[mine[is_near]], second.height[yours[is_near]]
+    return _Pairs(*pair, first.height, second.height, first is second)
+
+
+def _agreement(pairs: _Pairs) -> _Agreement | None:
+    """Return how heights of one object differ, None where none are seen to be of one."""
+    # Of the pairs some are of one object, and differ by little, or as two sensors do; the others
+    # are of any two.
+    if pairs.first.size < FEWEST:
+        return None
+    apart = pairs.second - pairs.first
+    any_two = (np.quantile(each, EVENLY) for each in (pairs.any_first, pairs.any_second))
+    by_chance = -np.subtract.outer(*any_two).reshape(-1)
+    usual, ratio, middle = _counted(apart, by_chance)
+    offsets = [0.0]
+    if not pairs.is_own:
+        ratio = np.where(np.abs(middle) < FARTHEST, ratio, 0.0)
+        offsets += middle[np.argsort(-ratio, kind="stable")[:PEAKS]].tolist()
+    begin = [_Agreement(offset, sigma) for offset in offsets for sigma in BEGINNINGS]
+    fits = [_fitted(apart, usual, each, pairs.is_own) for each in begin]
+    best = max(fits, key=lambda fit: fit.gain)
+    return best if best.gain > CLEAR else None
+
+
+def _counted(
+    apart: FloatArray, by_chance: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how dense differences like each pair's are by chance, and where pairs are oftener."""
+    # The density is per metre; beside it, for each step of differences, by how much oftener these
+    # are than by chance, and the middle of the step [m].
+    low, high = min(apart.min(), by_chance.min()), max(apart.max(), by_chance.max())
+    count = int(np.clip((high - low) / STEP + 1, 1, MOST_STEPS))
+    edges = np.linspace(low, max(high, low + STEP), count + 1)
+    width = edges[1] - edges[0]
+    chance = (np.histogram(by_chance, edges)[0] + 1.0) / (by_chance.size + count)
+    seen = np.histogram(apart, edges)[0] / apart.size
+    at = np.clip(np.searchsorted(edges, apart, side="right") - 1, 0, count - 1)
+    return chance[at] / width, seen - chance, (edges[:-1] + edges[1:]) / 2
+
+
+def _fitted(apart: FloatArray, usual: FloatArray, begin: _Agreement, is_own: bool) -> _Agreement:
+    """Return the likeliest agreement from a first one on."""
+    # Neighbours are near again and again, and at heights near each other's oftener than by chance.
+    offset, sigma = begin.offset, begin.sigma
+    shares = np.array([0.5, 0.25, 0.25])
+    for _ in range(ROUNDS):
+        own, beside = (_normal(apart - offset, sigma * wide) for wide in (1.0, BESIDE))
+        parts = shares[:, None] * np.stack([own, beside, usual])
+        both = parts.sum(axis=0)
+        weight = parts[0] / both
+        total = weight.sum()
+        if total < 1.0:
+            return begin
+        shares = np.maximum((parts / both).mean(axis=1), 1e-9)
+        offset = 0.0 if is_own else float(weight @ apart / total)
+        sigma = max(float(np.sqrt(weight @ (apart - offset) ** 2 / total)), EXACT)
+    gain = float(np.log(both / usual).sum())
+    return _Agreement(offset, sigma, gain if shares[0] > LEAST_SHARE else 0.0)
+
+
+def _normal(off: FloatArray, sigma: float) -> FloatArray:
+    """Return how dense a normal distribution is."""
+    density: FloatArray = np.exp(-0.5 * (off / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
+    return density
