@@ -211,7 +211,7 @@ def test_an_identifier_of_a_bad_row_is_free(write):
 
 
 def test_altitude_and_origin_follow_from_the_good_rows_alone(write):
-    text = "time,lat,lon,alt_m\n0,47,8,500\nx,0,0,\n0,99,8,\n1,47,8,600\n2,0,0,100\n"
+    text = "time,lat,lon,alt_m\n0,47,8,500\nx,0,0,\n0,99,8,\n1,47,8,600\n2,1,1,100\n"
     reports = read_reports(write(text), on_bad_row="skip")
     assert reports.frame == LocalFrame(47.0, 8.0)
     assert reports.measurement[:, 2].tolist() == [500.0, 600.0]
@@ -289,6 +289,18 @@ class TestNotAvailable:
         assert np.isnan(reports.unavailable.measurement).all()
         (note,) = reports.notes
         assert note.startswith('lat, lon: 1 of 3 rows hold the codes for "not available"')
+
+    def test_places_without_a_fix_are_set_aside_where_all_else_is_elsewhere(self, write):
+        reports = read_reports(write("time,lat,lon\n0,47,8\n1,0,0\n2,47.001,8\n"))
+        assert reports.report.tolist() == ["1", "3"]
+        assert reports.unavailable.report.tolist() == ["2"]
+        (note,) = reports.notes
+        assert "or 0, 0 far from all others" in note
+
+    @pytest.mark.parametrize("others", ["0.1,0.2\n2,-0.3,0.1", "0,0\n2,47,8"])
+    def test_places_at_the_origin_of_the_map_are_places(self, others, write):
+        reports = read_reports(write(f"time,lat,lon\n0,0,0\n1,{others}\n"), on_bad_row="skip")
+        assert "1" in reports.report.tolist()
 
     def test_they_change_nothing_of_the_others(self, write):
         good = "time,lat,lon,sensor\n0,47,8,b\n1,47.001,8,b\n"

@@ -40,6 +40,9 @@ LATITUDE = Range(-90.0, 90.0)
 LONGITUDE = Range(-180.0, 360.0)
 # What AIS sends for a position that the ship does not know.
 NO_LATITUDE, NO_LONGITUDE = 91.0, 181.0
+# Receivers without a fix send 0, 0, in the sea off Ghana: fewer than so many where the others'
+# median lies so far off [degrees].
+NO_FIX, FROM_ZERO_DEG = 0.5, 1.0
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
 _FARTHEST_DEG = 30.0
 _WORLD_WIDE = 0.2
@@ -71,7 +74,17 @@ def not_available(checks: RowChecks, frame: LocalFrame | None) -> BoolArray:
     # Where other longitudes are beyond 180 degrees too, 181 is one of them.
     if np.all(longitude[beyond] == NO_LONGITUDE):
         unknown |= beyond & (np.abs(latitude) <= LATITUDE.high)
-    return unknown
+    return unknown | _without_fix(latitude, longitude)
+
+
+def _without_fix(latitude: FloatArray, longitude: FloatArray) -> BoolArray:
+    """Tell which positions are 0, 0 though all else is elsewhere."""
+    is_zero: BoolArray = (latitude == 0.0) & (longitude == 0.0)
+    place = np.stack([latitude, longitude])[:, ~is_zero & np.isfinite(latitude + longitude)]
+    is_usual = is_zero.sum() >= NO_FIX * (is_zero.sum() + place.shape[1])
+    if not is_zero.any() or is_usual:
+        return np.zeros_like(is_zero)
+    return is_zero & bool(np.abs(np.median(place, axis=1)).max() > FROM_ZERO_DEG)
 
 
 def read_positions(

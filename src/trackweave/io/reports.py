@@ -218,7 +218,7 @@ def _note_on_unavailable(checks: RowChecks) -> list[str]:
     count = int(checks.aside.sum())
     return [
         f'lat, lon: {count:,} of {len(checks):,} rows hold the codes for "not available" '
-        "(latitude 91, longitude 181); they are of no track"
+        "(latitude 91, longitude 181, or 0, 0 far from all others); they are of no track"
     ] * (count > 0)
 
 
