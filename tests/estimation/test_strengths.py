@@ -85,6 +85,20 @@ def test_weak_objects_are_none_the_less_objects_where_tracks_are_sure() -> None:
     assert all(found.evidence(own).mean() > 0 for own in weak)
 
 
+def test_where_many_objects_that_go_their_way_are_weak_weak_ones_count() -> None:
+    boats = [RNG.normal(25.0, 6.0, 140) for _ in range(4)]
+    buoys = [RNG.normal(22.0, 6.0, 140) for _ in range(5)]
+    ships = [RNG.normal(60.0, 6.0, 200) for _ in range(9)]
+    move = [True] * 4 + [False] * 5 + [True] * 9
+    found = strength_model([*boats, *buoys, *ships], RNG.normal(15.0, 7.0, 500), move=move)
+    assert found is not None
+    assert all(found.evidence(own).mean() > -0.5 for own in (*boats, *buoys))
+    # One alone may be a car that passes by a false alarm.
+    few = strength_model([*boats[:1], *buoys, *ships], RNG.normal(15.0, 7.0, 500), move=move[3:])
+    assert few is not None
+    assert few.target_spread == 0.0
+
+
 def dim_cells(*, stay: bool) -> tuple[ReportTable, Followed, Estimates]:
     """Return bright and dim cells and debris of 80 frames; dim ones wander, or all stay."""
     rng = np.random.default_rng(1)

@@ -25,6 +25,8 @@ FEWEST_KINDS = 8
 # What was reported so often and went so many standard deviations of its noise is no false alarm
 # that stays, nor one that a car passes by.
 OFTEN, GONE = 60, 8.0
+# Of objects that go their way no fewer, and no smaller share, are weak where weak ones are usual.
+FEWEST_DIM, DIM = 3, 0.15
 # Quantile of a tail, and how many standard deviations off it lies where tails are normal.
 TAIL, TAIL_SIGMAS = 0.05, 1.645
 
@@ -94,7 +96,11 @@ def strength_model(
             return None
         if are_sure:
             break
-        told = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool) | goes
+        fits = np.array([found.evidence(track).mean() >= 0 for track in tracks], dtype=bool)
+        dim = np.count_nonzero(goes & ~fits)
+        if dim >= max(FEWEST_DIM, DIM * np.count_nonzero(goes)):
+            return _fitted(own, np.concatenate([*others, lone]), spread=True)
+        told = fits | goes
         if np.array_equal(told, is_object):
             break
         is_object = told
