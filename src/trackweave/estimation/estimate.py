@@ -23,6 +23,7 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.threads import Threads
 from trackweave.estimation.trees import ball_volume
 
 __all__ = ["WIDER", "estimate"]
@@ -62,17 +63,22 @@ def estimate(
     reports: ReportTable,
     sigma: Mapping[str, float] | None = None,
     scanning: Mapping[str, bool] | None = None,
+    threads: Mapping[str, Threads] | None = None,
 ) -> Estimates:
     """Return estimates of everything that a tracker needs to know and can learn from reports."""
     # Sensors are looked at one by one: how far apart successors lie, which reports line up over
     # six scans beyond chance, and on these how noisy, how often seen and how fast. It is a start
     # for data of which nothing else is known, and no replacement for a data sheet. Values are
     # finite and positive, however odd the reports are. ``sigma`` is what is known by name of the
-    # sensor [m], ``scanning`` whether sensors look, where it is known.
-    known, scans = dict(sigma or {}), dict(scanning or {})
+    # sensor [m], ``scanning`` whether sensors look, where it is known, and ``threads`` which
+    # reports of those that do not are of one object.
+    known, scans, threaded = dict(sigma or {}), dict(scanning or {}), dict(threads or {})
     findings = {
         name: _found(
-            reports, index, known.get(name) or _reported_sigma(reports, index), scans.get(name)
+            reports,
+            (index, threaded.get(name)),
+            known.get(name) or _reported_sigma(reports, index),
+            scans.get(name),
         )
         for index, name in enumerate(reports.sensors)
         if np.any(reports.sensor == index)
@@ -133,22 +139,32 @@ def _reconciled(
     return sensors
 
 
-def _found(reports: ReportTable, index: int, sigma: float | None, scans: bool | None) -> _Findings:
+def _found(
+    reports: ReportTable,
+    sensor: tuple[int, Threads | None],
+    sigma: float | None,
+    scans: bool | None,
+) -> _Findings:
     """Return what one sensor's reports tell, whether it looks or not."""
-    found = _kinematic(reports, index, sigma, scans)
-    error = identity_error(reports, index)
+    found = _kinematic(reports, sensor, sigma, scans)
+    error = identity_error(reports, sensor[0])
     if error is None:
         return found
     return replace(found, sensor=replace(found.sensor, identity_error=digits(error)))
 
 
 def _kinematic(
-    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
+    reports: ReportTable,
+    sensor: tuple[int, Threads | None],
+    sigma: float | None,
+    scans: bool | None,
 ) -> _Findings:
     """Return what a sensor's reports tell by when and where they are."""
+    # ``sensor`` is its number, and its threads where they are known.
+    index, known = sensor
     if scans is True:
         return _in_scans(_look_at(reports, index, sigma), reports, index)
-    seen, threads, rows = judged(reports, index)
+    seen, threads, rows = judged(reports, index, known)
     is_told, scans = scans is not None, seen.scans if scans is None else scans
     if scans is not False:
         found = _look_at(reports, index, sigma)
@@ -160,8 +176,8 @@ def _kinematic(
     found = _of_lone(lone, note, position, sigma)
     if threads.is_whole:
         return found
-    sensor = replace(found.sensor, tail_share=WILD_SHARE, tail_scale=WILD_SCALE)
-    return replace(found, sensor=sensor)
+    wild = replace(found.sensor, tail_share=WILD_SHARE, tail_scale=WILD_SCALE)
+    return replace(found, sensor=wild)
 
 
 def _in_scans(found: _Findings, reports: ReportTable, index: int) -> _Findings:

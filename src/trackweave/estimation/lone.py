@@ -75,11 +75,15 @@ def middle_of(reports: ReportTable, sensor: int) -> IntArray:
     return np.asarray(rows[skip : skip + MOST_REPORTS])
 
 
-def judged(reports: ReportTable, sensor: int) -> tuple[Looking, Threads, IntArray]:
+def judged(
+    reports: ReportTable, sensor: int, known: Threads | None = None
+) -> tuple[Looking, Threads, IntArray]:
     """Return whether a sensor looks, the threads that tell, and the rows that they thread."""
-    # The rows in threads count in those.
+    # The rows in threads count in those. Threads that are ``known`` are told so.
     rows = middle_of(reports, sensor)
     time, position = reports.time[rows], reports.measurement[rows]
+    if known is not None:
+        return looking(time, known.rows), known, rows
     heard = once(time, position)
     named = identity_threads(reports, rows[heard])
     if named is None:

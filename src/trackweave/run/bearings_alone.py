@@ -11,34 +11,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
-from trackweave.association.growth_limits import GrowthLimits
+from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
-from trackweave.config.fill import fill
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.coverage import reach_of_bearings
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.refine import DETECTION_RANGE
-from trackweave.randomness import generator_of
-from trackweave.run.course import course_of
 from trackweave.run.noise_check import scaled
 from trackweave.run.polar_to_cartesian import platforms_of
-from trackweave.run.record import Assigned
-from trackweave.solvers import Auto
+from trackweave.run.stretches import SURE_HITS, Stretch, Tracked
 
 __all__ = ["estimates_of_bearings", "likelier_noise"]
 
 MOST_REPORTS, MOST_JUDGED, FEWEST_REPORTS = 1500, 600, 60
 """So many reports are tracked at most, to judge what is told, and fewer tell nothing."""
-SURE_HITS = 12
-# Tracks are looked at after so many steps each.
-TOLD = 5
 # Which sequences are found is chance by so much of the cost of all; so much is worth a process
 # noise by which no turn is lost, for a stretch has few.
 NEARLY, WORTH_OF_TURNS = 0.03, 0.01
-# Where nearly nothing is known, proofs take time and tell nothing more.
-QUICK, SEED = Auto(evaluations=10_000, branches=0), 1
 PROCESS_NOISES = (0.001, 0.01, 0.1, 1.0, 10.0)
 SIGMAS_DEG = (0.03, 0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 SPEEDS, FASTER = (50.0, 350.0, 2500.0), 4.0
@@ -61,48 +51,12 @@ EARLY = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Tracked:
-    """What came of a stretch under some values."""
+class _Stretch(Stretch):
+    """Some bearings, and what is told of them."""
 
-    cost: float  # Of all tracks [nats]
-    track: IntArray  # Of each report, -1 for none
-    speed: float  # The usual speed of tracks beyond doubt [m/s]; NaN where there are none
+    area: float = 1.0  # From which they tell places [m²]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Stretch:
-    """Some reports, and what is told of them."""
-
-    reports: ReportTable
-    configuration: Configuration
-    observed: Mapping[str, ObservedSensor]
-    area: float  # From which bearings tell places [m²]
-
-    def tracked(self, estimates: Estimates) -> _Tracked:
-        """Track the stretch as some estimates say."""
-        names = self.reports.sensors
-        settings = fill(self.configuration, estimates, names, observed=self.observed)
-        # Narrow growth takes a seventh of the time, and tells the same.
-        settings = replace(settings, search=QUICK, growth=GrowthLimits(), estimate="best")
-        settings = replace(settings, deadline=None, plots=None)
-        course = course_of(self.reports, settings, {}, None)
-        rng, assigned = generator_of(SEED), Assigned.nothing(len(self.reports))
-        cost: dict[int, float] = {}
-        speeds: list[FloatArray] = []
-        for number, scans in enumerate(course.steps):
-            is_told = number % TOLD == 0 or number == len(course.steps) - 1
-            told = course.take(scans, rng, None, tracks=is_told)
-            assigned.enter(told.final)
-            rows, dim = told.tracks, self.reports.dim
-            cost |= dict(zip(rows.track.tolist(), rows.score.tolist(), strict=True))
-            velocity = rows.mean[rows.hits >= SURE_HITS, dim : 2 * dim]
-            speeds.append(np.linalg.norm(velocity, axis=1))
-        assigned.enter(course.tracker.pending())
-        every = np.concatenate([np.empty(0), *speeds])
-        usual = float(np.median(every)) if every.size else math.nan
-        return _Tracked(sum(cost.values()), assigned.track, usual)
-
-    def counted(self, estimates: Estimates, tracked: _Tracked) -> Estimates:
+    def counted(self, estimates: Estimates, tracked: Tracked) -> Estimates:
         """Return estimates with what tracks tell of how many there are, and how they are seen."""
         time, index = self.reports.time, self.reports.sensor
         span = max(float(np.ptp(time)), 1e-9)
@@ -204,7 +158,7 @@ def _stretch_of(
     return _Stretch(part, configuration, observed, math.pi * reach**2)
 
 
-def _at_speeds(stretch: _Stretch) -> tuple[Estimates, _Tracked]:
+def _at_speeds(stretch: _Stretch) -> tuple[Estimates, Tracked]:
     """Return what fits best of all noises, at the least speed that makes tracks as probable."""
     tried = [_first(stretch)]
     if _tells_no_sigma(stretch.reports, stretch.configuration):
@@ -223,7 +177,7 @@ def _at_speeds(stretch: _Stretch) -> tuple[Estimates, _Tracked]:
 
 def _likeliest(
     stretch: _Stretch, tried: Sequence[Estimates], nearly: float = NEARLY
-) -> tuple[Estimates, _Tracked]:
+) -> tuple[Estimates, Tracked]:
     """Return of some estimates the last under which the tracks are nearly the most probable."""
     found = [(estimates, stretch.tracked(estimates)) for estimates in tried]
     least = min(tracked.cost for _, tracked in found)

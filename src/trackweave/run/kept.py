@@ -7,28 +7,27 @@ import numpy as np
 __all__ = ["Kept"]
 
 
-class Kept:
-    """What the last attempt's stretch told, and what it depended on.
+# A run asks with its reports, without those heard twice, and again in its next attempt.
+MOST = 4
 
-    Noise of ranges and azimuths that is told counts only afterwards: where that alone is on trial,
-    nothing has to be followed again.
+
+class Kept:
+    """What stretches told in the last attempts, and what it depended on.
+
+    Noise of ranges and azimuths that is told counts only afterwards, and what is told of motion
+    only where no noise is: where that alone is on trial, nothing has to be followed again.
     """
 
     def __init__(self) -> None:
-        self._asked: tuple[Any, ...] = ()
-        self._arrays: tuple[np.ndarray, ...] = ()
-        self._told: tuple[Any, Any, Any] | None = None
+        self._entries: list[tuple[tuple[Any, ...], tuple[np.ndarray, ...], Any]] = []
 
-    def known(
-        self, asked: tuple[Any, ...], arrays: tuple[np.ndarray, ...]
-    ) -> tuple[Any, Any, Any] | None:
+    def known(self, asked: tuple[Any, ...], arrays: tuple[np.ndarray, ...]) -> Any:
         """Return what is known, None where something is asked otherwise than then."""
-        if self._asked != asked or not all(map(np.array_equal, self._arrays, arrays)):
-            return None
-        return self._told
+        for before, values, told in self._entries:
+            if before == asked and all(map(np.array_equal, values, arrays)):
+                return told
+        return None
 
-    def keep(
-        self, asked: tuple[Any, ...], arrays: tuple[np.ndarray, ...], told: tuple[Any, Any, Any]
-    ) -> None:
-        """Keep what is known now in the place of what was."""
-        self._asked, self._arrays, self._told = asked, arrays, told
+    def keep(self, asked: tuple[Any, ...], arrays: tuple[np.ndarray, ...], told: Any) -> None:
+        """Keep what is known now, beside some of what was before."""
+        self._entries = [*self._entries[1 - MOST :], (asked, arrays, told)]

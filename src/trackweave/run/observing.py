@@ -147,6 +147,7 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
+        estimates = _likelier(estimates, table, told, kept or Kept())
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -191,6 +192,17 @@ def _told_sigmas(
         if isinstance(sigma, Mapping) and {"range_m", "azimuth_deg"} <= set(sigma):
             told[name] = (sigma["range_m"], float(np.radians(sigma["azimuth_deg"])))
     return told
+
+
+def _likelier(
+    estimates: Estimates | None, reports: ReportTable, configuration: Configuration, kept: Kept
+) -> Estimates | None:
+    """Return what makes tracks likelier where no sensor looks, and threads alone told."""
+    if estimates is None or any(each.scans is not False for each in estimates.sensors.values()):
+        return estimates
+    from trackweave.run.likelier import likelier
+
+    return likelier(estimates, reports, configuration, kept)
 
 
 def _is_known_to_scan(

@@ -118,7 +118,7 @@ def estimates_for(
     arrays = reports.time, reports.sensor, reports.measurement
     known = None if directions is None else directions.kept.known(asked, arrays)
     if directions is not None and known is not None:
-        return _directed(*known, directions)
+        return _directed(known[0], known[1], known[2], directions)
     stretch = stretch_of(reports)
     for number in range(1, MOST_ROUNDS + 1):
         settings, before = fill(configuration, _patient(estimates), names), estimates

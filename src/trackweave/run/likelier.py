@@ -1,0 +1,177 @@
+"""Whether what threads tell of lone reports makes tracks likely, and what makes them likelier.
+
+Where objects keep together, a convoy or a ward round, a thread goes from one to the next, and
+their distance seems to be noise. A stretch of the reports is tracked under a smaller noise and
+under a smaller process noise; while that makes its tracks clearly likelier, under smaller ones
+still. The tracks are threads then, which tell everything anew.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trackweave.arrays import IntArray
+from trackweave.config import Configuration
+from trackweave.config.fill import known_sigma
+from trackweave.config.sensing import UNKNOWN_SENSOR
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates, bounded, positive
+from trackweave.estimation.lone import middle_of
+from trackweave.estimation.threads import Threads
+from trackweave.run.kept import Kept
+from trackweave.run.stretches import Stretch, Tracked
+
+__all__ = ["likelier"]
+
+# So many reports in the middle are tracked at each trial, and in the end for their tracks.
+MOST_TRIED, MOST_REPORTS, FEWEST = 400, 1500, 60
+# Trials of noise and process noise, by how much less: both, one alone.
+LESS, LESS_PROCESS = 3.0, 9.0
+# Trials are worth looking at that cost less by such a share, steps that do by so much; and in the
+# end so much makes tracks clearly likelier.
+CLEAR, ANY, SURE = 0.05, 0.003, 0.12
+MOST_STEPS, MOST_ROUNDS = 5, 3
+
+_Factors = tuple[float, float]
+"""How many times less noise and process noise are than threads tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Trials:
+    """What came of a stretch under less noise, for each trial."""
+
+    stretch: Stretch
+    estimates: Estimates
+    is_told: bool  # Whether the noise of all sensors is, so that only process noise is tried
+    found: dict[_Factors, Tracked] = field(default_factory=dict)
+
+    def at(self, factors: _Factors) -> Estimates:
+        """Return the estimates with so much less noise."""
+        noise, process = factors
+        sensors = {
+            name: replace(sensor, sigma=bounded(sensor.plane_sigma / noise, 1e-9))
+            for name, sensor in self.estimates.sensors.items()
+        }
+        less = positive(self.estimates.process_noise / process)
+        return replace(self.estimates, sensors=sensors, process_noise=less)
+
+    def cost(self, factors: _Factors) -> float:
+        """Return what tracks cost under so much less noise [nats]."""
+        if factors not in self.found:
+            self.found[factors] = self.stretch.tracked(self.at(factors))
+        return self.found[factors].cost
+
+    def as_told(self) -> float:
+        """Return what tracks cost under the estimates as they are [nats]."""
+        return self.cost((1.0, 1.0))
+
+    def best(self) -> Estimates:
+        """Return the estimates with as much less noise as makes tracks clearly likelier."""
+        here, before = (1.0, 1.0), None
+        for _ in range(MOST_STEPS):
+            before, here = here, self._next(here)
+            if here == before:
+                break
+        gain = self.as_told() - self.cost(here)
+        return self.at(here) if gain > CLEAR * abs(self.as_told()) else self.estimates
+
+    def _next(self, here: _Factors) -> _Factors:
+        """Return the best step from some factors, the same where none is better."""
+        noise, process = here
+        steps = [(noise, LESS_PROCESS * process)]
+        if not self.is_told:
+            steps += [(LESS * noise, LESS_PROCESS * process), (LESS * noise, process)]
+        best = min(steps, key=self.cost)
+        return best if self.cost(best) < self.cost(here) - ANY * abs(self.cost(here)) else here
+
+
+def likelier(
+    estimates: Estimates, reports: ReportTable, configuration: Configuration, kept: Kept
+) -> Estimates:
+    """Return estimates under which tracks of lone reports are clearly likelier, if there are any.
+
+    Parameters
+    ----------
+    estimates
+        As threads of the reports tell, of sensors none of which looks.
+    reports
+        All of them, as positions.
+    configuration
+        What is told.
+    kept
+        What attempts of one run share: those that follow take what the first found.
+
+    Returns
+    -------
+    The same where they are as good as others.
+    """
+    told = known_sigma(configuration, reports.sensors)
+    if len(reports) < FEWEST or reports.identity is not None or reports.kinds:
+        return estimates
+    asked = "likelier", told
+    known: list[Estimates] | None = kept.known(asked, ())
+    if known is None:
+        known = _likelier(estimates, reports, configuration, told)
+        kept.keep(asked, (), known)
+    return known[0] if known else estimates
+
+
+def _likelier(
+    estimates: Estimates,
+    reports: ReportTable,
+    configuration: Configuration,
+    told: Mapping[str, float],
+) -> list[Estimates]:
+    """Return what is likelier, if anything, with the noise that is told by sensor [m]."""
+    stretch = _stretch_of(reports, configuration, MOST_TRIED)
+    whole = _stretch_of(reports, configuration, MOST_REPORTS)
+    is_told = len(told) == len(reports.sensors)
+    first = _Trials(stretch, estimates, is_told)
+    trials = first
+    for _ in range(MOST_ROUNDS):
+        best = trials.best()
+        if best is trials.estimates:
+            break
+        found = _told_by(whole, whole.tracked(best), told)
+        # Where tracks still go from one to the next what was tried may be better than what they
+        # tell; beside a noise that is told that is all there is.
+        tried = [found, _with_noise(found, best), *([best] if is_told else [])]
+        trials = min((_Trials(stretch, each, is_told) for each in tried), key=_Trials.as_told)
+    gain = first.as_told() - trials.as_told()
+    return [trials.estimates] if gain > SURE * abs(first.as_told()) else []
+
+
+def _told_by(stretch: Stretch, tracked: Tracked, sigma: Mapping[str, float]) -> Estimates:
+    """Return what tracks of a stretch tell, and ``sigma`` [m] where it is known, by sensor."""
+    reports = stretch.reports
+    lone = dict.fromkeys(reports.sensors, False)
+    return estimate(reports, sigma, lone, _threads(reports, tracked.track))
+
+
+def _with_noise(estimates: Estimates, of: Estimates) -> Estimates:
+    """Return estimates with the noise and the process noise of others."""
+    sensors = {
+        name: replace(sensor, sigma=of.sensors[name].sigma)
+        for name, sensor in estimates.sensors.items()
+    }
+    return replace(estimates, sensors=sensors, process_noise=of.process_noise)
+
+
+def _stretch_of(reports: ReportTable, configuration: Configuration, most: int) -> Stretch:
+    """Return so many reports at most, in the middle of the time."""
+    skip = max(0, (len(reports) - most) // 2)
+    part = reports.part(np.arange(skip, min(len(reports), skip + most)))
+    return Stretch(part, configuration, dict.fromkeys(part.sensors, UNKNOWN_SENSOR))
+
+
+def _threads(reports: ReportTable, track: IntArray) -> Mapping[str, Threads]:
+    """Return each sensor's reports on tracks, by its name."""
+    found = {}
+    for index, name in enumerate(reports.sensors):
+        rows = middle_of(reports, index)
+        numbers = np.unique(track[rows])
+        own = [np.flatnonzero(track[rows] == number) for number in numbers[numbers >= 0]]
+        found[name] = Threads(sorted(own, key=lambda each: -each.size), rows.size)
+    return found
