@@ -16,8 +16,8 @@ __all__ = ["with_levels"]
 USUAL_LOOK, LOOKS = 10.0, 1.2
 # Places agree within so many deviations.
 NEAR = 3.0
-# So many pairs are looked at; fewer than that tell nothing.
-MOST_PAIRS, FEWEST = 2_000_000, 100
+# So many pairs are looked at, and of those that are near so many; fewer tell nothing.
+MOST_PAIRS, MOST_NEAR, FEWEST = 1_000_000, 5_000, 100
 # Differences of any two objects' heights are counted in such steps [m], at most so many.
 STEP, MOST_STEPS = 50.0, 2_000
 # Of each sensor's heights so many stand for all.
@@ -144,8 +144,9 @@ def _pair(first: _Heights, second: _Heights, fastest: float) -> _Pairs:
     mine = np.repeat(mine, count)
     off = np.linalg.norm(second.place[yours] - first.place[mine], axis=1)
     wait = second.time[yours] - first.time[mine]
-    is_near = off < NEAR * np.hypot(first.sigma, second.sigma) + fastest * wait
-    pair = first.height[mine[is_near]], second.height[yours[is_near]]
+    near = np.flatnonzero(off < NEAR * np.hypot(first.sigma, second.sigma) + fastest * wait)
+    near = near[:: near.size // MOST_NEAR + 1]
+    pair = first.height[mine[near]], second.height[yours[near]]
     return _Pairs(*pair, first.height, second.height, first is second)
 
 
