@@ -13,21 +13,26 @@ from trackweave.models.sensors import HEIGHT_NOISE
 
 
 def stacks(
-    noise: float = 0.0, sensors: dict[str, tuple[float, float]] | None = None
+    noise: float = 0.0,
+    sensors: dict[str, tuple[float, float]] | None = None,
+    *,
+    behind: float | None = None,
+    climb: float = 0.0,
 ) -> ReportTable:
     """Return aircraft that circle one above the other, and false alarms at any height.
 
-    Each sensor's heights are off by a distance, and in a unit [m].
+    Each sensor's heights are off by a distance, and in a unit [m]. Each aircraft flies an angle
+    ``behind`` the last [rad], or anywhere, and all climb so fast [m/s].
     """
     rng, rows, n = np.random.default_rng(5), [], 8
-    begin = rng.uniform(0.0, 2.0 * np.pi, n)
+    begin = rng.uniform(0.0, 2.0 * np.pi, n) if behind is None else behind * np.arange(n)
     for index, (offset, unit) in enumerate((sensors or {"A": (0.0, 1.0)}).values()):
         for turn in range(60):
             time = 4.0 * turn + 1.7 * index
             seen = np.flatnonzero(rng.random(n) < 0.9)
             angle = begin[seen] + 0.022 * time
             place = 5000.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            height = 2000.0 + 300.0 * seen + rng.normal(0.0, noise, seen.size)
+            height = 2000.0 + 300.0 * seen + climb * time + rng.normal(0.0, noise, seen.size)
             height = 30.48 * np.round(height / 30.48)
             false = np.column_stack([rng.uniform(-1e4, 1e4, (3, 2)), rng.uniform(1e3, 6e3, 3)])
             own = np.column_stack([place + rng.normal(0.0, 250.0, place.shape), height])
@@ -76,6 +81,20 @@ def test_finds_by_how_much_two_sensors_differ(offset: float) -> None:
 def test_sensors_that_agree_are_left_as_they_are() -> None:
     estimates = found(stacks(sensors={"A": (0.0, 1.0), "B": (60.0, 1.0)}))
     assert {each.height_offset for each in estimates.sensors.values()} == {0.0}
+
+
+def test_a_climb_is_no_noise() -> None:
+    # 240 m from look to look would be a noise of 170 m.
+    assert (found(stacks(climb=60.0)).sensors["A"].sigma_height or HEIGHT_NOISE) < 140.0
+
+
+@pytest.mark.parametrize("behind", [0.02, 0.1])
+@pytest.mark.parametrize("offset", [0.0, 300.0])
+def test_who_flies_behind_another_is_at_no_other_sensors_height(behind, offset) -> None:
+    estimates = found(stacks(sensors={"A": (0.0, 1.0), "B": (offset, 1.0)}, behind=behind))
+    between = estimates.sensors["B"].height_offset - estimates.sensors["A"].height_offset
+    assert between == pytest.approx(offset, abs=20.0)
+    assert estimates.notes == ()
 
 
 @pytest.mark.parametrize("unit", [0.3048, 1.0 / 0.3048])

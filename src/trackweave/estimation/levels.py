@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, digits
 from trackweave.models.sensors import HEIGHT_NOISE
@@ -22,22 +22,27 @@ MOST_PAIRS, MOST_NEAR, FEWEST = 1_000_000, 5_000, 100
 STEP, MOST_STEPS = 50.0, 2_000
 # Of each sensor's heights so many stand for all.
 EVENLY = (np.arange(150) + 0.5) / 150
-# The search begins from such deviations [m], and at so many of the likeliest differences.
-BEGINNINGS, PEAKS, ROUNDS = (30.0, 100.0, 300.0, 1_000.0), 5, 40
+# The search begins from such deviations [m].
+BEGINNINGS, ROUNDS = (30.0, 100.0, 300.0, 1_000.0), 40
 EXACT = 10.0
+# Of a crowd the best of a report's neighbours tell that heights are no noisier than so many times.
+MORE, MEDIAN_OF_NORMAL = 1.5, 0.6745
 # That pairs are of one object shows by so much [nats], of so many of them.
 CLEAR, LEAST_SHARE = 15.0, 0.02
 # Neighbours' heights differ by so many deviations.
 BESIDE = 5.0
+# A difference between sensors is one that explains so many times what none does.
+CLEARLY = 1.2
 # What is within so many times the usual noise is taken for that.
 AS_USUAL = 1.5
-# Two sensors' heights are compared however far apart within the first; beyond the second no sensor
-# is off [m].
-APART, FARTHEST = 100.0, 2_000.0
+# Two sensors' heights are compared where they are no farther apart [m].
+APART = 100.0
 # As heights that tell nothing count [m].
 NOTHING = 1e5
 UNITS = {1.0: "", 0.3048: "they are", 1.0 / 0.3048: "those are"}
 """What heights are times in another unit, and who would be in feet then."""
+# Heights in the middle are as high as those of the other within this share.
+NEARLY = 0.2
 
 
 class _Agreement(NamedTuple):
@@ -78,17 +83,19 @@ def with_levels(estimates: Estimates, reports: ReportTable) -> Estimates:
     heights = _heights(estimates, reports)
     sensors, notes = dict(estimates.sensors), list(estimates.notes)
     for name, own in heights.items():
-        found = _agreement(_pair(own, own, estimates.max_speed))
+        pairs = _pair(own, own, estimates.max_speed)
+        found = _agreement(pairs)
         if found is None:
             continue
-        sigma = found.sigma / np.sqrt(2.0)
+        later = _pair(own, own, estimates.max_speed, after=own.look)
+        sigma = found.sigma * _share_of_noise(pairs, later) / np.sqrt(2.0)
         if sigma > AS_USUAL * HEIGHT_NOISE:
             sensors[name] = replace(sensors[name], sigma_height=digits(sigma, 2))
     names = sorted(heights, key=lambda name: -heights[name].time.size)
     for name in names[1:]:
         pair = _pair(heights[names[0]], heights[name], estimates.max_speed)
-        ways = {unit: _agreement(pair.scaled(unit)) for unit in UNITS}
-        unit, found = max(ways.items(), key=lambda way: way[1].gain if way[1] else 0.0)
+        unit = _unit(pair)
+        found = _agreement(pair.scaled(unit))
         if found is None:
             continue
         if unit == 1.0 and abs(found.offset) > APART:
@@ -122,6 +129,7 @@ def _heights(estimates: Estimates, reports: ReportTable) -> dict[str, _Heights]:
 class _Pairs(NamedTuple):
     """Heights of two reports each, one soon after the other and near enough for one object."""
 
+    number: IntArray  # Of the first report
     first: FloatArray  # [m]
     second: FloatArray
     any_first: FloatArray  # Heights as such, of either sensor
@@ -133,21 +141,44 @@ class _Pairs(NamedTuple):
         return self._replace(second=unit * self.second, any_second=unit * self.any_second)
 
 
-def _pair(first: _Heights, second: _Heights, fastest: float) -> _Pairs:
-    """Return the pairs of two sensors, or of one."""
-    begin = np.searchsorted(second.time, first.time, "right" if first is second else "left")
-    end = np.searchsorted(second.time, first.time + second.look, "right")
+def _share_of_noise(pairs: _Pairs, later: _Pairs) -> float:
+    """Return which part of the deviation between two looks is noise: a climb's doubles in two."""
+    if later.first.size < FEWEST:
+        return 1.0
+    one, two = (_nearest(each.number, each.second - each.first) for each in (pairs, later))
+    return float(np.sqrt(np.clip((4.0 - (two / one) ** 2) / 3.0, 0.0, 1.0)))
+
+
+def _pair(first: _Heights, second: _Heights, fastest: float, after: float = 0.0) -> _Pairs:
+    """Return the pairs of two sensors, or of one and so long after one another [s]."""
+    is_own = first is second
+    # Between two sensors before and after alike: who flies behind is lower or higher for good.
+    since = first.time + after if is_own else first.time - second.look
+    begin = np.searchsorted(second.time, since, "right" if is_own else "left")
+    end = np.searchsorted(second.time, first.time + after + second.look, "right")
     step = max(int(np.ceil((end - begin).sum() / MOST_PAIRS)), 1)
     mine = np.arange(0, first.time.size, step)
     count = (end - begin)[mine]
     yours = np.repeat(begin[mine] - np.cumsum(count) + count, count) + np.arange(count.sum())
     mine = np.repeat(mine, count)
     off = np.linalg.norm(second.place[yours] - first.place[mine], axis=1)
-    wait = second.time[yours] - first.time[mine]
+    wait = np.abs(second.time[yours] - first.time[mine])
     near = np.flatnonzero(off < NEAR * np.hypot(first.sigma, second.sigma) + fastest * wait)
-    near = near[:: near.size // MOST_NEAR + 1]
-    pair = first.height[mine[near]], second.height[yours[near]]
-    return _Pairs(*pair, first.height, second.height, first is second)
+    firsts = np.unique(mine[near])[:: near.size // MOST_NEAR + 1]
+    near = near[np.isin(mine[near], firsts)]
+    pair = mine[near], first.height[mine[near]], second.height[yours[near]]
+    return _Pairs(*pair, first.height, second.height, is_own)
+
+
+def _unit(pairs: _Pairs) -> float:
+    """Return how many times the first ones' the second heights' unit is, 1 for the same."""
+    if pairs.first.size < FEWEST:
+        return 1.0
+    middle = float(np.median(pairs.first)), float(np.median(pairs.second))
+    for unit in UNITS:
+        if unit != 1.0 and abs(unit * middle[1] - middle[0]) < NEARLY * abs(middle[0]):
+            return unit
+    return 1.0
 
 
 def _agreement(pairs: _Pairs) -> _Agreement | None:
@@ -159,31 +190,39 @@ def _agreement(pairs: _Pairs) -> _Agreement | None:
     apart = pairs.second - pairs.first
     any_two = (np.quantile(each, EVENLY) for each in (pairs.any_first, pairs.any_second))
     by_chance = -np.subtract.outer(*any_two).reshape(-1)
-    usual, ratio, middle = _counted(apart, by_chance)
-    offsets = [0.0]
-    if not pairs.is_own:
-        ratio = np.where(np.abs(middle) < FARTHEST, ratio, 0.0)
-        offsets += middle[np.argsort(-ratio, kind="stable")[:PEAKS]].tolist()
-    begin = [_Agreement(offset, sigma) for offset in offsets for sigma in BEGINNINGS]
-    fits = [_fitted(apart, usual, each, pairs.is_own) for each in begin]
-    best = max(fits, key=lambda fit: fit.gain)
-    return best if best.gain > CLEAR else None
+    usual = _by_chance(apart, by_chance)
+    # Who else is near is above as often as below: the middle is that of one object's too. Most
+    # sensors do not differ.
+    middles = [0.0] if pairs.is_own else [0.0, float(np.median(apart))]
+    fits = [
+        max(
+            (_fitted(apart, usual, _Agreement(middle, each), pairs.is_own) for each in BEGINNINGS),
+            key=lambda fit: fit.gain,
+        )
+        for middle in middles
+    ]
+    best = fits[-1] if fits[-1].gain > CLEARLY * fits[0].gain else fits[0]
+    if best.gain < CLEAR or abs(best.offset - middles[-1]) > APART:
+        return None
+    return best._replace(sigma=min(best.sigma, MORE * _nearest(pairs.number, apart - best.offset)))
 
 
-def _counted(
-    apart: FloatArray, by_chance: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how dense differences like each pair's are by chance, and where pairs are oftener."""
-    # The density is per metre; beside it, for each step of differences, by how much oftener these
-    # are than by chance, and the middle of the step [m].
+def _nearest(number: IntArray, apart: FloatArray) -> float:
+    """Return the deviation of those that agree best with each first report."""
+    least = np.full(int(number.max()) + 1, np.inf)
+    np.minimum.at(least, number, np.abs(apart))
+    return max(float(np.median(least[np.isfinite(least)])) / MEDIAN_OF_NORMAL, EXACT)
+
+
+def _by_chance(apart: FloatArray, by_chance: FloatArray) -> FloatArray:
+    """Return how dense differences like each pair's are by chance [1/m]."""
     low, high = min(apart.min(), by_chance.min()), max(apart.max(), by_chance.max())
     count = int(np.clip((high - low) / STEP + 1, 1, MOST_STEPS))
     edges = np.linspace(low, max(high, low + STEP), count + 1)
-    width = edges[1] - edges[0]
     chance = (np.histogram(by_chance, edges)[0] + 1.0) / (by_chance.size + count)
-    seen = np.histogram(apart, edges)[0] / apart.size
     at = np.clip(np.searchsorted(edges, apart, side="right") - 1, 0, count - 1)
-    return chance[at] / width, seen - chance, (edges[:-1] + edges[1:]) / 2
+    density: FloatArray = chance[at] / (edges[1] - edges[0])
+    return density
 
 
 def _fitted(apart: FloatArray, usual: FloatArray, begin: _Agreement, is_own: bool) -> _Agreement:
