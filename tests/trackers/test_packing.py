@@ -153,12 +153,14 @@ def of_trackers():
     return found
 
 
-@given(st.data())
-def test_a_damaged_value_is_refused_or_another_value(of_trackers, data):
-    content = bytearray(data.draw(st.sampled_from(of_trackers)))
-    for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.integers(0, len(content) - 1))
-        content[place] = data.draw(st.integers(0, 255))
+DAMAGE = st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), min_size=1, max_size=4)
+
+
+@given(st.integers(0, 2), DAMAGE)
+def test_a_damaged_value_is_refused_or_another_value(of_trackers, which, damage):
+    content = bytearray(of_trackers[which])
+    for place, byte in damage:
+        content[place % len(content)] = byte
     try:
         unpacked(bytes(content), CLASSES)
     except DataFormatError as err:
