@@ -290,14 +290,19 @@ class TestNotAvailable:
         (note,) = reports.notes
         assert note.startswith('lat, lon: 1 of 3 rows hold the codes for "not available"')
 
-    def test_places_without_a_fix_are_set_aside_where_all_else_is_elsewhere(self, write):
-        reports = read_reports(write("time,lat,lon\n0,47,8\n1,0,0\n2,47.001,8\n"))
-        assert reports.report.tolist() == ["1", "3"]
-        assert reports.unavailable.report.tolist() == ["2"]
+    @pytest.mark.parametrize("count", [1, 4])
+    def test_places_without_a_fix_are_set_aside_where_all_else_is_elsewhere(self, count, write):
+        reports = read_reports(
+            write("time,lat,lon\n0,47,8\n" + "1,0,0\n" * count + "2,47.001,8\n")
+        )
+        assert reports.report.tolist() == ["1", str(count + 2)]
+        assert len(reports.unavailable) == count
         (note,) = reports.notes
         assert "or 0, 0 far from all others" in note
 
-    @pytest.mark.parametrize("others", ["0.1,0.2\n2,-0.3,0.1", "0,0\n2,47,8"])
+    @pytest.mark.parametrize(
+        "others", ["0.1,0.2\n2,-0.3,0.1", "\n1,".join(["0,0"] * 9) + "\n2,47,8"]
+    )
     def test_places_at_the_origin_of_the_map_are_places(self, others, write):
         reports = read_reports(write(f"time,lat,lon\n0,0,0\n1,{others}\n"), on_bad_row="skip")
         assert "1" in reports.report.tolist()

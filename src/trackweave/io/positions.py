@@ -40,9 +40,9 @@ LATITUDE = Range(-90.0, 90.0)
 LONGITUDE = Range(-180.0, 360.0)
 # What AIS sends for a position that the ship does not know.
 NO_LATITUDE, NO_LONGITUDE = 91.0, 181.0
-# Receivers without a fix send 0, 0, in the sea off Ghana: fewer than so many where the others'
-# median lies so far off [degrees].
-NO_FIX, FROM_ZERO_DEG = 0.5, 1.0
+# Receivers without a fix send 0, 0, in the sea off Ghana: a smaller share than this, where the
+# others' median lies so far off [degrees].
+NO_FIX, FROM_ZERO_DEG = 0.9, 1.0
 # Farther from its origin a tangent plane shortens distances by more than 13 %.
 _FARTHEST_DEG = 30.0
 _WORLD_WIDE = 0.2
