@@ -324,7 +324,8 @@ def append_children(
             take_identity(nodes, child, claimed)
         for column in range(nodes.level.shape[1]):
             nodes.level[child, column] = nodes.level[above, column]
-        take_level(nodes.level, child, scan, index)
+        heard = scan.level[index], scan.moment[index], scan.sigma_level
+        take_level(nodes.level, child, heard, scan.sensor)
         child += 1
 
 
@@ -365,7 +366,8 @@ def append_roots(
         nodes.chances[node] = 1.0
         nodes.identity[node] = scan.identity[index]
         nodes.other[node] = -1
-        begin_level(nodes.level, node, scan, index)
+        heard = scan.level[index], scan.moment[index], scan.sigma_level
+        begin_level(nodes.level, node, heard, scan.sensor)
         heard_by = scan.sensor if scan.is_heard else -1
         begin_rhythm(nodes.rhythm, node, heard_by, scan.moment[index])
         if scan.is_located:

@@ -7,15 +7,15 @@ raises.
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.jit import jit
 
-if TYPE_CHECKING:
-    from trackweave.association._nodes import ScanInput
+Heard: TypeAlias = tuple[float, float, float]
+"""What a report tells: its height [m], NaN for none, when [s], and how exact it is [m]."""
 
 HEIGHT, SINCE, RATE, MISFIT, SENSOR, SPREAD = 0, 1, 2, 3, 4, 5
 """An object's level: its height [m], when that was last told [s], how fast it changed [m/s], NaN
@@ -31,60 +31,58 @@ FIT, SOONEST = 5.0, 0.5
 
 
 @jit
-def level_cost(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> float:
+def level_cost(levels: FloatArray, node: int, heard: Heard, sensor: int) -> float:
     """Return what it costs that a report has its height, beside one that fits [nats]."""
-    if math.isnan(scan.level[index]) or math.isnan(levels[node, HEIGHT]):
+    if math.isnan(heard[0]) or math.isnan(levels[node, HEIGHT]):
         return 0.0
-    off, least, width = _off(levels, node, scan, index)
+    off, least, width = _off(levels, node, heard, sensor)
     wide = math.exp(-0.5 * (off / width) ** 2)
-    if levels[node, SENSOR] == scan.sensor and not math.isnan(levels[node, RATE]):
+    if levels[node, SENSOR] == sensor and not math.isnan(levels[node, RATE]):
         near, share = math.exp(-0.5 * (off / least) ** 2) / least, (1.0 - LEVEL) / width
         wide = (LEVEL * near + share * wide) / (LEVEL / least + share)
     return -math.log((1.0 - WRONG) * wide + WRONG)
 
 
 @jit
-def begin_level(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> None:
+def begin_level(levels: FloatArray, node: int, heard: Heard, sensor: int) -> None:
     """Begin with the height that an object's first report tells, NaN for none."""
-    levels[node, HEIGHT], levels[node, SINCE] = scan.level[index], scan.moment[index]
+    levels[node, HEIGHT], levels[node, SINCE] = heard[0], heard[1]
     levels[node, RATE], levels[node, MISFIT] = math.nan, 0.0
-    levels[node, SENSOR], levels[node, SPREAD] = scan.sensor, scan.sigma_level
+    levels[node, SENSOR], levels[node, SPREAD] = sensor, heard[2]
 
 
 @jit
-def take_level(levels: FloatArray, node: int, scan: "ScanInput", index: int) -> None:
+def take_level(levels: FloatArray, node: int, heard: Heard, sensor: int) -> None:
     """Take in the height that an object's report tells: one that does not fit, the second time."""
-    told, last = scan.level[index], levels[node, HEIGHT]
+    told, last = heard[0], levels[node, HEIGHT]
     if math.isnan(told):
         return
     if math.isnan(last):
-        begin_level(levels, node, scan, index)
+        begin_level(levels, node, heard, sensor)
         return
-    off, _, width = _off(levels, node, scan, index)
+    off, _, width = _off(levels, node, heard, sensor)
     fits = abs(off) <= FIT * width
     if not fits and levels[node, MISFIT] == 0.0:
         levels[node, MISFIT] = 1.0
         return
-    gain = 1.0 - (scan.sigma_level / width) ** 2 if fits else 1.0
+    gain = 1.0 - (heard[2] / width) ** 2 if fits else 1.0
     now = told - (1.0 - gain) * off
-    wait = scan.moment[index] - levels[node, SINCE]
+    wait = heard[1] - levels[node, SINCE]
     # Two sensors' heights may differ for good, which is no climb.
-    is_own = levels[node, SENSOR] == scan.sensor and wait > SOONEST
+    is_own = levels[node, SENSOR] == sensor and wait > SOONEST
     rate = (now - last) / wait if is_own else levels[node, RATE]
-    begin_level(levels, node, scan, index)
+    begin_level(levels, node, heard, sensor)
     levels[node, HEIGHT], levels[node, RATE] = now, rate
-    levels[node, SPREAD] = scan.sigma_level * math.sqrt(gain)
+    levels[node, SPREAD] = heard[2] * math.sqrt(gain)
 
 
 @jit
-def _off(
-    levels: FloatArray, node: int, scan: "ScanInput", index: int
-) -> tuple[float, float, float]:
+def _off(levels: FloatArray, node: int, heard: Heard, sensor: int) -> tuple[float, float, float]:
     """Return how far off a height is, and may be of what flies on as before or not [m]."""
-    wait = scan.moment[index] - levels[node, SINCE]
-    moved, rate = scan.level[index] - levels[node, HEIGHT], levels[node, RATE]
-    least = np.hypot(levels[node, SPREAD], scan.sigma_level)
-    if levels[node, SENSOR] != scan.sensor:
+    wait = heard[1] - levels[node, SINCE]
+    moved, rate = heard[0] - levels[node, HEIGHT], levels[node, RATE]
+    least = np.hypot(levels[node, SPREAD], heard[2])
+    if levels[node, SENSOR] != sensor:
         least = np.hypot(least, APART)
     if math.isnan(rate):
         return moved, least, np.hypot(least, FASTEST * wait)

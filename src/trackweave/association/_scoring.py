@@ -245,7 +245,8 @@ def naming_cost(nodes: Nodes, node: int, scan: ScanInput, index: int) -> float:
         scan.identity[index], nodes.identity[node], nodes.other[node],
         scan.identity_gain, scan.identity_loss,
     )  # fmt: skip
-    return by_name + level_cost(nodes.level, node, scan, index)
+    heard = scan.level[index], scan.moment[index], scan.sigma_level
+    return by_name + level_cost(nodes.level, node, heard, scan.sensor)
 
 
 @jit
