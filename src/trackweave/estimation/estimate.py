@@ -165,7 +165,9 @@ def _kinematic(
     if scans is True:
         return _in_scans(_look_at(reports, index, sigma), reports, index)
     seen, threads, rows = judged(reports, index, known)
-    is_told, scans = scans is not None, seen.scans if scans is None else scans
+    is_told = scans is not None
+    if scans is None:
+        scans = seen.scans if known is None else False
     if scans is not False:
         found = _look_at(reports, index, sigma)
         found = replace(found, sensor=replace(found.sensor, scans=scans))

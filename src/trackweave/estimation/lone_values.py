@@ -1,17 +1,18 @@
 """From what lone reports tell to the values that a tracker takes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.estimation.estimates import Estimates, digits
 from trackweave.estimation.lone import LoneReports
 from trackweave.estimation.looking import Looking
 from trackweave.estimation.trees import ball_volume
 
-__all__ = ["LoneValues", "note_on_lone", "rhythm_of"]
+__all__ = ["LoneValues", "note_on_lone", "rhythm_of", "seldomer"]
 
 # No lone report is worth more to a track [nats]: else one that chance puts into the gate of
 # another's track outweighs all doubt.
@@ -109,6 +110,23 @@ def rhythm_of(
         "together": min(each.quick_pause for each, _ in lone),
         "ways": next((ways for _, ways in lone if ways), None),
     }
+
+
+def seldomer(estimates: Estimates, factor: float) -> Estimates:
+    """Return estimates of so many times as many objects, each of which reports as much seldomer."""
+    sensors = {}
+    for name, each in estimates.sensors.items():
+        detection = -np.expm1(np.log1p(-each.detection_probability) / factor)
+        sensors[name] = replace(
+            each, detection_probability=digits(detection), n_objects=each.n_objects * factor
+        )
+    told = {
+        name: digits(factor * value)
+        for name in ("initial_target_density", "period", "together")
+        if (value := getattr(estimates, name)) is not None
+    }
+    depth = int(np.clip(round(factor * (estimates.depth or DEPTHS[0])), *DEPTHS))
+    return replace(estimates, sensors=sensors, depth=depth, max_scans=depth, **told)
 
 
 def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:

@@ -1,11 +1,14 @@
 """Whether what threads tell of lone reports makes tracks likely, and what makes them likelier.
 
-Where objects keep together, a convoy or a ward round, a thread goes from one to the next, and
-their distance seems to be noise. A stretch of the reports is tracked under a smaller noise and
-under a smaller process noise; while that makes its tracks clearly likelier, under smaller ones
-still. The tracks are threads then, which tell everything anew.
+Where objects keep together, a convoy or a ward round, a thread goes from one to the next: their
+distance seems to be noise, and one object to report as often as all of them. A stretch of the
+reports is tracked as though there were less noise, less process noise and more objects, each of
+which reports more seldom; while that makes its tracks clearly likelier, it goes on so. The tracks
+are threads then, which tell everything anew.
 """
 
+import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -19,6 +22,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.lone import middle_of
+from trackweave.estimation.lone_values import seldomer
 from trackweave.estimation.threads import Threads
 from trackweave.run.kept import Kept
 from trackweave.run.stretches import Stretch, Tracked
@@ -27,15 +31,16 @@ __all__ = ["likelier"]
 
 # So many reports in the middle are tracked at each trial, and in the end for their tracks.
 MOST_TRIED, MOST_REPORTS, FEWEST = 400, 1500, 60
-# Trials of noise and process noise, by how much less: both, one alone.
-LESS, LESS_PROCESS = 3.0, 9.0
+# Trials of noise and process noise, by how much less, and of how many times as many objects.
+LESS, LESS_PROCESS, MORE = 3.0, 9.0, 2.0
 # Trials are worth looking at that cost less by such a share, steps that do by so much; and in the
 # end so much makes tracks clearly likelier.
 CLEAR, ANY, SURE = 0.05, 0.003, 0.12
 MOST_STEPS, MOST_ROUNDS = 5, 3
 
-_Factors = tuple[float, float]
-"""How many times less noise and process noise are than threads tell."""
+_Factors = tuple[float, float, float]
+"""How many times less noise and process noise, and how many times more objects threads tell of."""
+_AS_TOLD = 1.0, 1.0, 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,32 +49,42 @@ class _Trials:
 
     stretch: Stretch
     estimates: Estimates
-    is_told: bool  # Whether the noise of all sensors is, so that only process noise is tried
+    beside: Estimates  # Whose false alarms instead of tracks the costs are beside
+    is_told: bool  # Whether the noise of all sensors is, so that it is not tried
     found: dict[_Factors, Tracked] = field(default_factory=dict)
 
     def at(self, factors: _Factors) -> Estimates:
-        """Return the estimates with so much less noise."""
-        noise, process = factors
+        """Return the estimates with so much less noise and so many more objects."""
+        noise, process, objects = factors
         sensors = {
             name: replace(sensor, sigma=bounded(sensor.plane_sigma / noise, 1e-9))
             for name, sensor in self.estimates.sensors.items()
         }
         less = positive(self.estimates.process_noise / process)
-        return replace(self.estimates, sensors=sensors, process_noise=less)
+        return seldomer(replace(self.estimates, sensors=sensors, process_noise=less), objects)
 
     def cost(self, factors: _Factors) -> float:
-        """Return what tracks cost under so much less noise [nats]."""
+        """Return what tracks cost under such values [nats]."""
         if factors not in self.found:
             self.found[factors] = self.stretch.tracked(self.at(factors))
-        return self.found[factors].cost
+        return self.found[factors].cost - self._likelier_false_alarms()
+
+    def _likelier_false_alarms(self) -> float:
+        """Return by how much likelier all reports are as false alarms than beside [nats]."""
+        reports, more = self.stretch.reports, 0.0
+        for name, sensor in self.estimates.sensors.items():
+            count = np.count_nonzero(reports.sensor == reports.sensors.index(name))
+            before = self.beside.sensors[name].clutter_density
+            more += count * math.log(sensor.clutter_density / before)
+        return more
 
     def as_told(self) -> float:
         """Return what tracks cost under the estimates as they are [nats]."""
-        return self.cost((1.0, 1.0))
+        return self.cost(_AS_TOLD)
 
     def best(self) -> Estimates:
         """Return the estimates with as much less noise as makes tracks clearly likelier."""
-        here, before = (1.0, 1.0), None
+        here, before = _AS_TOLD, None
         for _ in range(MOST_STEPS):
             before, here = here, self._next(here)
             if here == before:
@@ -79,10 +94,15 @@ class _Trials:
 
     def _next(self, here: _Factors) -> _Factors:
         """Return the best step from some factors, the same where none is better."""
-        noise, process = here
-        steps = [(noise, LESS_PROCESS * process)]
-        if not self.is_told:
-            steps += [(LESS * noise, LESS_PROCESS * process), (LESS * noise, process)]
+        noise, process, objects = here
+        noises = [noise] if self.is_told else [noise, LESS * noise]
+        steps = [
+            step
+            for step in itertools.product(
+                noises, (process, LESS_PROCESS * process), (objects, MORE * objects)
+            )
+            if step != here
+        ]
         best = min(steps, key=self.cost)
         return best if self.cost(best) < self.cost(here) - ANY * abs(self.cost(here)) else here
 
@@ -128,7 +148,7 @@ def _likelier(
     stretch = _stretch_of(reports, configuration, MOST_TRIED)
     whole = _stretch_of(reports, configuration, MOST_REPORTS)
     is_told = len(told) == len(reports.sensors)
-    first = _Trials(stretch, estimates, is_told)
+    first = _Trials(stretch, estimates, estimates, is_told)
     trials = first
     for _ in range(MOST_ROUNDS):
         best = trials.best()
@@ -138,16 +158,22 @@ def _likelier(
         # Where tracks still go from one to the next what was tried may be better than what they
         # tell; beside a noise that is told that is all there is.
         tried = [found, _with_noise(found, best), *([best] if is_told else [])]
-        trials = min((_Trials(stretch, each, is_told) for each in tried), key=_Trials.as_told)
+        trials = min(
+            (_Trials(stretch, each, estimates, is_told) for each in tried), key=_Trials.as_told
+        )
     gain = first.as_told() - trials.as_told()
     return [trials.estimates] if gain > SURE * abs(first.as_told()) else []
 
 
 def _told_by(stretch: Stretch, tracked: Tracked, sigma: Mapping[str, float]) -> Estimates:
     """Return what tracks of a stretch tell, and ``sigma`` [m] where it is known, by sensor."""
-    reports = stretch.reports
-    lone = dict.fromkeys(reports.sensors, False)
-    return estimate(reports, sigma, lone, _threads(reports, tracked.track))
+    reports, configuration = stretch.reports, stretch.configuration
+    told = {
+        name: False
+        for name in reports.sensors
+        if configuration.sensor(name).get("scans") is False
+    }
+    return estimate(reports, sigma, told, _threads(reports, tracked.track))
 
 
 def _with_noise(estimates: Estimates, of: Estimates) -> Estimates:

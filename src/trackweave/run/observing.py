@@ -86,6 +86,8 @@ FEWEST_MOMENTS = 20
 WIDEST_CHANCE_GAP = np.radians(60.0)
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
+# Reports come one by one of which so many have an instant of their own.
+ONE_BY_ONE = 0.95
 MOST_SENSORS = 2_000
 _MOST_SHOWN = 5
 
@@ -147,7 +149,7 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
-        estimates = _likelier(estimates, table, told, kept or Kept())
+        estimates = _likelier(estimates, table, told, (kept or Kept(), scanning))
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -195,14 +197,34 @@ def _told_sigmas(
 
 
 def _likelier(
-    estimates: Estimates | None, reports: ReportTable, configuration: Configuration, kept: Kept
+    estimates: Estimates | None,
+    reports: ReportTable,
+    configuration: Configuration,
+    known: tuple[Kept, Mapping[str, bool]],
 ) -> Estimates | None:
     """Return what makes tracks likelier where no sensor looks, and threads alone told."""
-    if estimates is None or any(each.scans is not False for each in estimates.sensors.values()):
-        return estimates
+    # ``known`` is what attempts of one run share, and whether sensors look, where that is said.
+    if estimates is None:
+        return None
     from trackweave.run.likelier import likelier
+    from trackweave.run.refining import estimates_for
 
-    return likelier(estimates, reports, configuration, kept)
+    kept, scanning = known
+    if all(each.scans is False for each in estimates.sensors.values()):
+        return likelier(estimates, reports, configuration, kept)
+    if scanning or not _come_one_by_one(reports):
+        return estimates
+    # Of a pack, one report after the other seems to come of one object at which a sensor looks.
+    lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
+    if lone is None:
+        return estimates
+    better = likelier(lone, reports, configuration, kept)
+    return estimates if better is lone else better
+
+
+def _come_one_by_one(reports: ReportTable) -> bool:
+    """Tell whether hardly two reports are of one instant."""
+    return bool(np.unique(reports.time).size > ONE_BY_ONE * len(reports))
 
 
 def _is_known_to_scan(
