@@ -284,11 +284,13 @@ def _clutter(
     )
     share = (total - taken + 0.5) / (total + 0.5)
     clutter = share * sensor.density
-    if sensor.strength is not None and sensor.clutter_persistence == 0.0:
+    model = sensor.strength
+    if model is not None and model.target_spread == sensor.clutter_persistence == 0.0:
         is_false = reports.sensor == index
         for track in tracks:
             is_false[track.rows] = False
-        # Weak ones come again where they came before, and must not add up to a track there.
+        # Weak ones come again where they came before, and must not add up to a track there, but
+        # where objects may be weak.
         local = local_density(reports.measurement[is_false]) / n_looks
         clutter = float(np.clip(local, clutter, MOST_GATHERED * clutter))
     present = (1 - share) * sensor.density * sensor.covered / sensor.detection_probability

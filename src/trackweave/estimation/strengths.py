@@ -27,6 +27,9 @@ FEWEST_KINDS = 8
 OFTEN, GONE = 60, 8.0
 # Of objects that go their way no fewer, and no smaller share, are weak where weak ones are usual.
 FEWEST_DIM, DIM = 3, 0.15
+# False alarms are mostly alone: where weak tracks hold so many times as many reports as make no
+# track, objects are weak.
+MOSTLY = 1.25
 # Quantile of a tail, and how many standard deviations off it lies where tails are normal.
 TAIL, TAIL_SIGMAS = 0.05, 1.645
 
@@ -100,6 +103,8 @@ def strength_model(
         dim = np.count_nonzero(goes & ~fits)
         if dim >= max(FEWEST_DIM, DIM * np.count_nonzero(goes)):
             return _fitted(own, np.concatenate([*others, lone]), spread=True)
+        if sum(track.size for track in others) > MOSTLY * lone.size:
+            return _fitted(tracks, lone, spread=True)
         told = fits | goes
         if np.array_equal(told, is_object):
             break
