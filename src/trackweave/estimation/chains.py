@@ -162,12 +162,14 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
                     and piece.chance < FALSE_OF_FEW / count
                     and not _stands(frames, piece.points, 2.0 * math.sqrt(noise))
                 ]
-        if density * float(ball_volume(speed * interval, dim)) < EMPTY:
-            speeds += [
-                _speed(frames.time[one.start : one.start + SEGMENT], one.points)
-                for one in many
-                if one.residual < AS_NOISY * noise
-            ]
+        n_reports = sum(position.shape[0] for position in frames.position)
+        is_empty = density * float(ball_volume(speed * interval, dim)) < EMPTY
+        speeds += [
+            _speed(frames.time[one.start : one.start + SEGMENT], one.points)
+            for one in many
+            if one.residual < AS_NOISY * noise
+            and (is_empty or one.chance < FALSE_OF_FEW / n_reports)
+        ]
     # One by itself may be chance: what goes on so fast makes another.
     speeds = sorted(speeds)
     again = [v for before, v in pairwise(speeds) if v < ALIKE * before]
