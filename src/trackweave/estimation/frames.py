@@ -19,6 +19,8 @@ N_BLOCKS = 3
 LONGEST_GAP = 3.5
 # Nearer in time than this [s], scans say nothing of speeds.
 SHORTEST_GAP = 1e-6
+# Of gaps that tell a period so many are whole multiples of it.
+REGULAR = 0.75
 # The density about a place is told by so many scans, and by as much space as holds so many
 # reports of each.
 SCANS_OF_DENSITY, OTHERS_AND_OWN = 20, 4
@@ -61,12 +63,28 @@ def scan_period(time: FloatArray) -> float | None:
     period = float(np.median(gaps))
     if gaps.size < 4:
         return period
-    # Missing scans make whole multiples; anything else says that there is no period.
+    # Missing scans make whole multiples; anything else says that there is no period, but that
+    # times were rounded.
     multiple = gaps / period
     regular = np.abs(multiple - np.round(multiple)) < 0.2 * np.maximum(np.round(multiple), 1)
     regular &= multiple > 0.5
-    is_regular = np.mean(regular) > 0.75 and not is_absurd_period(time, period)
-    return period if is_regular else None
+    if np.mean(regular) <= REGULAR:
+        return _rounded_period(gaps)
+    return None if is_absurd_period(time, period) else period
+
+
+def _rounded_period(gaps: FloatArray) -> float | None:
+    """Return the period of which most gaps are, rounded down and up; None for none."""
+    values, counts = np.unique(np.round(gaps, 6), return_counts=True)
+    if values.size < 2:
+        return None
+    grain = float(np.diff(values).min())
+    is_next = np.diff(values) < 1.5 * grain
+    both = np.where(is_next, counts[:-1] + counts[1:], 0)
+    low = int(np.argmax(both))
+    if both[low] <= REGULAR * gaps.size:
+        return None
+    return float(np.average(values[low : low + 2], weights=counts[low : low + 2]))
 
 
 def scan_times(reports: ReportTable, sensor: int) -> FloatArray:
