@@ -32,6 +32,8 @@ FALSE_PART, MOST_BY_CHANCE = 0.2, 1.0
 # many, and seen twice. So few others lie within the noise, or no line of them tells anything; the
 # fastest of all count where so few lie within reach that hardly any segment is none.
 FALSE_OF_FEW, AS_NOISY, ALIKE, THIN, EMPTY = 0.01, 5.0, 1.25, 0.003, 0.02
+# Beside others those of the many count of which chance makes fewer than this in all.
+BEYOND_CHANCE = 1e-6
 # Where more than this part of the scans have a report, something stands.
 RECURRING = 0.1
 # A predicted place is followed up to this many standard deviations, for so many misses.
@@ -134,9 +136,9 @@ def detection_share(
 def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | None:
     """Return how fast the few are that are faster than the many [m/s]; None for none."""
     # Reports that line up at the speed of the many are laid aside. What is left is looked through
-    # as far about each report as there is one other on average. Where hardly any other lies within
-    # reach of the many, the fastest among them count too. It is the greatest speed that is seen
-    # twice.
+    # as far about each report as there is one other on average. The fastest among the many count
+    # too, where hardly any other lies within their reach or chance makes none so straight. It is
+    # the greatest speed that is seen twice.
     speeds = []
     for frames in blocks:
         many, left = _left_over(frames, speed, density)
@@ -168,7 +170,7 @@ def speed_of_few(blocks: list[Frames], speed: float, density: float) -> float | 
             _speed(frames.time[one.start : one.start + SEGMENT], one.points)
             for one in many
             if one.residual < AS_NOISY * noise
-            and (is_empty or one.chance < FALSE_OF_FEW / n_reports)
+            and (is_empty or one.chance < BEYOND_CHANCE / n_reports)
         ]
     # One by itself may be chance: what goes on so fast makes another.
     speeds = sorted(speeds)

@@ -25,11 +25,12 @@ FEWEST_KINDS = 8
 # What was reported so often and went so many standard deviations of its noise is no false alarm
 # that stays, nor one that a car passes by.
 OFTEN, GONE = 60, 8.0
+FEWEST_GONE = 6  # Reports that tell how far they went
 # Of objects that go their way no fewer, and no smaller share, are weak where weak ones are usual.
 FEWEST_DIM, DIM = 3, 0.15
-# False alarms are mostly alone: where weak tracks hold so many times as many reports as make no
-# track, objects are weak.
-MOSTLY = 1.25
+# What went so many standard deviations wanders. False alarms are mostly alone: where weak tracks
+# that wander hold more reports than make no track, weak ones are objects.
+WANDERS = 4.0
 # Quantile of a tail, and how many standard deviations off it lies where tails are normal.
 TAIL, TAIL_SIGMAS = 0.05, 1.645
 
@@ -51,24 +52,29 @@ def with_strengths(estimates: Estimates, reports: ReportTable, followed: Followe
             rows = [track.rows[own[track.rows]] for track in tracks]
             groups = [reports.strength[each] for each in rows]
             sure = sensors[name].clutter_persistence > 0.0
-            move = [sure or _moves(reports, each) for each in rows]
+            gone = [_gone(reports, each) for each in rows]
+            is_long = [each.size >= OFTEN for each in rows]
             found = strength_model(
-                groups, reports.strength[own & is_lone], are_sure=sure, move=move
+                groups,
+                reports.strength[own & is_lone],
+                are_sure=sure,
+                move=[far > GONE and often for far, often in zip(gone, is_long, strict=True)],
+                wander=[far > WANDERS for far in gone],
             )
             sensors[name] = replace(sensors[name], strength=found)
     return replace(estimates, sensors=sensors)
 
 
-def _moves(reports: ReportTable, rows: IntArray) -> bool:
-    """Tell whether reports of a track went farther than false alarms that stay do."""
-    if rows.size < OFTEN:
-        return False
+def _gone(reports: ReportTable, rows: IntArray) -> float:
+    """Return how far reports of a track went, in standard deviations of their noise."""
+    if rows.size < FEWEST_GONE:
+        return 0.0
     third = rows.size // 3
     place = reports.measurement[rows]
     # Second differences of reports at equal steps have six times the variance of one.
     noise = np.mean(np.diff(place, 2, axis=0) ** 2, axis=0) / 6.0
     gone = (place[-third:].mean(axis=0) - place[:third].mean(axis=0)) ** 2
-    return bool(np.any(gone > GONE**2 * noise))
+    return float(np.sqrt(np.max(gone / np.maximum(noise, 1e-300))))
 
 
 def strength_model(
@@ -77,16 +83,20 @@ def strength_model(
     *,
     are_sure: bool = False,
     move: Sequence[bool] = (),
+    wander: Sequence[bool] = (),
 ) -> StrengthModel | None:
     """Return how strong reports of objects and false alarms are."""
     # Tracks whose reports are more like false alarms than like those of other tracks are taken to
-    # be false alarms that stay in one place, unless they ``move``. ``lone`` are those of the
-    # reports in no track. It is None where reports are too few or the two distributions do not
-    # differ clearly. Where tracks ``are_sure``, because false alarms that stay are told apart by
-    # that they stay, none is taken for one, and objects may be weak or strong.
+    # be false alarms that stay in one place, unless they ``move``, or most of them ``wander``.
+    # ``lone`` are those of the reports in no track. It is None where reports are too few or the
+    # two distributions do not differ clearly. Where tracks ``are_sure``, because false alarms that
+    # stay are told apart by that they stay, none is taken for one, and objects may be weak or
+    # strong.
     tracks = [own[np.isfinite(own)] for own in tracks]
-    goes = np.array(move or [False] * len(tracks), dtype=bool)
-    goes = goes[[own.size > 0 for own in tracks]]
+    some = [own.size > 0 for own in tracks]
+    goes, wanders = (
+        np.array(each or [False] * len(tracks), dtype=bool)[some] for each in (move, wander)
+    )
     tracks = [own for own in tracks if own.size]
     lone = lone[np.isfinite(lone)]
     is_object = np.ones(len(tracks), dtype=bool)
@@ -103,7 +113,8 @@ def strength_model(
         dim = np.count_nonzero(goes & ~fits)
         if dim >= max(FEWEST_DIM, DIM * np.count_nonzero(goes)):
             return _fitted(own, np.concatenate([*others, lone]), spread=True)
-        if sum(track.size for track in others) > MOSTLY * lone.size:
+        sizes = np.array([track.size for track in tracks])
+        if sizes[wanders & ~is_object].sum() > lone.size:
             return _fitted(tracks, lone, spread=True)
         told = fits | goes
         if np.array_equal(told, is_object):
