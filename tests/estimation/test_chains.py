@@ -56,3 +56,18 @@ def test_a_row_of_posts_is_no_fast_object() -> None:
     frames = Frames(np.arange(60) * 0.1, places)
     few = speed_of_few([frames], 60.0, 9.0 / (20.0 * 220.0))
     assert few is None or few < 40.0
+
+
+def test_a_few_among_many_slow_ones_tell_the_greatest_speed() -> None:
+    """Of twenty that drift one in five is thrice as fast, in steps far beyond the noise."""
+    rng, places = np.random.default_rng(3), []
+    start = rng.uniform(0.1, 0.5, (20, 2))
+    velocity = np.tile([0.004, 0.0], (20, 1))
+    velocity[:4] *= 3.0
+    for scan in range(40):
+        seen = start + scan * velocity
+        seen = seen[rng.random(20) < 0.9]
+        both = np.concatenate([seen, rng.random((6, 2))])
+        places.append(both + rng.normal(0.0, 0.0003, both.shape))
+    found = speed_of_few([Frames(np.arange(40) * 1.0, places)], 0.02, 24.0)
+    assert found == pytest.approx(0.012, rel=0.1)

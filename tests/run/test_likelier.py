@@ -1,5 +1,7 @@
 """Where objects keep together, their distance is no noise: tracks that are likelier say so."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -12,15 +14,15 @@ from trackweave.run.kept import Kept
 from trackweave.run.likelier import likelier
 
 
-def tags(spacing: float, minutes: float = 2.0) -> pl.DataFrame:
-    """Return five tags side by side on a winding way, each a report about every second [3 m]."""
+def tags(spacing: float, minutes: float = 2.0, every: float = 1.0) -> pl.DataFrame:
+    """Return five tags side by side on a winding way, each heard about so often [s], to 3 m."""
     rng, rows = np.random.default_rng(0), []
     for tag in range(5):
-        time = rng.uniform(0.0, 1.0)
+        time = rng.uniform(0.0, every)
         while time < 60.0 * minutes:
             place = np.array([spacing * tag + 15.0 * time, 200.0 * np.sin(time / 60.0)])
             rows.append((round(time, 3), *(place + rng.normal(0.0, 3.0, 2)), f"tag {tag}"))
-            time += 1.0 + rng.normal(0.0, 0.1)
+            time += every * (1.0 + rng.normal(0.0, 0.1))
     return pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row").sort("time")
 
 
@@ -33,10 +35,42 @@ def test_tags_that_keep_together_are_told_apart() -> None:
     assert sensor["sigma"] == pytest.approx(3.0, rel=0.3)
 
 
+@pytest.mark.parametrize("sigma", [None, 4.0])
+def test_a_pack_is_no_single_object_at_which_a_sensor_looks(sigma: float | None) -> None:
+    # Each half as far from the next as it goes from report to report: 300 instants of one report.
+    frame = tags(50.0, minutes=9.0, every=9.0)
+    told = {} if sigma is None else {"sensors": {"default": {"sigma": sigma}}}
+    result = tw.track(frame.drop("target"), told)
+    quality = assignment_quality(frame["target"].to_list(), result.reports["track"].to_list())
+    assert quality.idf1 > 0.85
+    (note,) = [note for note in result.run["notes"] if "does not scan" in note]
+    assert "as is told" not in note
+
+
+def test_one_object_alone_stays_one() -> None:
+    frame = tags(50.0, minutes=6.0, every=2.0).filter(pl.col("target") == "tag 0")
+    result = tw.track(frame.drop("target"))
+    assert result.reports["track"].n_unique() == 1
+    assert not any("does not scan" in note for note in result.run["notes"])
+
+
+def test_what_else_was_found_out_stays() -> None:
+    reports = tw.read_reports(tags(20.0).drop("target"))
+    estimates = estimate(reports)
+    sensor = replace(estimates.sensors["default"], sigma_height=35.0, height_offset=4.0)
+    estimates = replace(estimates, sensors={"default": sensor}, notes=("Echoes are left out.",))
+    found = likelier(estimates, reports, load_configuration(None), Kept())
+    assert found is not None
+    assert found.sensors["default"].sigma_height == 35.0
+    assert found.sensors["default"].height_offset == 4.0
+    assert found.notes[0] == "Echoes are left out."
+    assert len(found.notes) == 2
+
+
 def test_what_is_as_likely_is_left_as_it_was() -> None:
     reports = tw.read_reports(tags(500.0).drop("target"))
     estimates = estimate(reports)
-    assert likelier(estimates, reports, load_configuration(None), Kept()) is estimates
+    assert likelier(estimates, reports, load_configuration(None), Kept()) is None
 
 
 def test_attempts_of_a_run_take_what_the_first_one_found() -> None:

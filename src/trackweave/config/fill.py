@@ -75,6 +75,8 @@ class Settings:
     divide: bool = LifecycleSection.divide  # Whether tracks may end in two
     join: bool = LifecycleSection.join  # Whether ends and later beginnings may be one object
     merge: float | None = None  # Nearer than this two tracks may share a report [m]
+    # Told keys, by which tracks are far likelier than by what reports seem to say of them.
+    confirmed: tuple[str, ...] = ()
 
 
 def needs_estimates(configuration: Configuration, names: Sequence[str]) -> bool:

@@ -81,6 +81,8 @@ class Estimates:
     ways: Mapping[str, Any] | None = None
     # Why a sensor's estimates are doubtful, by its name.
     doubts: Mapping[str, str] = field(default_factory=dict)
+    # Told keys, by which tracks are far likelier than by what reports seem to say of them.
+    confirmed: tuple[str, ...] = ()
     # On what a value rests and how sure it is, by its key in a configuration file.
     remarks: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # Sentences on what was left out or not believed

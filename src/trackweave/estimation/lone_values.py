@@ -12,7 +12,7 @@ from trackweave.estimation.lone import LoneReports
 from trackweave.estimation.looking import Looking
 from trackweave.estimation.trees import ball_volume
 
-__all__ = ["LoneValues", "note_on_lone", "rhythm_of", "seldomer"]
+__all__ = ["AS_TOLD", "NOT_SCANNING", "LoneValues", "note_on_lone", "rhythm_of", "seldomer"]
 
 # No lone report is worth more to a track [nats]: else one that chance puts into the gate of
 # another's track outweighs all doubt.
@@ -26,6 +26,8 @@ PAUSES, DEPTHS = 2.0, (5, 80)
 RARE, SILENT, LIVES = 200.0, 2.0, 5.0
 # Nothing reports itself more often than after so long [s].
 HASTY = 0.01
+NOT_SCANNING, AS_TOLD = "taken for one that does not scan", ", as is told"
+"""What a note on lone reports says."""
 # Process noise in units of σ²/T³, never less.
 LEAST_PROCESS = 3e-4
 # What stands is told from what moves where, beside it, the silence of a slow one spreads so many
@@ -120,7 +122,7 @@ def seldomer(estimates: Estimates, factor: float) -> Estimates:
         sensors[name] = replace(
             each, detection_probability=digits(detection), n_objects=each.n_objects * factor
         )
-    told = {
+    told: dict[str, Any] = {
         name: digits(factor * value)
         for name in ("initial_target_density", "period", "together")
         if (value := getattr(estimates, name)) is not None
@@ -133,13 +135,13 @@ def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:
     """Return why a sensor is taken for one that does not look, and how surely."""
     doubt, otherwise = "", "" if is_told else "; if it looks, give scans = true"
     if is_told:
-        doubt = ", as is told"
+        doubt = AS_TOLD
     elif seen.doubt > 0:
         doubt = f" ({100 * seen.doubt:.0f} % of what tells says otherwise)"
     if lone.pause < HASTY:
         otherwise += "; unless its times are in seconds, bring them to those"
     return (
-        f"taken for one that does not scan{doubt}: {seen.n_objects} objects report by "
+        f"{NOT_SCANNING}{doubt}: {seen.n_objects} objects report by "
         f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss"
         f"{otherwise}"
     )

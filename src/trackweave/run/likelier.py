@@ -22,13 +22,16 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.lone import middle_of
-from trackweave.estimation.lone_values import seldomer
+from trackweave.estimation.lone_values import AS_TOLD, NOT_SCANNING, seldomer
 from trackweave.estimation.threads import Threads
 from trackweave.run.kept import Kept
+from trackweave.run.refining import estimates_for
 from trackweave.run.stretches import Stretch, Tracked
 
-__all__ = ["likelier"]
+__all__ = ["likelier", "told_by_tracks"]
 
+# Reports come one by one of which more than so many have an instant of their own.
+ONE_BY_ONE = 0.95
 # So many reports in the middle are tracked at each trial, and in the end for their tracks.
 MOST_TRIED, MOST_REPORTS, FEWEST = 400, 1500, 60
 # Trials of noise and process noise, by how much less, and of how many times as many objects.
@@ -90,7 +93,9 @@ class _Trials:
             if here == before:
                 break
         gain = self.as_told() - self.cost(here)
-        return self.at(here) if gain > CLEAR * abs(self.as_told()) else self.estimates
+        # Beside a noise that is told little is left to win.
+        least = ANY if self.is_told else CLEAR
+        return self.at(here) if gain > least * abs(self.as_told()) else self.estimates
 
     def _next(self, here: _Factors) -> _Factors:
         """Return the best step from some factors, the same where none is better."""
@@ -107,9 +112,43 @@ class _Trials:
         return best if self.cost(best) < self.cost(here) - ANY * abs(self.cost(here)) else here
 
 
+def told_by_tracks(
+    estimates: Estimates,
+    reports: ReportTable,
+    configuration: Configuration,
+    kept: Kept,
+    scanning: Mapping[str, bool],
+) -> Estimates:
+    """Return estimates, those that make tracks likelier where no sensor looks.
+
+    Parameters
+    ----------
+    estimates
+        What reports tell so far.
+    reports
+        All of them, as positions.
+    configuration
+        What is told.
+    kept
+        What attempts of one run share.
+    scanning
+        Whether sensors look, by name, where that is told or known.
+    """
+    if all(each.scans is False for each in estimates.sensors.values()):
+        return likelier(estimates, reports, configuration, kept) or estimates
+    if scanning or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
+        return estimates
+    # Of a pack, one report after the other seems to come of one object at which a sensor looks.
+    lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
+    if lone is None:
+        return estimates
+    lone = replace(lone, notes=tuple(note.replace(AS_TOLD, "") for note in lone.notes))
+    return likelier(lone, reports, configuration, kept) or estimates
+
+
 def likelier(
     estimates: Estimates, reports: ReportTable, configuration: Configuration, kept: Kept
-) -> Estimates:
+) -> Estimates | None:
     """Return estimates under which tracks of lone reports are clearly likelier, if there are any.
 
     Parameters
@@ -125,17 +164,32 @@ def likelier(
 
     Returns
     -------
-    The same where they are as good as others.
+    None where those of threads are as good. Beside a noise that is told these are without it.
     """
     told = known_sigma(configuration, reports.sensors)
     if len(reports) < FEWEST or reports.identity is not None or reports.kinds:
-        return estimates
+        return None
     asked = "likelier", told
     known: list[Estimates] | None = kept.known(asked, ())
     if known is None:
         known = _likelier(estimates, reports, configuration, told)
         kept.keep(asked, (), known)
-    return known[0] if known else estimates
+    return known[0] if known else None
+
+
+def _completed(found: Estimates, estimates: Estimates) -> Estimates:
+    """Return what was found with what else was told: of heights, and of reports left out."""
+    sensors = {
+        name: replace(
+            sensor,
+            sigma_height=estimates.sensors[name].sigma_height,
+            height_offset=estimates.sensors[name].height_offset,
+        )
+        for name, sensor in found.sensors.items()
+    }
+    others = [note for note in estimates.notes if NOT_SCANNING not in note]
+    own = [note for note in found.notes if note not in others]
+    return replace(found, sensors=sensors, notes=(*others, *own))
 
 
 def _likelier(
@@ -157,12 +211,30 @@ def _likelier(
         found = _told_by(whole, whole.tracked(best), told)
         # Where tracks still go from one to the next what was tried may be better than what they
         # tell; beside a noise that is told that is all there is.
+        best = replace(best, notes=found.notes)
         tried = [found, _with_noise(found, best), *([best] if is_told else [])]
         trials = min(
             (_Trials(stretch, each, estimates, is_told) for each in tried), key=_Trials.as_told
         )
+    if is_told:
+        first = _as_untold(reports, configuration, estimates)
     gain = first.as_told() - trials.as_told()
-    return [trials.estimates] if gain > SURE * abs(first.as_told()) else []
+    is_sure = gain > SURE * abs(first.as_told())
+    found = _completed(trials.estimates, estimates)
+    confirmed = tuple(f"sensors.{name}.sigma" for name in told) if is_told else ()
+    return [replace(found, confirmed=confirmed)] if is_sure else []
+
+
+def _as_untold(
+    reports: ReportTable, configuration: Configuration, beside: Estimates
+) -> _Trials:
+    """Return what comes of a stretch under the noise that threads tell, whatever is told."""
+    sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
+    for table in sensors.values():
+        table.pop("sigma", None)
+    stretch = _stretch_of(reports, configuration.changed(sensors=sensors), MOST_TRIED)
+    lone = dict.fromkeys(reports.sensors, False)
+    return _Trials(stretch, estimate(reports, {}, lone), beside, is_told=False)
 
 
 def _told_by(stretch: Stretch, tracked: Tracked, sigma: Mapping[str, float]) -> Estimates:

@@ -155,10 +155,12 @@ class NoiseDoubts:
         """Yield the sensors whose noise was told and that are not judged yet."""
         for index in case.examined:
             name = case.reports.sensors[index]
+            key = f"sensors.{name}.sigma"
             has_own = np.isfinite(case.reports.sigma[case.rows[index]]).any()
             if (
                 name not in self._verdicts
-                and case.is_told(f"sensors.{name}.sigma")
+                and case.is_told(key)
+                and key not in case.settings.confirmed
                 and case.tells_place(index)
                 and not has_own
             ):

@@ -86,8 +86,6 @@ FEWEST_MOMENTS = 20
 WIDEST_CHANCE_GAP = np.radians(60.0)
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
 MARGIN = 1.05
-# Reports come one by one of which so many have an instant of their own.
-ONE_BY_ONE = 0.95
 MOST_SENSORS = 2_000
 _MOST_SHOWN = 5
 
@@ -134,6 +132,7 @@ def settle(
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         # A complete configuration takes nothing of what estimates.
+        from trackweave.run.likelier import told_by_tracks
         from trackweave.run.refining import Directions, estimates_for
 
         directions = None
@@ -149,7 +148,8 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
-        estimates = _likelier(estimates, table, told, (kept or Kept(), scanning))
+        if estimates is not None:
+            estimates = told_by_tracks(estimates, table, told, kept or Kept(), scanning)
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -158,7 +158,8 @@ def settle(
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
-    return replace(filled, notes=(*filled.notes, *notes)), estimates
+    confirmed = () if estimates is None else estimates.confirmed
+    return replace(filled, notes=(*filled.notes, *notes), confirmed=confirmed), estimates
 
 
 def _plane_in_words(reports: ReportTable) -> str:
@@ -194,37 +195,6 @@ def _told_sigmas(
         if isinstance(sigma, Mapping) and {"range_m", "azimuth_deg"} <= set(sigma):
             told[name] = (sigma["range_m"], float(np.radians(sigma["azimuth_deg"])))
     return told
-
-
-def _likelier(
-    estimates: Estimates | None,
-    reports: ReportTable,
-    configuration: Configuration,
-    known: tuple[Kept, Mapping[str, bool]],
-) -> Estimates | None:
-    """Return what makes tracks likelier where no sensor looks, and threads alone told."""
-    # ``known`` is what attempts of one run share, and whether sensors look, where that is said.
-    if estimates is None:
-        return None
-    from trackweave.run.likelier import likelier
-    from trackweave.run.refining import estimates_for
-
-    kept, scanning = known
-    if all(each.scans is False for each in estimates.sensors.values()):
-        return likelier(estimates, reports, configuration, kept)
-    if scanning or not _come_one_by_one(reports):
-        return estimates
-    # Of a pack, one report after the other seems to come of one object at which a sensor looks.
-    lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
-    if lone is None:
-        return estimates
-    better = likelier(lone, reports, configuration, kept)
-    return estimates if better is lone else better
-
-
-def _come_one_by_one(reports: ReportTable) -> bool:
-    """Tell whether hardly two reports are of one instant."""
-    return bool(np.unique(reports.time).size > ONE_BY_ONE * len(reports))
 
 
 def _is_known_to_scan(
