@@ -99,6 +99,20 @@ def test_where_many_objects_that_go_their_way_are_weak_weak_ones_count() -> None
     assert few.target_spread == 0.0
 
 
+def test_weak_tracks_that_wander_are_objects_where_few_reports_are_alone() -> None:
+    bright = [RNG.normal(60.0, 6.0, 30) for _ in range(12)]
+    dim = [RNG.normal(22.0, 6.0, 30) for _ in range(20)]
+    wander = [True] * 32
+    found = strength_model([*bright, *dim], RNG.normal(15.0, 5.0, 300), wander=wander)
+    assert found is not None
+    assert all(found.evidence(own).mean() > -0.5 for own in dim)
+    # Those that stay may be false alarms, and so may those be beside many that are alone.
+    for wander, alone in (([False] * 32, 300), ([True] * 32, 900)):
+        found = strength_model([*bright, *dim], RNG.normal(15.0, 5.0, alone), wander=wander)
+        assert found is not None
+        assert all(found.evidence(own).mean() < -1.0 for own in dim)
+
+
 def dim_cells(*, stay: bool) -> tuple[ReportTable, Followed, Estimates]:
     """Return bright and dim cells and debris of 80 frames; dim ones wander, or all stay."""
     rng = np.random.default_rng(1)

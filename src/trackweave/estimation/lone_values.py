@@ -115,7 +115,7 @@ def rhythm_of(
 
 
 def seldomer(estimates: Estimates, factor: float) -> Estimates:
-    """Return estimates of so many times as many objects, each of which reports as much seldomer."""
+    """Return estimates of so many times as many objects that report as much more seldom."""
     sensors = {}
     for name, each in estimates.sensors.items():
         detection = -np.expm1(np.log1p(-each.detection_probability) / factor)

@@ -33,7 +33,7 @@ __all__ = ["likelier", "told_by_tracks"]
 # Reports come one by one of which more than so many have an instant of their own.
 ONE_BY_ONE = 0.95
 # So many reports in the middle are tracked at each trial, and in the end for their tracks.
-MOST_TRIED, MOST_REPORTS, FEWEST = 400, 1500, 60
+MOST_TRIED, MOST_REPORTS, FEWEST = 250, 1500, 60
 # Trials of noise and process noise, by how much less, and of how many times as many objects.
 LESS, LESS_PROCESS, MORE = 3.0, 9.0, 2.0
 # Trials are worth looking at that cost less by such a share, steps that do by so much; and in the
@@ -119,7 +119,7 @@ def told_by_tracks(
     kept: Kept,
     scanning: Mapping[str, bool],
 ) -> Estimates:
-    """Return estimates, those that make tracks likelier where no sensor looks.
+    """Return estimates as they are, or as tracks tell where no sensor looks.
 
     Parameters
     ----------
@@ -133,6 +133,10 @@ def told_by_tracks(
         What attempts of one run share.
     scanning
         Whether sensors look, by name, where that is told or known.
+
+    Returns
+    -------
+    Those that make tracks clearly likelier, if there are any.
     """
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates
@@ -225,9 +229,7 @@ def _likelier(
     return [replace(found, confirmed=confirmed)] if is_sure else []
 
 
-def _as_untold(
-    reports: ReportTable, configuration: Configuration, beside: Estimates
-) -> _Trials:
+def _as_untold(reports: ReportTable, configuration: Configuration, beside: Estimates) -> _Trials:
     """Return what comes of a stretch under the noise that threads tell, whatever is told."""
     sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
     for table in sensors.values():
@@ -241,9 +243,7 @@ def _told_by(stretch: Stretch, tracked: Tracked, sigma: Mapping[str, float]) -> 
     """Return what tracks of a stretch tell, and ``sigma`` [m] where it is known, by sensor."""
     reports, configuration = stretch.reports, stretch.configuration
     told = {
-        name: False
-        for name in reports.sensors
-        if configuration.sensor(name).get("scans") is False
+        name: False for name in reports.sensors if configuration.sensor(name).get("scans") is False
     }
     return estimate(reports, sigma, told, _threads(reports, tracked.track))
 
