@@ -190,6 +190,7 @@ def fill(
         None if deadline is None else deadline / 1000.0,
         period, sources.values, sources.sources, tuple(notes), unscented, tracker, plots,
         max_ahead, estimates.together if estimates else None, divide, join, merge,
+        estimates.confirmed if estimates else (),
     )  # fmt: skip
 
 

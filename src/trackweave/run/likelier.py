@@ -113,18 +113,18 @@ class _Trials:
 
 
 def told_by_tracks(
-    estimates: Estimates,
+    estimates: Estimates | None,
     reports: ReportTable,
     configuration: Configuration,
     kept: Kept,
     scanning: Mapping[str, bool],
-) -> Estimates:
+) -> Estimates | None:
     """Return estimates as they are, or as tracks tell where no sensor looks.
 
     Parameters
     ----------
     estimates
-        What reports tell so far.
+        What reports tell so far; None for nothing.
     reports
         All of them, as positions.
     configuration
@@ -138,6 +138,8 @@ def told_by_tracks(
     -------
     Those that make tracks clearly likelier, if there are any.
     """
+    if estimates is None:
+        return None
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates
     if scanning or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):

@@ -148,8 +148,7 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
-        if estimates is not None:
-            estimates = told_by_tracks(estimates, table, told, kept or Kept(), scanning)
+        estimates = told_by_tracks(estimates, table, told, kept or Kept(), scanning)
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -158,8 +157,7 @@ def settle(
     notes = [f"sensors.{name}.position: give where it stands" for name in unplaced]
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
-    confirmed = () if estimates is None else estimates.confirmed
-    return replace(filled, notes=(*filled.notes, *notes), confirmed=confirmed), estimates
+    return replace(filled, notes=(*filled.notes, *notes)), estimates
 
 
 def _plane_in_words(reports: ReportTable) -> str:
