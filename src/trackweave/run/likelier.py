@@ -40,6 +40,9 @@ LESS, LESS_PROCESS, MORE = 3.0, 9.0, 2.0
 # end so much makes tracks clearly likelier.
 CLEAR, ANY, SURE = 0.05, 0.003, 0.12
 MOST_STEPS, MOST_ROUNDS = 5, 3
+# A window among objects that keep together is so many times as long, and of so many instants at
+# most.
+LONGER, LONGEST = 2, 80
 
 _Factors = tuple[float, float, float]
 """How many times less noise and process noise, and how many times more objects threads tell of."""
@@ -100,16 +103,17 @@ class _Trials:
     def _next(self, here: _Factors) -> _Factors:
         """Return the best step from some factors, the same where none is better."""
         noise, process, objects = here
-        noises = [noise] if self.is_told else [noise, LESS * noise]
-        steps = [
-            step
-            for step in itertools.product(
-                noises, (process, LESS_PROCESS * process), (objects, MORE * objects)
-            )
-            if step != here
-        ]
-        best = min(steps, key=self.cost)
-        return best if self.cost(best) < self.cost(here) - ANY * abs(self.cost(here)) else here
+        less = 1.0 if self.is_told else LESS
+        noises, processes = (noise, less * noise), (process, LESS_PROCESS * process)
+        every = itertools.product(noises, processes, (objects, MORE * objects))
+        steps = [step for step in every if step != here]
+        # Of a pack half of whose objects are told apart nothing may be likelier than of one.
+        leaps = [(less**2 * noise, each, MORE**2 * objects) for each in processes]
+        for some in (steps, leaps):
+            best = min(some, key=self.cost)
+            if self.cost(best) < self.cost(here) - ANY * abs(self.cost(here)):
+                return best
+        return here
 
 
 def told_by_tracks(
@@ -195,7 +199,10 @@ def _completed(found: Estimates, estimates: Estimates) -> Estimates:
     }
     others = [note for note in estimates.notes if NOT_SCANNING not in note]
     own = [note for note in found.notes if note not in others]
-    return replace(found, sensors=sensors, notes=(*others, *own))
+    # Who of a pack reports is told by more of its reports than of those that are alone.
+    depth = min(LONGER * (found.depth or 1), LONGEST)
+    notes = (*others, *own)
+    return replace(found, sensors=sensors, notes=notes, depth=depth, max_scans=depth)
 
 
 def _likelier(
