@@ -165,8 +165,8 @@ def test_sensors_are_estimated_apart() -> None:
     [
         ([4.0] * 10, 4.0),
         ([4.0, 8.0, 4.0, 4.0, 12.0, 4.0, 4.0], 4.0),
-        # Of 2.5 s, by a clock of whole seconds; and by no such clock.
-        ([2.0, 3.0] * 6, 2.5),
+        # Of 7/3 s, by a clock of whole seconds; and by no such clock.
+        ([2.0, 3.0, 2.0] * 4, 28.0 / 12.0),
         ([2.0, 3.0, 5.0] * 4, None),
         ([0.1, 7.0, 2.3, 0.9, 31.0, 5.2], None),
         ([], None),
