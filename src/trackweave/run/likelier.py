@@ -146,11 +146,12 @@ def told_by_tracks(
         return None
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates
-    if scanning or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
+    of_ranges = any(isinstance(each.sigma, tuple) for each in estimates.sensors.values())
+    if scanning or of_ranges or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
         return estimates
     # Of a pack, one report after the other seems to come of one object at which a sensor looks.
     lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
-    if lone is None:
+    if lone is None or lone.sensors.keys() != estimates.sensors.keys():
         return estimates
     lone = replace(lone, notes=tuple(note.replace(AS_TOLD, "") for note in lone.notes))
     return likelier(lone, reports, configuration, kept) or estimates
