@@ -5,9 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.at_rest import of_one_at_rest
 from trackweave.estimation.chains import (
     Chains,
     chains_of,
@@ -17,9 +19,9 @@ from trackweave.estimation.chains import (
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
 from trackweave.estimation.disagreement import disagreements
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
-from trackweave.estimation.frames import Frames, frames_of, usual_gap
+from trackweave.estimation.frames import Frames, frames_of, scan_period, usual_gap
 from trackweave.estimation.identities import identity_error, note_on_identities
-from trackweave.estimation.lone import LoneReports, judged, lone_reports
+from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle_of
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
@@ -42,6 +44,9 @@ WILD_SHARE, WILD_SCALE = 0.05, 8.0
 WIDER = 1.25
 # Without a period misses and lives are counted in it [s].
 SECOND = 1.0
+# Between two reports of an object that rests there is at least so much time [s]; it seems to move
+# by so many standard deviations in it, and no other came in so many times as long.
+SHORTEST, RUSHING, NEVER = 1e-6, 3.0, 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +62,7 @@ class _Findings:
     note: str | None
     lone: LoneReports | None = None
     ways: Mapping[str, Any] | None = None
+    is_at_rest: bool = False  # Whether all reports are of one object at rest
 
 
 def estimate(
@@ -106,6 +112,7 @@ def estimate(
         initial_target_density=positive(max(present)),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
+        is_at_rest=all(found.is_at_rest for found in findings.values()),
         notes=tuple(
             f"sensor {name}: {note}"
             for name, found in findings.items()
@@ -162,6 +169,16 @@ def _kinematic(
     """Return what a sensor's reports tell by when and where they are."""
     # ``sensor`` is its number, and its threads where they are known.
     index, known = sensor
+    rows = middle_of(reports, index)
+    own = None
+    if known is None:
+        own = of_one_at_rest(reports.time[rows], reports.measurement[rows])
+    if own is not None:
+        if scans is not False:
+            return _in_scans(_of_one_at_rest(reports, (rows, own), sigma), reports, index)
+        # It reports itself whenever it likes.
+        found = _kinematic(reports, (index, Threads([rows[own]], rows.size)), sigma, False)
+        return replace(found, is_at_rest=True)
     if scans is True:
         return _in_scans(_look_at(reports, index, sigma), reports, index)
     seen, threads, rows = judged(reports, index, known)
@@ -210,6 +227,37 @@ def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | 
     return _Findings(
         sensor, values.process, lone.max_speed, 0.0, None, times, note, lone, values.ways
     )
+
+
+def _of_one_at_rest(
+    reports: ReportTable,
+    seen: tuple[IntArray, NDArray[np.bool_]],
+    sigma: float | None,
+) -> _Findings:
+    """Return what rows of a sensor that looks tell of one object at rest, and which are its."""
+    rows, is_own = seen
+    time, position = reports.time[rows], reports.measurement[rows]
+    period = scan_period(np.unique(time))
+    looks = time.size if period is None else max(round(float(np.ptp(time)) / period) + 1, 1)
+    known = sigma or float(np.sqrt(np.var(position[is_own], axis=0, ddof=1).mean()))
+    covered = covered_by(position, known)
+    own = int(np.count_nonzero(is_own))
+    share = min(own / looks, 1.0)
+    detection = _detection((share, float(np.sqrt(share * (1.0 - share) / looks))))
+    found = SensorEstimate(
+        scan_period=None if period is None else digits(period, 7),
+        sigma=bounded(known, 1e-9),
+        detection_probability=digits(detection),
+        clutter_density=positive(max(rows.size - own, 0.5) / looks / covered),
+        covered=covered,
+        n_objects=1.0,
+        density=rows.size / looks / covered,
+        # Or a lone report would tell nothing of a second object that is not there.
+        scans=True,
+    )
+    wait = max(float(np.median(np.diff(time))), SHORTEST)
+    process, speed = LEAST_PROCESS * known**2 / wait**3, RUSHING * known / wait
+    return _Findings(found, process, speed, 0.0, None, NEVER * looks, None, is_at_rest=True)
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trackweave.arrays import IntArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import known_sigma
 from trackweave.config.sensing import UNKNOWN_SENSOR
@@ -32,6 +32,8 @@ __all__ = ["likelier", "told_by_tracks"]
 
 # Reports come one by one of which more than so many have an instant of their own.
 ONE_BY_ONE = 0.95
+# From look to look it is the same time but for such a share.
+EVENLY = 0.1
 # So many reports in the middle are tracked at each trial, and in the end for their tracks.
 MOST_TRIED, MOST_REPORTS, FEWEST = 250, 1500, 60
 # Trials of noise and process noise, by how much less, and of how many times as many objects.
@@ -104,7 +106,12 @@ class _Trials:
         """Return the best step from some factors, the same where none is better."""
         noise, process, objects = here
         less = 1.0 if self.is_told else LESS
-        noises, processes = (noise, less * noise), (process, LESS_PROCESS * process)
+        noises, processes = [noise], [process, LESS_PROCESS * process]
+        if self.is_told:
+            # Beside a noise that is told, what goes from one to the next may seem to move less.
+            processes.append(process / LESS_PROCESS)
+        else:
+            noises.append(LESS * noise)
         every = itertools.product(noises, processes, (objects, MORE * objects))
         steps = [step for step in every if step != here]
         # Of a pack half of whose objects are told apart nothing may be likelier than of one.
@@ -142,12 +149,15 @@ def told_by_tracks(
     -------
     Those that make tracks clearly likelier, if there are any.
     """
-    if estimates is None:
-        return None
+    if estimates is None or estimates.is_at_rest:
+        return estimates
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates
     of_ranges = any(isinstance(each.sigma, tuple) for each in estimates.sensors.values())
-    if scanning or of_ranges or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
+    moments = np.unique(reports.time)
+    if scanning or of_ranges or moments.size <= ONE_BY_ONE * len(reports):
+        return estimates
+    if _are_even(np.diff(moments)):
         return estimates
     # Of a pack, one report after the other seems to come of one object at which a sensor looks.
     lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
@@ -155,6 +165,12 @@ def told_by_tracks(
         return estimates
     lone = replace(lone, notes=tuple(note.replace(AS_TOLD, "") for note in lone.notes))
     return likelier(lone, reports, configuration, kept) or estimates
+
+
+def _are_even(pauses: FloatArray) -> bool:
+    """Tell whether pauses are as even as between looks at one object: a pack's are not."""
+    even = np.abs(pauses - np.median(pauses)) < EVENLY * np.median(pauses)
+    return bool(np.mean(even) > ONE_BY_ONE)
 
 
 def likelier(

@@ -110,7 +110,8 @@ def estimates_for(
     }
     estimates = believable(replace(estimates, notes=(*notes, *estimates.notes)), reports, **sure)
     estimates = with_levels(estimates, reports)
-    if directions is None and all(each.scans is False for each in estimates.sensors.values()):
+    lone = all(each.scans is False for each in estimates.sensors.values())
+    if directions is None and (lone or estimates.is_at_rest):
         # Threads have told it all; whether tracks know better, ``run.likelier`` asks.
         return estimates
     beams = {name: (each.period, each.phase, each.direction) for name, each in turning.items()}

@@ -1,0 +1,103 @@
+"""Whether all that a sensor reports is one object at rest.
+
+Nothing lines up there: as wide as it is spread, so wide is the noise, and reports of a single
+object fill their own surroundings as densely as false alarms would.
+"""
+
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray
+from trackweave.chi_squared import quantile_of
+
+__all__ = ["of_one_at_rest"]
+
+FEWEST = 10
+# So many of the instants hold a single report, and of all so many may lie far off, where less than
+# one in a thousand of noise does.
+SINGLE, MOST_WILD, INSIDE = 0.95, 0.15, 0.999
+# Along each axis the distribution is the normal one but for so much, and what chance makes of few
+# reports (H. W. Lilliefors, 1967; about one normal sample in a thousand is farther off).
+# Kurtosis tells two places from one sooner.
+ALIKE, LILLIEFORS, LEAST_KURTOSIS = 0.01, 1.2, 1.75
+# It is likelier than a uniform one by so much for each report [nats]; where reports come as evenly
+# as false alarms never do (pauses' deviation over their mean), hardly less likely: few reach less
+# far, by about so much beside their number.
+LIKELIER, AS_LIKELY, OF_FEW, EVEN = 0.25, -0.25, 3.0, 0.5
+# Squares of steps from a report to the next are twice the variance, as those of independent ones
+# are, but for so many standard deviations; of few no less than once.
+ERRORS, LEAST_RATIO = 3.5, 1.0
+# Who moves beside it shows: of so many that lie far off each is near the one before, at less than
+# this part of how far any two are apart.
+FEW_WILD, NEXT = 4, 0.3
+MEDIAN_OF_NORMAL = 0.6745
+NORMAL = NormalDist()
+
+
+def of_one_at_rest(time: FloatArray, position: FloatArray) -> NDArray[np.bool_] | None:
+    """Return which reports are of one object at rest; None where these are not nearly all.
+
+    Parameters
+    ----------
+    time
+        Of each report [s], ascending, shape (reports,).
+    position
+        Of each [m], shape (reports, dim).
+
+    Returns
+    -------
+    Whether each is, shape (reports,): those of nobody lie far off.
+    """
+    count, dim = position.shape
+    if count < FEWEST or np.unique(time).size < SINGLE * count:
+        return None
+    away = position - np.median(position, axis=0)
+    spread = np.median(np.abs(away), axis=0) / MEDIAN_OF_NORMAL
+    if not spread.all():
+        return None
+    near = np.sum((away / spread) ** 2, axis=1) < quantile_of(dim, INSIDE)
+    n_near = int(np.count_nonzero(near))
+    if n_near < (1.0 - MOST_WILD) * count or n_near < FEWEST:
+        return None
+    if _go_on(position[~near]):
+        return None
+    pauses = np.diff(time[near])
+    is_even = pauses.std() < EVEN * pauses.mean()
+    least = AS_LIKELY - OF_FEW / n_near if is_even else LIKELIER
+    away = position[near] - position[near].mean(axis=0)
+    sides = float(np.sum(np.log(np.ptp(away, axis=0))))
+    variances, ways = np.linalg.eigh(np.atleast_2d(np.cov(away.T)))
+    if variances[0] <= 0.0:
+        return None
+    along = away @ ways / np.sqrt(variances)
+    entropy = 0.5 * float(np.sum(np.log(2.0 * np.pi * variances) + 1.0))
+    is_alike = sides - entropy > least and _are_normal(along) and _are_white(along)
+    return np.asarray(near) if is_alike else None
+
+
+def _go_on(wild: FloatArray) -> bool:
+    """Tell whether each of what lies far off is near the one before, as what moves would be."""
+    if wild.shape[0] < FEW_WILD:
+        return False
+    steps = np.linalg.norm(np.diff(wild, axis=0), axis=1)
+    apart = np.linalg.norm(wild[:, None] - wild[None], axis=2)[np.triu_indices(wild.shape[0], 1)]
+    return float(np.median(steps)) < NEXT * float(np.median(apart))
+
+
+def _are_normal(along: FloatArray) -> bool:
+    """Tell whether numbers of variance 1, shape (reports, dim), are normal along each axis."""
+    count = along.shape[0]
+    expected = np.array([NORMAL.cdf(each) for each in np.sort(along, axis=0).ravel().tolist()])
+    share = (np.arange(count)[:, None] + 0.5) / count
+    off = float(np.abs(expected.reshape(along.shape) - share).max())
+    is_peaked = np.mean(along**4, axis=0).min() > LEAST_KURTOSIS
+    return bool(is_peaked and off < ALIKE + LILLIEFORS / np.sqrt(count))
+
+
+def _are_white(along: FloatArray) -> bool:
+    """Tell whether each place is independent of the one before (J. von Neumann's ratio, 1941)."""
+    ratio = np.mean(np.diff(along, axis=0) ** 2, axis=0)
+    off = ERRORS * 2.0 / np.sqrt(along.shape[0])
+    return bool(np.all((ratio > max(2.0 - off, LEAST_RATIO)) & (ratio < 2.0 + off)))
