@@ -11,7 +11,7 @@ from trackweave.config import load_configuration
 from trackweave.estimation.estimate import estimate
 from trackweave.metrics import assignment_quality
 from trackweave.run.kept import Kept
-from trackweave.run.likelier import likelier
+from trackweave.run.likelier import likelier, told_by_tracks
 
 
 def tags(spacing: float, minutes: float = 2.0, every: float = 1.0) -> pl.DataFrame:
@@ -52,6 +52,37 @@ def test_one_object_alone_stays_one() -> None:
     result = tw.track(frame.drop("target"))
     assert result.reports["track"].n_unique() == 1
     assert not any("does not scan" in note for note in result.run["notes"])
+
+
+@pytest.mark.parametrize("missed", [0, 30])
+def test_looks_at_even_times_are_not_asked_about_packs(
+    missed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng, time = np.random.default_rng(2), np.arange(200.0)
+    kept = np.sort(rng.permutation(200)[: 200 - missed])
+    place = np.column_stack([3.0 * time, time]) + rng.normal(0.0, 2.0, (200, 2))
+    frame = pl.DataFrame({"time": time[kept], "x": place[kept, 0], "y": place[kept, 1]})
+    reports = tw.read_reports(frame)
+    estimates = estimate(reports)
+    monkeypatch.setattr("trackweave.run.likelier.likelier", None)
+    configuration = load_configuration(None)
+    assert told_by_tracks(estimates, reports, configuration, Kept(), {}) is estimates
+
+
+def test_a_told_noise_of_a_winding_pack_finds_its_process_noise() -> None:
+    # Each reports exactly every ten seconds; threads that change cars seem to turn less.
+    rng, rows = np.random.default_rng(3), []
+    for car in range(5):
+        time = np.arange(rng.uniform(0.0, 10.0), 1200.0, 10.0)
+        time = time + rng.normal(0.0, 0.2, time.size)
+        way = 15.0 * time - 50.0 * car
+        place = np.column_stack([way, 40.0 * np.sin(way / 300.0)])
+        place += rng.normal(0.0, 3.0, place.shape)
+        rows += [(now, *at, str(car)) for now, at in zip(time, place, strict=True)]
+    frame = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    result = tw.track(frame.drop("target"), {"sensors": {"default": {"sigma": 3.0}}})
+    quality = assignment_quality(frame["target"].to_list(), result.reports["track"].to_list())
+    assert quality.idf1 > 0.9
 
 
 def test_what_else_was_found_out_stays() -> None:

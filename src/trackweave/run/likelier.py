@@ -32,8 +32,8 @@ __all__ = ["likelier", "told_by_tracks"]
 
 # Reports come one by one of which more than so many have an instant of their own.
 ONE_BY_ONE = 0.95
-# From look to look it is the same time but for such a share.
-EVENLY = 0.1
+# From look to look it is the same time but for such a share; seldom are so many missed.
+EVENLY, FEW_MISSED = 0.1, 4.5
 # So many reports in the middle are tracked at each trial, and in the end for their tracks.
 MOST_TRIED, MOST_REPORTS, FEWEST = 250, 1500, 60
 # Trials of noise and process noise, by how much less, and of how many times as many objects.
@@ -154,10 +154,11 @@ def told_by_tracks(
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates
     of_ranges = any(isinstance(each.sigma, tuple) for each in estimates.sensors.values())
-    moments = np.unique(reports.time)
-    if scanning or of_ranges or moments.size <= ONE_BY_ONE * len(reports):
+    if scanning or of_ranges or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
         return estimates
-    if _are_even(np.diff(moments)):
+    if all(
+        _are_even(reports.time[reports.sensor == each]) for each in range(len(reports.sensors))
+    ):
         return estimates
     # Of a pack, one report after the other seems to come of one object at which a sensor looks.
     lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
@@ -167,10 +168,14 @@ def told_by_tracks(
     return likelier(lone, reports, configuration, kept) or estimates
 
 
-def _are_even(pauses: FloatArray) -> bool:
-    """Tell whether pauses are as even as between looks at one object: a pack's are not."""
-    even = np.abs(pauses - np.median(pauses)) < EVENLY * np.median(pauses)
-    return bool(np.mean(even) > ONE_BY_ONE)
+def _are_even(time: FloatArray) -> bool:
+    """Tell whether times are as even as of looks at one object, some missed: a pack's are not."""
+    pauses = np.diff(np.unique(time))
+    if not pauses.size:
+        return True
+    looks = pauses / np.median(pauses)
+    even = np.abs(looks - np.round(looks)) < EVENLY
+    return bool(np.mean(even & (looks > EVENLY) & (looks < FEW_MISSED)) > ONE_BY_ONE)
 
 
 def likelier(
