@@ -14,18 +14,18 @@ from trackweave.chi_squared import quantile_of
 
 __all__ = ["of_one_at_rest"]
 
-FEWEST = 10
+FEWEST, FEW = 6, 20
 # So many of the instants hold a single report, and of all so many may lie far off, where less than
 # one in a thousand of noise does.
 SINGLE, MOST_WILD, INSIDE = 0.95, 0.15, 0.999
 # Along each axis the distribution is the normal one but for so much, and what chance makes of few
 # reports (H. W. Lilliefors, 1967; about one normal sample in a thousand is farther off).
-# Kurtosis tells two places from one sooner.
-ALIKE, LILLIEFORS, LEAST_KURTOSIS = 0.01, 1.2, 1.75
+# Kurtosis tells two places from one sooner; that of a few is less.
+ALIKE, LILLIEFORS, LEAST_KURTOSIS, LESS_OF_FEW = 0.01, 1.2, 1.75, 4.0
 # It is likelier than a uniform one by so much for each report [nats]; where reports come as evenly
 # as false alarms never do (pauses' deviation over their mean), hardly less likely: few reach less
 # far, by about so much beside their number.
-LIKELIER, AS_LIKELY, OF_FEW, EVEN = 0.25, -0.25, 3.0, 0.5
+LIKELIER, AS_LIKELY, OF_FEW, EVEN = 0.25, -0.25, 6.0, 0.5
 # Squares of steps from a report to the next are twice the variance, as those of independent ones
 # are, but for so many standard deviations; of few no less than once.
 ERRORS, LEAST_RATIO = 3.5, 1.0
@@ -58,6 +58,9 @@ def of_one_at_rest(time: FloatArray, position: FloatArray) -> NDArray[np.bool_] 
     if not spread.all():
         return None
     near = np.sum((away / spread) ** 2, axis=1) < quantile_of(dim, INSIDE)
+    if count < FEW:
+        # Their middle deviation tells none from another.
+        near[:] = True
     n_near = int(np.count_nonzero(near))
     if n_near < (1.0 - MOST_WILD) * count or n_near < FEWEST:
         return None
@@ -92,7 +95,7 @@ def _are_normal(along: FloatArray) -> bool:
     expected = np.array([NORMAL.cdf(each) for each in np.sort(along, axis=0).ravel().tolist()])
     share = (np.arange(count)[:, None] + 0.5) / count
     off = float(np.abs(expected.reshape(along.shape) - share).max())
-    is_peaked = np.mean(along**4, axis=0).min() > LEAST_KURTOSIS
+    is_peaked = np.mean(along**4, axis=0).min() > LEAST_KURTOSIS - LESS_OF_FEW / count
     return bool(is_peaked and off < ALIKE + LILLIEFORS / np.sqrt(count))
 
 
