@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from trackweave.arrays import FloatArray
+from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import quantile_of
 
 __all__ = ["of_one_at_rest"]
@@ -25,13 +25,16 @@ ALIKE, LILLIEFORS, LEAST_KURTOSIS, LESS_OF_FEW = 0.01, 1.2, 1.75, 4.0
 # It is likelier than a uniform one by so much for each report [nats]; where reports come as evenly
 # as false alarms never do (pauses' deviation over their mean), hardly less likely: few reach less
 # far, by about so much beside their number.
-LIKELIER, AS_LIKELY, OF_FEW, EVEN = 0.25, -0.25, 6.0, 0.5
+LIKELIER, AS_LIKELY, OF_FEW, EVEN = 0.25, 0.1, 10.0, 0.5
 # Squares of steps from a report to the next are twice the variance, as those of independent ones
 # are, but for so many standard deviations; of few no less than once.
 ERRORS, LEAST_RATIO = 3.5, 1.0
 # Who moves beside it shows: of so many that lie far off each is near the one before, at less than
 # this part of how far any two are apart.
 FEW_WILD, NEXT = 4, 0.3
+# Of several that report by turns the last few reports hold one that is nearer than those of half
+# the recording away do, more often than every second time by so many standard deviations.
+LAST, NEARER = 10, 3.0
 MEDIAN_OF_NORMAL = 0.6745
 NORMAL = NormalDist()
 
@@ -77,6 +80,7 @@ def of_one_at_rest(time: FloatArray, position: FloatArray) -> NDArray[np.bool_] 
     along = away @ ways / np.sqrt(variances)
     entropy = 0.5 * float(np.sum(np.log(2.0 * np.pi * variances) + 1.0))
     is_alike = sides - entropy > least and _are_normal(along) and _are_white(along)
+    is_alike = is_alike and not _take_turns(along)
     return np.asarray(near) if is_alike else None
 
 
@@ -104,3 +108,19 @@ def _are_white(along: FloatArray) -> bool:
     ratio = np.mean(np.diff(along, axis=0) ** 2, axis=0)
     off = ERRORS * 2.0 / np.sqrt(along.shape[0])
     return bool(np.all((ratio > max(2.0 - off, LEAST_RATIO)) & (ratio < 2.0 + off)))
+
+
+def _take_turns(along: FloatArray) -> bool:
+    """Tell whether a report is near one of the last few, as where several report by turns."""
+    count = along.shape[0]
+    if count < 4 * LAST:
+        return False
+    every = np.arange(count)
+    last = np.min([_apart(along, every - lag) for lag in range(1, LAST + 1)], axis=0)
+    far = [_apart(along, every - count // 2 - lag) for lag in range(LAST)]
+    nearer = float(np.mean((last < np.min(far, axis=0))[LAST:]))
+    return nearer > 0.5 + NEARER * 0.5 / np.sqrt(count - LAST)
+
+
+def _apart(along: FloatArray, other: IntArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(along - along[other], axis=1))
