@@ -4,8 +4,9 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.rotation import settled_rate
+from trackweave.estimation.trees import tree_of
 
-__all__ = ["bursts_of"]
+__all__ = ["bursts_of", "slices_of"]
 
 # There are so many bursts at least, and so many times of reports to each.
 FEWEST, LEAST_TIMES = 10, 1.2
@@ -19,6 +20,9 @@ SHORT, MANY, VARIED = 0.25, 3.0, 1.5
 # Where stragglers fill gaps, periods are those between gaps longer than these shares of all; the
 # first so many reports tell them, and so much of a period before most a burst has begun.
 GAPS_TRIED, FIRST, STRAGGLE = (0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995), 60, 0.1
+# Slices of one look are parted by gaps so many times as short as those between looks; what is
+# nearest a report is of its own slice, but for this part of what chance would make otherwise.
+PASSES, APART, FEWEST_NEAR = 30.0, 0.4, 30
 # So many ways are tried to part gaps into those inside and those between.
 WAYS = 60
 
@@ -58,6 +62,55 @@ def bursts_of(time: FloatArray) -> tuple[IntArray, float] | None:
     lasting = moments[np.r_[best, moments.size - 1]] - begins
     number = np.searchsorted(begins, time, side="right") - 1
     return number, float(np.quantile(lasting, NEARLY_ALL))
+
+
+def slices_of(time: FloatArray, position: FloatArray) -> tuple[IntArray, float] | None:
+    """Return the number of each report's look, and how long looks last at most [s].
+
+    What a satellite sees as it passes comes in slices along its way, each with its own time. Taken
+    by their times these would be scans seconds apart of all that is covered.
+
+    Parameters
+    ----------
+    time
+        Of the reports [s], in any order.
+    position
+        Theirs [m], shape (reports, dim).
+
+    Returns
+    -------
+    None where reports of some times close together are not of one place each.
+    """
+    moments = np.unique(time)
+    gaps = np.sort(np.diff(moments))
+    if moments.size < FEWEST:
+        return None
+    wider = gaps[1:] / gaps[:-1]
+    widest = int(np.argmax(wider))
+    between = np.flatnonzero(np.diff(moments) > gaps[widest])
+    if wider[widest] < PASSES or not FEWEST <= between.size + 1 <= moments.size / LEAST_TIMES:
+        return None
+    begins, ends = moments[np.r_[0, between + 1]], moments[np.r_[between, moments.size - 1]]
+    number = np.searchsorted(begins, time, side="right") - 1
+    if not _are_apart(number, np.searchsorted(moments, time), position):
+        return None
+    return number, float(np.max(ends - begins))
+
+
+def _are_apart(look: IntArray, moment: IntArray, position: FloatArray) -> bool:
+    """Tell whether what is nearest a report in its look is of the same moment."""
+    n_near, n_same, by_chance = 0, 0, 0.0
+    for number in np.unique(look):
+        rows = np.flatnonzero(look == number)
+        own = moment[rows]
+        if np.unique(own).size < 2:
+            continue
+        near = tree_of(position[rows]).query(position[rows], k=2)[1][:, 1]
+        alike = np.count_nonzero(own[:, None] == own, axis=1) - 1
+        n_near += int(np.count_nonzero(alike))
+        n_same += int(np.count_nonzero(own[near] == own))
+        by_chance += float(np.sum(alike)) / (rows.size - 1)
+    return n_near >= FEWEST_NEAR and n_near - n_same < APART * (n_near - by_chance)
 
 
 def _in_step(time: FloatArray, moments: FloatArray) -> tuple[IntArray, float] | None:

@@ -5,15 +5,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.at_rest import of_one_at_rest
 from trackweave.estimation.chains import (
     Chains,
     chains_of,
     detection_share,
+    moving,
     speed_of_few,
 )
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
@@ -25,6 +24,7 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.single_object import SingleObject, single_object
 from trackweave.estimation.threads import Threads
 from trackweave.estimation.trees import ball_volume
 
@@ -44,6 +44,8 @@ WILD_SHARE, WILD_SCALE = 0.05, 8.0
 WIDER = 1.25
 # Without a period misses and lives are counted in it [s].
 SECOND = 1.0
+# So many that move tell how objects turn.
+FEWEST_MOVING = 8
 # Between two reports of an object that rests there is at least so much time [s]; it seems to move
 # by so many standard deviations in it, and no other came in so many times as long.
 SHORTEST, RUSHING, NEVER = 1e-6, 3.0, 10.0
@@ -62,7 +64,7 @@ class _Findings:
     note: str | None
     lone: LoneReports | None = None
     ways: Mapping[str, Any] | None = None
-    is_at_rest: bool = False  # Whether all reports are of one object at rest
+    is_single: bool = False  # Whether all reports are of one object
 
 
 def estimate(
@@ -112,7 +114,7 @@ def estimate(
         initial_target_density=positive(max(present)),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
-        is_at_rest=all(found.is_at_rest for found in findings.values()),
+        is_single=all(found.is_single for found in findings.values()),
         notes=tuple(
             f"sensor {name}: {note}"
             for name, found in findings.items()
@@ -172,13 +174,13 @@ def _kinematic(
     rows = middle_of(reports, index)
     own = None
     if known is None:
-        own = of_one_at_rest(reports.time[rows], reports.measurement[rows])
+        own = single_object(reports.time[rows], reports.measurement[rows])
     if own is not None:
         if scans is not False:
-            return _in_scans(_of_one_at_rest(reports, (rows, own), sigma), reports, index)
+            return _in_scans(_of_single_object(reports, (rows, own), sigma), reports, index)
         # It reports itself whenever it likes.
-        found = _kinematic(reports, (index, Threads([rows[own]], rows.size)), sigma, False)
-        return replace(found, is_at_rest=True)
+        found = _kinematic(reports, (index, Threads([rows[own.own]], rows.size)), sigma, False)
+        return replace(found, is_single=True)
     if scans is True:
         return _in_scans(_look_at(reports, index, sigma), reports, index)
     seen, threads, rows = judged(reports, index, known)
@@ -229,19 +231,17 @@ def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | 
     )
 
 
-def _of_one_at_rest(
-    reports: ReportTable,
-    seen: tuple[IntArray, NDArray[np.bool_]],
-    sigma: float | None,
+def _of_single_object(
+    reports: ReportTable, seen: tuple[IntArray, SingleObject], sigma: float | None
 ) -> _Findings:
-    """Return what rows of a sensor that looks tell of one object at rest, and which are its."""
-    rows, is_own = seen
+    """Return what rows of a sensor that looks tell of the single object that they are of."""
+    rows, single = seen
     time, position = reports.time[rows], reports.measurement[rows]
     period = scan_period(np.unique(time))
     looks = time.size if period is None else max(round(float(np.ptp(time)) / period) + 1, 1)
-    known = sigma or float(np.sqrt(np.var(position[is_own], axis=0, ddof=1).mean()))
+    known = sigma or single.sigma
     covered = covered_by(position, known)
-    own = int(np.count_nonzero(is_own))
+    own = int(np.count_nonzero(single.own))
     share = min(own / looks, 1.0)
     detection = _detection((share, float(np.sqrt(share * (1.0 - share) / looks))))
     found = SensorEstimate(
@@ -256,8 +256,9 @@ def _of_one_at_rest(
         scans=True,
     )
     wait = max(float(np.median(np.diff(time))), SHORTEST)
-    process, speed = LEAST_PROCESS * known**2 / wait**3, RUSHING * known / wait
-    return _Findings(found, process, speed, 0.0, None, NEVER * looks, None, is_at_rest=True)
+    process = LEAST_PROCESS * known**2 / wait**3
+    speed = max(RUSHING * known / wait, WIDER * single.speed)
+    return _Findings(found, process, speed, 0.0, None, NEVER * looks, None, is_single=True)
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:
@@ -365,6 +366,11 @@ def _noise(
     sigma, process = noise_of_chains(
         chains.time, chains.position, sigma or start, density, fixed=known
     )
+    moves = moving(chains, sigma)
+    if FEWEST_MOVING <= np.count_nonzero(moves) < moves.size:
+        # What stands tells nothing of how others turn.
+        those = chains.time[moves], chains.position[moves]
+        process = max(process, noise_of_chains(*those, sigma, density, fixed=True)[1])
     unit = sigma**2 / (period or float(np.nanmedian(np.diff(chains.time, axis=1)))) ** 3
     return sigma, max(process, LEAST_PROCESS * unit)
 

@@ -24,7 +24,7 @@ __all__ = ["LoneReports", "fastest_below", "judged", "lone_reports", "middle_of"
 MOST_REPORTS = 12000
 # Threads of fewer are false alarms.
 OF_OBJECTS = 3
-LEAST_REPORTS = 40
+LEAST_REPORTS = 20
 HALF = 0.5  # Of a noise; a search for it may begin with no less
 PIECE = 5
 FASTER, FASTEST_SHARE = 1.5, 0.98
@@ -115,6 +115,8 @@ def lone_reports(
     waits = [float(np.median(np.diff(time[rows]))) for rows in lasting]
     often = max(pause, float(np.median(waits))) if waits else pause
     quick = [rows for rows, wait in zip(lasting, waits, strict=True) if wait <= often]
+    if sum(rows.size for rows in quick) < LEAST_REPORTS:
+        quick = lasting
     told = sigma
     sigma, process = _told_noise(time, position, quick, told, rate)
     rest = noise_at_rest(time, position, quick) if threads.is_whole and told is None else None

@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import scan_period
 
-__all__ = ["Looking", "looking"]
+__all__ = ["Looking", "looking", "shun_successive"]
 
 # A thread of so many reports has a rhythm.
 LASTING = 6
@@ -20,6 +20,11 @@ LEAST_EXPECTED, REFRAINS = 3.0, 0.3
 # What threads must tell together. Those of one object that were torn in two return by chance, but
 # by chance hardly any thread keeps a pause: a small share that does decides.
 ENOUGH, DECIDES = 8.0, 0.1
+# Two objects and more are never seen together by one that looks where each is there at so many of
+# the instants at most, nearly all of which hold one report, and most reports are of such objects.
+ALONE, BY_TURNS, OF_ALL = 0.95, 0.6, 0.5
+# What is in all of two looks in three and more is in some of those in succession.
+MOST_IN_LOOKS = 1.5
 # So many instants hold one report where objects report by themselves, however they come back, if
 # each is there at fewer of the instants than that.
 SINGLE, SELDOM_SEEN = 0.9, 0.45
@@ -37,6 +42,7 @@ class Looking:
     # Whether hardly any instant holds two reports, and no period puts one after the other: where
     # many objects are seen seldom, some looks would find several.
     is_single: bool = False
+    take_turns: bool = False  # Whether two objects and more are never reported together
 
     @property
     def doubt(self) -> float:
@@ -50,6 +56,8 @@ class Looking:
     def scans(self) -> bool | None:
         """Whether the sensor looks; None where nothing tells."""
         if self.by_themselves >= max(ENOUGH, DECIDES * self.by_chance):
+            return False
+        if self.take_turns:
             return False
         if self.by_chance >= ENOUGH or (self.share > 0.5 and self.n_objects > 1):
             return not (self.is_single and self.share < SELDOM_SEEN)
@@ -87,4 +95,35 @@ def looking(time: FloatArray, threads: list[IntArray]) -> Looking:
     share = float(np.median(shares)) if shares else 0.0
     singles = np.mean(np.unique(time, return_counts=True)[1] == 1)
     is_single = bool(singles >= SINGLE) and scan_period(instants) is None
-    return Looking(by_themselves, by_chance, share, len(shares), is_single)
+    # Chance alone threads a few reports of many.
+    lasting = sum(rows.size for rows in threads if rows.size >= LASTING)
+    take_turns = len(shares) > 1 and share <= BY_TURNS and lasting > OF_ALL * time.size
+    take_turns &= bool(singles >= ALONE)
+    return Looking(by_themselves, by_chance, share, len(shares), is_single, take_turns)
+
+
+def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:
+    """Tell whether objects are hardly ever in successive ones of what seem to be looks.
+
+    Where all report by themselves in the same pause, those that are next to each other in time
+    seem to be seen together: each is in every second or third look, and never in two in a row.
+
+    Parameters
+    ----------
+    number
+        Of the look of each report.
+    threads
+        Reports of each object, ascending.
+
+    Returns
+    -------
+    Whether chance would make so few.
+    """
+    expected, seen = 0.0, 0
+    for rows in threads:
+        steps = np.diff(number[rows])
+        if rows.size < LASTING or not steps.mean() > MOST_IN_LOOKS:
+            continue
+        expected += steps.size / steps.mean()
+        seen += int(np.count_nonzero(steps <= 1))
+    return expected >= ENOUGH and seen < REFRAINS * expected

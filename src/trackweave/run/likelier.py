@@ -149,7 +149,7 @@ def told_by_tracks(
     -------
     Those that make tracks clearly likelier, if there are any.
     """
-    if estimates is None or estimates.is_at_rest:
+    if estimates is None or estimates.is_single:
         return estimates
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates

@@ -10,7 +10,9 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.bursts import bursts_of
+from trackweave.estimation.bursts import bursts_of, slices_of
+from trackweave.estimation.lone import judged
+from trackweave.estimation.looking import shun_successive
 from trackweave.estimation.rotation import loose_rotation_of, rotation_of
 from trackweave.estimation.sweeps import sweeps_of
 from trackweave.run.observing import azimuth_of, positions_in
@@ -34,9 +36,10 @@ def with_sweeps(
     for index, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)
         said = configuration.sensor(name)
-        if not _comes_one_by_one(reports, rows):
+        found = _slices(reports, index, rows, said)
+        if found is None and not _comes_one_by_one(reports, rows):
             continue
-        found = _bursts(reports, index, rows, said, platform)
+        found = found or _bursts(reports, index, rows, said, platform)
         found = found or _sweeps(reports, index, rows, said)
         if found is None:
             return reports, configuration
@@ -70,6 +73,11 @@ def _bursts(
     found = bursts_of(reports.time[rows])
     if found is None:
         return None
+    number = np.zeros(len(reports), dtype=np.int64)
+    number[rows] = found[0]
+    _, threads, own = judged(reports, index)
+    if shun_successive(number[own], threads.rows):
+        return None
     kind = reports.kind_of(index)
     if isinstance(kind, MeasurementKind):
         azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
@@ -77,6 +85,19 @@ def _bursts(
         if rotation_of(time, azimuth) or loose_rotation_of(time, azimuth):
             return None
     return found[0], f"its reports come in bursts of {found[1]:.3g} s at most"
+
+
+def _slices(
+    reports: ReportTable, index: int, rows: IntArray, said: Mapping[str, Any]
+) -> tuple[IntArray, str] | None:
+    """Return the look of each report whose slices have their own times, and a sentence."""
+    kind = reports.kind_of(index)
+    if said.get("scans") is False or not (isinstance(kind, MeasurementKind) and kind.is_position):
+        return None
+    found = slices_of(reports.time[rows], reports.measurement[rows])
+    if found is None:
+        return None
+    return found[0], f"its reports come in looks of {found[1]:.3g} s at most, slice by slice"
 
 
 def _sweeps(

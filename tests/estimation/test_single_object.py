@@ -1,11 +1,11 @@
-"""One object at rest is told from false alarms, several objects and what moves."""
+"""One object at rest, or slow in its noise, is told from false alarms and several objects."""
 
 import numpy as np
 import polars as pl
 import pytest
 
 import trackweave as tw
-from trackweave.estimation.at_rest import of_one_at_rest
+from trackweave.estimation.single_object import single_object
 
 COUNT = 200
 
@@ -25,27 +25,29 @@ def _moments(rng: np.random.Generator, kind: str, count: int = COUNT) -> np.ndar
 def test_reports_about_one_place_are_of_one_object(kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     time = np.sort(_moments(rng, kind))
-    own = of_one_at_rest(time, _rest(rng))
-    assert own is not None
-    assert own.mean() > 0.97
+    found = single_object(time, _rest(rng))
+    assert found is not None
+    assert found.own.mean() > 0.97
+    assert found.sigma == pytest.approx(3.0, rel=0.2)
+    assert found.speed == 0.0
 
 
 def test_what_lies_far_off_is_of_nobody() -> None:
     rng = np.random.default_rng(3)
     position, wild = _rest(rng), np.arange(COUNT) % 25 == 0
     position[wild] = rng.uniform(-500.0, 500.0, (wild.sum(), 2))
-    own = of_one_at_rest(_moments(rng, "even"), position)
-    assert own is not None
-    np.testing.assert_array_equal(own, ~wild)
+    found = single_object(_moments(rng, "even"), position)
+    assert found is not None
+    np.testing.assert_array_equal(found.own, ~wild)
 
 
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("scene", ["moves", "chance", "two", "beside one that moves", "drifts"])
+@pytest.mark.parametrize("scene", ["turns", "chance", "two", "beside one that moves", "drifts"])
 def test_others_are_not(scene: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     time, position = _moments(rng, "chance"), _rest(rng)
-    if scene == "moves":
-        position[:, 0] += 0.5 * np.arange(COUNT)
+    if scene == "turns":
+        position += 40.0 * np.column_stack([np.cos(time / 60.0), np.sin(time / 60.0)])
     elif scene == "chance":
         position = rng.uniform(-9.0, 9.0, (COUNT, 2))
     elif scene == "two":
@@ -55,19 +57,31 @@ def test_others_are_not(scene: str, seed: int) -> None:
     else:
         moves = np.arange(COUNT) % 10 == 0
         position[moves] += np.column_stack([5.0 * time[moves] - 2000.0, time[moves]])
-    assert of_one_at_rest(time, position) is None
+    assert single_object(time, position) is None
 
 
 def test_two_at_each_instant_are_not_one() -> None:
     rng = np.random.default_rng(1)
-    assert of_one_at_rest(np.repeat(np.arange(100.0), 2), _rest(rng)) is None
+    assert single_object(np.repeat(np.arange(100.0), 2), _rest(rng)) is None
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (1e3, -2e3)])
 @pytest.mark.parametrize("count", [0, 9])
 def test_too_few_or_all_alike_say_nothing(count: int, place: tuple[float, float]) -> None:
-    assert of_one_at_rest(np.arange(float(count)), np.zeros((count, 2))) is None
-    assert of_one_at_rest(np.arange(50.0), np.tile(place, (50, 1))) is None
+    assert single_object(np.arange(float(count)), np.zeros((count, 2))) is None
+    assert single_object(np.arange(50.0), np.tile(place, (50, 1))) is None
+
+
+@pytest.mark.parametrize("bend", [0.0, 2e-4])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_slow_way_in_its_noise_is_of_one_object(bend: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = _moments(rng, "even", 60)
+    position = _rest(rng, 60) + np.column_stack([0.1 * time, 0.5 * bend * time**2])
+    found = single_object(time, position)
+    assert found is not None
+    assert found.sigma == pytest.approx(3.0, rel=0.3)
+    assert 0.05 < found.speed < 0.3
 
 
 @pytest.mark.parametrize("kind", ["even", "loose"])

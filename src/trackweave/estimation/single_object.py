@@ -1,9 +1,10 @@
-"""Whether all that a sensor reports is one object at rest.
+"""Whether all that a sensor reports is one object at rest, or slow beside its noise.
 
 Nothing lines up there: as wide as it is spread, so wide is the noise, and reports of a single
 object fill their own surroundings as densely as false alarms would.
 """
 
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import quantile_of
 
-__all__ = ["of_one_at_rest"]
+__all__ = ["SingleObject", "single_object"]
 
 FEWEST, FEW = 6, 20
 # So many of the instants hold a single report, and of all so many may lie far off, where less than
@@ -35,12 +36,23 @@ FEW_WILD, NEXT = 4, 0.3
 # Of several that report by turns the last few reports hold one that is nearer than those of half
 # the recording away do, more often than every second time by so many standard deviations.
 LAST, NEARER = 10, 3.0
+# Ways are straight lines, and curves of one bend: with so many reports for each number of one.
+WAYS, REPORTS_FOR_EACH = 2, 10
 MEDIAN_OF_NORMAL = 0.6745
 NORMAL = NormalDist()
 
 
-def of_one_at_rest(time: FloatArray, position: FloatArray) -> NDArray[np.bool_] | None:
-    """Return which reports are of one object at rest; None where these are not nearly all.
+@dataclass(frozen=True, slots=True, eq=False)
+class SingleObject:
+    """What reports of a single object tell."""
+
+    own: NDArray[np.bool_]  # Which reports are its, shape (reports,); those of nobody lie far off
+    sigma: float  # Their noise along an axis [m]
+    speed: float  # The greatest on its way [m/s]
+
+
+def single_object(time: FloatArray, position: FloatArray) -> SingleObject | None:
+    """Return what reports tell of one object that rests, or goes a simple way in their noise.
 
     Parameters
     ----------
@@ -51,37 +63,67 @@ def of_one_at_rest(time: FloatArray, position: FloatArray) -> NDArray[np.bool_] 
 
     Returns
     -------
-    Whether each is, shape (reports,): those of nobody lie far off.
+    None where nearly all reports are not of one such object.
     """
-    count, dim = position.shape
+    count = position.shape[0]
     if count < FEWEST or np.unique(time).size < SINGLE * count:
         return None
-    away = position - np.median(position, axis=0)
+    # Nothing is further from 0 than 1, so that powers are no greater.
+    span = 0.5 * float(np.ptp(time))
+    elapsed = (time - time[0]) / span - 1.0
+    for degree in range(min(WAYS, count // REPORTS_FOR_EACH) + 1):
+        powers = np.vander(elapsed, degree + 1, increasing=True)
+        found = _on_way(elapsed, powers, position)
+        if found is not None:
+            own, residual, way = found
+            steps = np.arange(1, degree + 1)[:, None] * way[1:] / span
+            velocity = np.vander(elapsed, degree, increasing=True) @ steps
+            free = (int(np.count_nonzero(own)) - degree - 1) * position.shape[1]
+            sigma = float(np.sqrt(np.sum(residual**2) / free))
+            return SingleObject(own, sigma, float(np.linalg.norm(velocity, axis=1).max()))
+    return None
+
+
+def _on_way(
+    elapsed: FloatArray, powers: FloatArray, position: FloatArray
+) -> tuple[NDArray[np.bool_], FloatArray, FloatArray] | None:
+    """Return who is on a way of some powers of time, how far off it, and its coefficients."""
+    (count, dim), near = position.shape, np.ones(position.shape[0], dtype=np.bool_)
+    middle = np.median(position, axis=0)
+    if powers.shape[1] > 1:
+        middle = powers @ _way(powers, position)
+    away = position - middle
     spread = np.median(np.abs(away), axis=0) / MEDIAN_OF_NORMAL
     if not spread.all():
         return None
-    near = np.sum((away / spread) ** 2, axis=1) < quantile_of(dim, INSIDE)
-    if count < FEW:
-        # Their middle deviation tells none from another.
-        near[:] = True
+    if count >= FEW:
+        # The middle deviation of fewer tells none from another.
+        near = np.sum((away / spread) ** 2, axis=1) < quantile_of(dim, INSIDE)
     n_near = int(np.count_nonzero(near))
-    if n_near < (1.0 - MOST_WILD) * count or n_near < FEWEST:
+    if n_near < max((1.0 - MOST_WILD) * count, FEWEST) or _go_on(position[~near]):
         return None
-    if _go_on(position[~near]):
-        return None
-    pauses = np.diff(time[near])
+    pauses = np.diff(elapsed[near])
     is_even = pauses.std() < EVEN * pauses.mean()
     least = AS_LIKELY - OF_FEW / n_near if is_even else LIKELIER
-    away = position[near] - position[near].mean(axis=0)
-    sides = float(np.sum(np.log(np.ptp(away, axis=0))))
+    way = _way(powers[near], position[near])
+    away = position[near] - powers[near] @ way
+    return (near, away, way) if _is_noise(away, least) else None
+
+
+def _way(powers: FloatArray, position: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.lstsq(powers, position, rcond=None)[0])
+
+
+def _is_noise(away: FloatArray, least: float) -> bool:
+    """Tell whether what is left of reports, shape (reports, dim), is normal and each its own."""
+    sides = float(np.sum(np.log(np.maximum(np.ptp(away, axis=0), 1e-300))))
     variances, ways = np.linalg.eigh(np.atleast_2d(np.cov(away.T)))
     if variances[0] <= 0.0:
-        return None
+        return False
     along = away @ ways / np.sqrt(variances)
     entropy = 0.5 * float(np.sum(np.log(2.0 * np.pi * variances) + 1.0))
     is_alike = sides - entropy > least and _are_normal(along) and _are_white(along)
-    is_alike = is_alike and not _take_turns(along)
-    return np.asarray(near) if is_alike else None
+    return is_alike and not _take_turns(along)
 
 
 def _go_on(wild: FloatArray) -> bool:
@@ -90,7 +132,7 @@ def _go_on(wild: FloatArray) -> bool:
         return False
     steps = np.linalg.norm(np.diff(wild, axis=0), axis=1)
     apart = np.linalg.norm(wild[:, None] - wild[None], axis=2)[np.triu_indices(wild.shape[0], 1)]
-    return float(np.median(steps)) < NEXT * float(np.median(apart))
+    return bool(np.median(steps) < NEXT * np.median(apart))
 
 
 def _are_normal(along: FloatArray) -> bool:
@@ -119,7 +161,7 @@ def _take_turns(along: FloatArray) -> bool:
     last = np.min([_apart(along, every - lag) for lag in range(1, LAST + 1)], axis=0)
     far = [_apart(along, every - count // 2 - lag) for lag in range(LAST)]
     nearer = float(np.mean((last < np.min(far, axis=0))[LAST:]))
-    return nearer > 0.5 + NEARER * 0.5 / np.sqrt(count - LAST)
+    return bool(nearer > 0.5 + NEARER * 0.5 / np.sqrt(count - LAST))
 
 
 def _apart(along: FloatArray, other: IntArray) -> FloatArray:
