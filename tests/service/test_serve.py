@@ -63,6 +63,18 @@ def rows_in(folder: Path) -> list[tuple[float, str, float]]:
     return [row for table in tables for row in table.select("time", "sensor", "x").rows()]
 
 
+def test_a_recording_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "trackweave", "serve", "--listen", f"replay:{tmp_path}/none.csv",
+         "--data", str(tmp_path / "data"), "--page", f"127.0.0.1:{free_port()}"],
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "none.csv" in done.stderr
+    assert done.stderr.strip().endswith("no such file")
+    assert not (tmp_path / "data").exists()
+
+
 @pytest.mark.slow
 def test_nothing_acknowledged_is_lost_and_replay_is_equal_to_the_byte(tmp_path: Path) -> None:
     frame, configuration = positions()

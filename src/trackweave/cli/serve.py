@@ -43,7 +43,8 @@ def run_serve(
         if err.name is None or err.name.partition(".")[0] not in _LIBRARIES:
             raise
         raise InvalidInputError(
-            f"serve needs {err.name}; pip install 'trackweave[service]'"
+            f"serve needs {err.name}; pip install 'trackweave[service]', or '.[service]' in a "
+            "checkout"
         ) from err
     from trackweave.engine import require_engine
     from trackweave.service.inputs.source import source_of
@@ -73,6 +74,9 @@ def run_serve(
             urls.append(url)
             data = passing / "service" if data is None else data
         sources = [source_of(url) for url in urls]
+        missing = [each for each in sources if each.path and not Path(each.path).exists()]
+        if missing:
+            raise InvalidInputError(f"--listen {missing[0].url!r:.100}: no such file")
         _require_own_machine(sources, open_inputs=access["open_inputs"])
         plan = Plan(
             folder=data or Path("trackweave-service"),

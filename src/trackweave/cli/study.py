@@ -57,7 +57,10 @@ def run_tuning(
         found = tune(source, out, engine=engine, workers=workers, yes=yes, progress=progress)
     best = found.trials.row(0, named=True)
     voice.results(f"The best of {len(found.trials) - 1} candidates", best)
-    voice.say(f"track with --config {out / 'tuned.toml'}; how it was found: {out / 'report.md'}")
+    use = f"track with --config {out / 'tuned.toml'}"
+    if not found.best:
+        use = "nothing that was tried is better than the usual values"
+    voice.say(f"{use}; how it was found: {out / 'report.md'}")
     return {
         "best": found.best,
         "preset": found.preset,

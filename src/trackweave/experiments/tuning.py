@@ -71,6 +71,7 @@ class TuningResult:
         """Return the files of a search but for its log and record, by name."""
         head = "" if self.preset is None else f"# beside --preset {self.preset}\n"
         lines = [f"{key} = {value}" for key, value in _lines(self.best)]
+        lines = lines or ["# Nothing that was tried is better than the usual values."]
         return {
             "tuned.toml": f"{head}{chr(10).join(lines)}\n".encode(),
             "trials.csv": encode_table(self.trials, "trials.csv"),
