@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackweave.estimation.bursts import bursts_of
+from trackweave.estimation.bursts import bursts_of, slices_of
 
 
 def frames(period, spread, *, n_frames=100, each=4.0, seed=1):
@@ -79,3 +79,39 @@ def test_stragglers_between_bursts_are_of_the_burst_before():
     number, lasting = bursts_of(time[order])
     assert np.mean(number == frame[order] - frame.min()) > 0.999
     assert lasting < 200.0
+
+
+def passes(rng, *, by_place):
+    """Return times and places of reports of thirty passes, each of three times 25 s apart."""
+    begins = np.cumsum(rng.uniform(3e4, 2e5, 30))
+    place = rng.uniform(0.0, 3e5, (30, 40, 2))
+    slice_of = np.floor(place[:, :, 1] / 1e5) if by_place else rng.integers(0, 3, (30, 40))
+    time = (begins[:, None] + 25.0 * slice_of).ravel()
+    order = np.argsort(time, kind="stable")
+    return time[order], place.reshape(-1, 2)[order]
+
+
+def test_slices_along_a_pass_are_of_one_look():
+    time, place = passes(np.random.default_rng(1), by_place=True)
+    number, lasting = slices_of(time, place)
+    assert lasting == 50.0
+    assert np.unique(number).size == 30
+    assert np.all(np.diff(number) >= 0)
+
+
+def test_what_is_everywhere_at_each_time_is_no_slice():
+    time, place = passes(np.random.default_rng(2), by_place=False)
+    assert slices_of(time, place) is None
+
+
+def test_pictures_of_one_thing_in_series_are_no_slices():
+    rng = np.random.default_rng(3)
+    place = np.tile(rng.uniform(0.0, 3e5, (20, 2)), (90, 1))
+    time = np.repeat((1e5 * np.arange(30)[:, None] + 25.0 * np.arange(3)).ravel(), 20)
+    assert slices_of(time, place + rng.normal(0.0, 100.0, place.shape)) is None
+
+
+def test_times_without_long_pauses_have_no_slices():
+    rng = np.random.default_rng(4)
+    assert slices_of(np.arange(300.0), rng.uniform(0.0, 3e5, (300, 2))) is None
+    assert slices_of(np.zeros(5), rng.uniform(0.0, 3e5, (5, 2))) is None

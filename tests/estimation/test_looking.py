@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackweave.estimation.looking import looking
+from trackweave.estimation.looking import looking, shun_successive
 from trackweave.estimation.threads import threads_of
 
 
@@ -132,3 +132,41 @@ def test_a_sensor_that_sees_one_object_at_a_time_at_regular_times_looks():
     found = judged(scans(3, 6, 0.08, n_scans=1500))
     assert not found.is_single
     assert found.scans is not False
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_two_that_are_never_together_report_by_themselves(seed):
+    rng, rows = np.random.default_rng(seed), []
+    for place in ((-500.0, 0.0), (400.0, 300.0)):
+        time = np.arange(rng.uniform(0.0, 10.0), 400.0, 10.0)
+        time = time + rng.uniform(-1.0, 1.0, time.size)
+        rows += [(now, *(place + rng.normal(0.0, 5.0, 2))) for now in time]
+    seen = judged(rows)
+    assert seen.take_turns
+    assert seen.scans is False
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_false_alarms_one_at_a_time_are_no_objects_that_take_turns(seed):
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.exponential(1.0, 200))
+    rows = np.column_stack([time, rng.uniform(0.0, 1e4, (200, 2))]).tolist()
+    assert not judged(rows).take_turns
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_single_object_takes_no_turns(seed):
+    assert not judged(scans(seed, 1, 0.8)).take_turns
+
+
+def test_objects_of_one_pause_seem_to_be_seen_by_turns():
+    # Of five, one is alone in every second burst.
+    number = np.repeat(np.arange(40), np.where(np.arange(40) % 2, 4, 1))
+    odd = np.flatnonzero(number % 2 == 1).reshape(-1, 4)
+    threads = [np.flatnonzero(number % 2 == 0), *odd.T]
+    assert shun_successive(number, threads)
+    assert not shun_successive(np.repeat(np.arange(40), 5), list(np.arange(200).reshape(-1, 5).T))
+    # Seen at every second look by chance, some are seen at two in a row.
+    rng = np.random.default_rng(1)
+    by_chance = [np.flatnonzero(rng.random(400) < 0.5) for _ in range(3)]
+    assert not shun_successive(np.arange(400), by_chance)

@@ -22,7 +22,7 @@ SHORT, MANY, VARIED = 0.25, 3.0, 1.5
 GAPS_TRIED, FIRST, STRAGGLE = (0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995), 60, 0.1
 # Slices of one look are parted by gaps so many times as short as those between looks; what is
 # nearest a report is of its own slice, but for this part of what chance would make otherwise.
-PASSES, APART, FEWEST_NEAR = 30.0, 0.4, 30
+PASSES, APART, FEWEST_NEAR = 30.0, 0.7, 30
 # So many ways are tried to part gaps into those inside and those between.
 WAYS = 60
 

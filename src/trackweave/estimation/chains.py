@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.chi_squared import share_within
@@ -19,7 +18,6 @@ __all__ = [
     "chains_of",
     "detection_share",
     "local_density",
-    "moving",
     "speed_of_few",
 ]
 
@@ -36,8 +34,6 @@ FALSE_PART, MOST_BY_CHANCE = 0.2, 1.0
 FALSE_OF_FEW, AS_NOISY, ALIKE, THIN, EMPTY = 0.01, 5.0, 1.25, 0.003, 0.02
 # Beside others those of the many count of which chance makes fewer than this in all.
 BEYOND_CHANCE = 1e-6
-# What stands ends no more standard deviations from where it began.
-STILL = 4.0
 # Where more than this part of the scans have a report, something stands.
 RECURRING = 0.1
 # A predicted place is followed up to this many standard deviations, for so many misses.
@@ -103,15 +99,6 @@ def chains_of(blocks: list[Frames], speed: float, density: float) -> Chains | No
         return None
     found = found[:: -(-len(found) // MAX_CHAINS)]
     return _extend(found, density)
-
-
-def moving(chains: Chains, sigma: float) -> NDArray[np.bool_]:
-    """Tell of each chain whether it ends farther from its beginning than noise sigma [m] does."""
-    known = np.isfinite(chains.position[:, :, 0])
-    last = known.shape[1] - 1 - np.argmax(known[:, ::-1], axis=1)
-    every = np.arange(known.shape[0])
-    way = chains.position[every, last] - chains.position[every, np.argmax(known, axis=1)]
-    return np.asarray(np.linalg.norm(way, axis=1) > STILL * math.sqrt(2.0) * sigma)
 
 
 def detection_share(

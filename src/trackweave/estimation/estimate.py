@@ -12,7 +12,6 @@ from trackweave.estimation.chains import (
     Chains,
     chains_of,
     detection_share,
-    moving,
     speed_of_few,
 )
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
@@ -44,8 +43,6 @@ WILD_SHARE, WILD_SCALE = 0.05, 8.0
 WIDER = 1.25
 # Without a period misses and lives are counted in it [s].
 SECOND = 1.0
-# So many that move tell how objects turn.
-FEWEST_MOVING = 8
 # Between two reports of an object that rests there is at least so much time [s]; it seems to move
 # by so many standard deviations in it, and no other came in so many times as long.
 SHORTEST, RUSHING, NEVER = 1e-6, 3.0, 10.0
@@ -366,11 +363,6 @@ def _noise(
     sigma, process = noise_of_chains(
         chains.time, chains.position, sigma or start, density, fixed=known
     )
-    moves = moving(chains, sigma)
-    if FEWEST_MOVING <= np.count_nonzero(moves) < moves.size:
-        # What stands tells nothing of how others turn.
-        those = chains.time[moves], chains.position[moves]
-        process = max(process, noise_of_chains(*those, sigma, density, fixed=True)[1])
     unit = sigma**2 / (period or float(np.nanmedian(np.diff(chains.time, axis=1)))) ** 3
     return sigma, max(process, LEAST_PROCESS * unit)
 
