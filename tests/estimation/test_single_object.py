@@ -85,7 +85,7 @@ def test_a_slow_way_in_its_noise_is_of_one_object(bend: float, seed: int) -> Non
 
 
 @pytest.mark.parametrize("kind", ["even", "loose"])
-@pytest.mark.parametrize("told", [{}, {"sigma": 3.0}, {"sigma": 6.0}])
+@pytest.mark.parametrize("told", [{}, {"sigma": 1.5}, {"sigma": 3.0}, {"sigma": 6.0}])
 @pytest.mark.parametrize("count", [15, 60, COUNT])
 def test_a_receiver_that_lies_still_is_one_track(kind: str, told: dict, count: int) -> None:
     rng = np.random.default_rng(11)
@@ -101,3 +101,17 @@ def test_reports_of_its_own_are_one_track_where_it_is_told_so() -> None:
     table = pl.DataFrame({"time": time, **dict(zip("xy", _rest(rng).T, strict=True))})
     result = tw.track(table, {"sensors": {"default": {"scans": False}}})
     assert result.reports["track"].drop_nulls().value_counts()["count"].max() > 0.97 * COUNT
+
+
+def test_a_noise_told_too_small_of_one_object_is_doubted_unless_trusted() -> None:
+    rng = np.random.default_rng(13)
+    frame = pl.DataFrame(
+        {"time": np.arange(40.0), **dict(zip("xy", _rest(rng, 40).T, strict=True))}
+    )
+    result = tw.track(frame, {"sensors": {"default": {"sigma": 1.5}}})
+    (entry,) = [each for each in result.run["told"] if each["key"] == "sensors.default.sigma"]
+    assert entry["told"] == 1.5
+    assert entry["used"] == pytest.approx(3.0, rel=0.3)
+    assert any("sigma is told as 1.5" in note for note in result.run["notes"])
+    kept = tw.track(frame, {"sensors": {"default": {"sigma": 1.5, "trust": True}}})
+    assert kept.run["configuration"]["sensors"]["default"]["sigma"] == 1.5

@@ -2,16 +2,22 @@
 
 from typing import Any
 
+import numpy as np
+
 from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.single_object import single_object
 from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
-from trackweave.run.noise_check import NoiseDoubts
+from trackweave.run.noise_check import CLEAR, NoiseDoubts
 from trackweave.run.observing import observe, positions_in
 
 __all__ = ["ConsistencyChecks"]
+
+# What is told of a single object's noise is doubted beyond so many standard errors.
+ERRORS = 3.0
 
 
 class ConsistencyChecks:
@@ -23,7 +29,7 @@ class ConsistencyChecks:
     def __init__(self, configuration: Configuration) -> None:
         self._told = configuration
         self._noise, self._motion = NoiseDoubts(), MotionDoubts()
-        self._are_bearings_judged = False
+        self._are_bearings_judged = self._is_one_judged = False
 
     @property
     def configuration(self) -> Configuration:
@@ -39,7 +45,9 @@ class ConsistencyChecks:
         if reports.has_foreign:
             # Nothing here knows how reports of a kind from outside scatter.
             return False
-        if self._contradicts_bearings(reports, settings):
+        if self._contradicts_bearings(reports, settings) or self._contradicts_one(
+            reports, settings
+        ):
             return True
         if self._noise.contradict(reports, settings, track, at_end=at_end):
             return True
@@ -72,6 +80,27 @@ class ConsistencyChecks:
         if factor is not None:
             self._noise.overrule(settings, reports.sensors, factor)
         return factor is not None
+
+    def _contradicts_one(self, reports: ReportTable, settings: Settings) -> bool:
+        """Judge once what was told of the noise of a single object: less would make it several."""
+        if self._is_one_judged or len(settings.sensors) != 1 or len(reports.sensors) != 1:
+            return False
+        self._is_one_judged = True
+        (sensor,), (name,) = settings.sensors, reports.sensors
+        told = self._told.sensor(name).get("sigma")
+        if not isinstance(told, float | int) or sensor.trusts("sigma"):
+            return False
+        if not sensor.measurement.is_position or np.isfinite(reports.sigma).any():
+            return False
+        order = np.argsort(reports.time, kind="stable")
+        found = single_object(reports.time[order], reports.measurement[order])
+        if found is None:
+            return False
+        error = 1.0 / np.sqrt(2.0 * found.own.sum() * reports.dim)
+        is_clear = found.sigma > max(CLEAR, 1.0 + ERRORS * error) * told
+        if is_clear:
+            self._noise.overrule(settings, reports.sensors, found.sigma / told)
+        return bool(is_clear)
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""

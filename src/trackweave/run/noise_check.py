@@ -15,7 +15,7 @@ from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import is_noise, scatter_of, without_motion
 
-__all__ = ["NoiseDoubts", "scaled"]
+__all__ = ["CLEAR", "NoiseDoubts", "scaled"]
 
 # Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
 # together where they have them before so many are, and at the end of a run by so many triples.

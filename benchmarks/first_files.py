@@ -1,0 +1,92 @@
+"""Small recordings, as somebody who tries it makes them first: how many are tracked right.
+
+Each row is a kind of recording with 5 m of noise and no false alarms: one object at rest or slow,
+a look each second, and tags that report themselves every ten seconds at their own phases. Right is
+an IDF1 of reports of 0.9 and more.
+"""
+
+import argparse
+import time
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+from text_tables import command, heading, table
+
+from trackweave import track
+from trackweave.metrics import assignment_quality
+
+SIGMA, PAUSE, RIGHT = 5.0, 10.0, 0.9
+HEAD = ["recording", "told", "right", "least IDF1", "most tracks", "CPU s each"]
+
+
+class Kind(NamedTuple):
+    """What a recording holds."""
+
+    name: str
+    count: int  # Objects
+    looks: int  # Of one that looks each second; 0 for tags
+    speed: float  # [m/s]
+    loose: float = 0.0  # By how much of a pause each report of a tag is early or late at most
+    has_names: bool = False
+    told: Mapping[str, Any] = {}
+
+
+KINDS = (
+    *(Kind(f"one at rest, {n} reports", 1, n, 0.0) for n in (8, 20, 60)),
+    Kind("one at rest, 40 reports", 1, 40, 0.0, told={"sigma": 0.5 * SIGMA}),
+    Kind("one at 1.1 m/s, 30 reports", 1, 30, 1.1),
+    *(Kind(f"{n} tags, ± 10 %", n, 0, 2.0, 0.1) for n in (2, 3, 6)),
+    Kind("2 tags, ± 10 %", 2, 0, 2.0, 0.1, told={"scans": False}),
+    *(Kind(f"{n} tags, exact", n, 0, 2.0) for n in (2, 3, 6)),
+    *(Kind(f"{n} with names, ± 10 %", n, 0, 8.0, 0.1, has_names=True) for n in (2, 5)),
+)
+
+
+def reports_of(kind: Kind, rng: np.random.Generator) -> pl.DataFrame:
+    """Return a recording's reports, with the object of each."""
+    rows = []
+    for each in range(kind.count):
+        moments = np.arange(float(kind.looks))
+        if not kind.looks:
+            moments = np.arange(rng.uniform(0.0, PAUSE), 40 * PAUSE, PAUSE)
+            moments = moments + PAUSE * rng.uniform(-kind.loose, kind.loose, moments.size)
+            moments = np.round(moments[rng.random(moments.size) < 0.95], 3)
+        way = rng.uniform(0.0, 2.0 * np.pi)
+        velocity = kind.speed * np.array([np.cos(way), np.sin(way)])
+        place = rng.uniform(-1000.0, 1000.0, 2) + np.outer(moments, velocity)
+        place += rng.normal(0.0, SIGMA, place.shape)
+        rows += [(now, *at, str(each)) for now, at in zip(moments, place, strict=True)]
+    frame = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    return frame.with_columns(identity=pl.col("target")) if kind.has_names else frame
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=1)
+    options = parser.parse_args()
+    rows = []
+    for kind in KINDS:
+        told = {"sensors": {"default": dict(kind.told)}} if kind.told else {}
+        found, n_tracks, before = [], [], time.process_time()
+        for seed in range(options.first, options.first + options.seeds):
+            reports = reports_of(kind, np.random.default_rng(seed))
+            result = track(reports.drop("target"), told)
+            number = result.reports["track"].to_list()
+            found.append(assignment_quality(reports["target"].to_list(), number).idf1 or 0.0)
+            n_tracks.append(len(set(number) - {None}))
+        spent = (time.process_time() - before) / options.seeds
+        said = ", ".join(f"{key} {value}" for key, value in kind.told.items()) or "nothing"
+        right = sum(idf1 >= RIGHT for idf1 in found)
+        rows.append([kind.name, said, f"{right} of {options.seeds}", f"{min(found):.2f}",
+                     f"{max(n_tracks)}", f"{spent:.1f}"])  # fmt: skip
+    print(heading(command("first_files.py")))
+    print()
+    print(table(HEAD, rows))
+
+
+if __name__ == "__main__":
+    main()
