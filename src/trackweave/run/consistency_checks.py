@@ -45,9 +45,9 @@ class ConsistencyChecks:
         if reports.has_foreign:
             # Nothing here knows how reports of a kind from outside scatter.
             return False
-        if self._contradicts_bearings(reports, settings) or self._contradicts_one(
-            reports, settings
-        ):
+        if self._contradicts_bearings(reports, settings):
+            return True
+        if self._contradicts_one(reports, settings):
             return True
         if self._noise.contradict(reports, settings, track, at_end=at_end):
             return True

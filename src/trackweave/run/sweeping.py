@@ -73,12 +73,13 @@ def _bursts(
     found = bursts_of(reports.time[rows])
     if found is None:
         return None
-    number = np.zeros(len(reports), dtype=np.int64)
-    number[rows] = found[0]
-    _, threads, own = judged(reports, index)
-    if shun_successive(number[own], threads.rows):
-        return None
     kind = reports.kind_of(index)
+    if isinstance(kind, MeasurementKind) and kind.is_position:
+        number = np.zeros(len(reports), dtype=np.int64)
+        number[rows] = found[0]
+        _, threads, own = judged(reports, index)
+        if shun_successive(number[own], threads.rows):
+            return None
     if isinstance(kind, MeasurementKind):
         azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
         time = reports.time[rows]
