@@ -173,7 +173,7 @@ def turning_not(period: float | None) -> dict[str, Any]:
     ("period", "said"),
     [
         (4.0, "sensor default: 20 of 20 scans hold one report although its scan period is 4 s"),
-        (None, "sensor default: 20 of 20 scans hold one report and no scan_period is given"),
+        (None, "sensor default: taken for one that does not scan: 2 objects report by themselves"),
     ],
 )
 def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> None:
@@ -184,7 +184,8 @@ def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> Non
     table = pl.DataFrame({**table, "x": 5 * table["time"]})
     notes = [note for note in tracked(table, config).run["notes"] if note.startswith(said)]
     assert len(notes) == 1
-    assert "for a rotating sensor give its rotation and scan_period, or a `scan`" in notes[0]
+    otherwise = "for a rotating sensor give its rotation and scan_period, or a `scan`"
+    assert (otherwise if period else "if it looks, give scans = true") in notes[0]
     with_scans = tracked(table.rename({"turn": "scan"}), config)
     assert not any("turn" in note for note in with_scans.run["notes"])
 
@@ -192,7 +193,7 @@ def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> Non
 @pytest.mark.parametrize("period", [4.0, None])
 def test_says_that_a_beam_turns_which_is_told_not_to(period: float | None) -> None:
     config, table = turning_not(period), pl.DataFrame(rotating())
-    (note,) = tracked(table, config).run["notes"]
+    (note,) = (each for each in tracked(table, config).run["notes"] if "turns" in each)
     assert "its reports come as from a beam that turns counter-clockwise in 4.0" in note
     assert 'leave rotation = "none" out' in note
     with_scans = tracked(table.rename({"turn": "scan"}), config)

@@ -49,7 +49,7 @@ class Looking:
         """The share of what speaks otherwise than ``scans`` says, 0 to 1; 1 for not known."""
         both = self.by_themselves + self.by_chance
         if both < ENOUGH:
-            return 0.0 if self.scans else 1.0
+            return 0.0 if self.scans or self.take_turns else 1.0
         return (self.by_chance if self.scans is False else self.by_themselves) / both
 
     @property

@@ -36,8 +36,9 @@ FEW_WILD, NEXT = 4, 0.3
 # Of several that report by turns the last few reports hold one that is nearer than those of half
 # the recording away do, more often than every second time by so many standard deviations.
 LAST, NEARER = 10, 3.0
-# Ways are straight lines, and curves of one bend: with so many reports for each number of one.
-WAYS, REPORTS_FOR_EACH = 2, 10
+# Ways are straight lines, and curves of one bend: with so many reports for each number of one, and
+# no longer than so many standard deviations.
+WAYS, REPORTS_FOR_EACH, FARTHEST = 2, 10, 30.0
 MEDIAN_OF_NORMAL = 0.6745
 NORMAL = NormalDist()
 
@@ -80,6 +81,8 @@ def single_object(time: FloatArray, position: FloatArray) -> SingleObject | None
             velocity = np.vander(elapsed, degree, increasing=True) @ steps
             free = (int(np.count_nonzero(own)) - degree - 1) * position.shape[1]
             sigma = float(np.sqrt(np.sum(residual**2) / free))
+            if np.linalg.norm(np.ptp(powers @ way, axis=0)) > FARTHEST * sigma:
+                return None  # It lines up.
             return SingleObject(own, sigma, float(np.linalg.norm(velocity, axis=1).max()))
     return None
 
