@@ -71,7 +71,7 @@ def test_a_recording_that_is_not_there_is_refused_at_once(tmp_path: Path) -> Non
     )  # fmt: skip
     assert done.returncode == 2
     assert "none.csv" in done.stderr
-    assert done.stderr.strip().endswith("no such file")
+    assert done.stderr.strip().endswith("no such file; expected a recording")
     assert not (tmp_path / "data").exists()
 
 

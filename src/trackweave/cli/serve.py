@@ -76,7 +76,9 @@ def run_serve(
         sources = [source_of(url) for url in urls]
         missing = [each for each in sources if each.path and not Path(each.path).exists()]
         if missing:
-            raise InvalidInputError(f"--listen {missing[0].url!r:.100}: no such file")
+            raise InvalidInputError(
+                f"--listen {missing[0].url!r:.100}: no such file; expected a recording"
+            )
         _require_own_machine(sources, open_inputs=access["open_inputs"])
         plan = Plan(
             folder=data or Path("trackweave-service"),

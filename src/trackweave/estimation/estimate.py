@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from trackweave.arrays import FloatArray, IntArray
+from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.chains import (
     Chains,
@@ -23,7 +23,7 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
-from trackweave.estimation.single_object import SingleObject, single_object
+from trackweave.estimation.single_object import single_object
 from trackweave.estimation.threads import Threads
 from trackweave.estimation.trees import ball_volume
 
@@ -61,7 +61,7 @@ class _Findings:
     note: str | None
     lone: LoneReports | None = None
     ways: Mapping[str, Any] | None = None
-    is_single: bool = False  # Whether all reports are of one object
+    of_one_object: bool = False  # Whether all reports are of one object
 
 
 def estimate(
@@ -111,7 +111,7 @@ def estimate(
         initial_target_density=positive(max(present)),
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
-        is_single=all(found.is_single for found in findings.values()),
+        of_one_object=all(found.of_one_object for found in findings.values()),
         notes=tuple(
             f"sensor {name}: {note}"
             for name, found in findings.items()
@@ -168,16 +168,9 @@ def _kinematic(
     """Return what a sensor's reports tell by when and where they are."""
     # ``sensor`` is its number, and its threads where they are known.
     index, known = sensor
-    rows = middle_of(reports, index)
-    own = None
-    if known is None:
-        own = single_object(reports.time[rows], reports.measurement[rows])
-    if own is not None:
-        if scans is not False:
-            return _in_scans(_of_single_object(reports, (rows, own), sigma), reports, index)
-        # It reports itself whenever it likes.
-        found = _kinematic(reports, (index, Threads([rows[own.own]], rows.size)), sigma, False)
-        return replace(found, is_single=True)
+    found = None if known is not None else _of_single_object(reports, index, sigma, scans)
+    if found is not None:
+        return found
     if scans is True:
         return _in_scans(_look_at(reports, index, sigma), reports, index)
     seen, threads, rows = judged(reports, index, known)
@@ -229,11 +222,18 @@ def _of_lone(lone: LoneReports, note: str, position: FloatArray, sigma: float | 
 
 
 def _of_single_object(
-    reports: ReportTable, seen: tuple[IntArray, SingleObject], sigma: float | None
-) -> _Findings:
-    """Return what rows of a sensor that looks tell of the single object that they are of."""
-    rows, single = seen
+    reports: ReportTable, index: int, sigma: float | None, scans: bool | None
+) -> _Findings | None:
+    """Return what a sensor's reports tell of a single object, None where they are of others."""
+    rows = middle_of(reports, index)
     time, position = reports.time[rows], reports.measurement[rows]
+    single = single_object(time, position)
+    if single is None:
+        return None
+    if scans is False:
+        # It reports itself whenever it likes.
+        thread = Threads([rows[single.own]], rows.size)
+        return replace(_kinematic(reports, (index, thread), sigma, False), of_one_object=True)
     period = scan_period(np.unique(time))
     looks = time.size if period is None else max(round(float(np.ptp(time)) / period) + 1, 1)
     known = sigma or single.sigma
@@ -255,7 +255,8 @@ def _of_single_object(
     wait = max(float(np.median(np.diff(time))), SHORTEST)
     process = LEAST_PROCESS * known**2 / wait**3
     speed = max(RUSHING * known / wait, WIDER * single.speed)
-    return _Findings(found, process, speed, 0.0, None, NEVER * looks, None, is_single=True)
+    told = _Findings(found, process, speed, 0.0, None, NEVER * looks, None, of_one_object=True)
+    return _in_scans(told, reports, index)
 
 
 def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings:

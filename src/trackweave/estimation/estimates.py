@@ -88,7 +88,7 @@ class Estimates:
     notes: tuple[str, ...] = ()  # Sentences on what was left out or not believed
     # Greatest speed of the few that are faster than the others [m/s]; 0 for unknown.
     speed_of_few: float = 0.0
-    is_single: bool = False  # Whether all reports are of one object, in their noise
+    of_one_object: bool = False  # Whether all reports are of one object, in their noise
 
 
 def bounded(value: float, least: float = 1e-12) -> float:

@@ -119,9 +119,10 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     sensors = dict(estimates.sensors)
     noises: list[float] = []
     for index, name in enumerate(reports.sensors):
-        own = sensors.get(name)
-        if own is None or own.scans is False or not np.any(reports.sensor == index):
-            continue  # Those that do not scan are told by threads, per second.
+        if name not in sensors or not np.any(reports.sensor == index):
+            continue
+        if sensors[name].scans is False:
+            continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         # Where first estimates are in doubt, so is what lasts in a crowd: any sure track counts.
         lasting = SURE_HITS if name in estimates.doubts else LASTING_HITS

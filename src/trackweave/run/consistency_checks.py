@@ -8,6 +8,7 @@ from trackweave.arrays import IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.lone import middle_of
 from trackweave.estimation.single_object import single_object
 from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
@@ -92,8 +93,8 @@ class ConsistencyChecks:
             return False
         if not sensor.measurement.is_position or np.isfinite(reports.sigma).any():
             return False
-        order = np.argsort(reports.time, kind="stable")
-        found = single_object(reports.time[order], reports.measurement[order])
+        rows = middle_of(reports, 0)
+        found = single_object(reports.time[rows], reports.measurement[rows])
         if found is None:
             return False
         error = 1.0 / np.sqrt(2.0 * found.own.sum() * reports.dim)

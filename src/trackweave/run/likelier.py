@@ -106,12 +106,10 @@ class _Trials:
         """Return the best step from some factors, the same where none is better."""
         noise, process, objects = here
         less = 1.0 if self.is_told else LESS
-        noises, processes = [noise], [process, LESS_PROCESS * process]
+        noises, processes = (noise, less * noise), [process, LESS_PROCESS * process]
         if self.is_told:
-            # Beside a noise that is told, what goes from one to the next may seem to move less.
+            # What goes from one to the next may seem to move less beside it.
             processes.append(process / LESS_PROCESS)
-        else:
-            noises.append(LESS * noise)
         every = itertools.product(noises, processes, (objects, MORE * objects))
         steps = [step for step in every if step != here]
         # Of a pack half of whose objects are told apart nothing may be likelier than of one.
@@ -149,7 +147,7 @@ def told_by_tracks(
     -------
     Those that make tracks clearly likelier, if there are any.
     """
-    if estimates is None or estimates.is_single:
+    if estimates is None or estimates.of_one_object:
         return estimates
     if all(each.scans is False for each in estimates.sensors.values()):
         return likelier(estimates, reports, configuration, kept) or estimates

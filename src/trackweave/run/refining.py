@@ -111,7 +111,7 @@ def estimates_for(
     estimates = believable(replace(estimates, notes=(*notes, *estimates.notes)), reports, **sure)
     estimates = with_levels(estimates, reports)
     lone = all(each.scans is False for each in estimates.sensors.values())
-    if directions is None and (lone or estimates.is_single):
+    if directions is None and (lone or estimates.of_one_object):
         # Threads have told it all; whether tracks know better, ``run.likelier`` asks.
         return estimates
     beams = {name: (each.period, each.phase, each.direction) for name, each in turning.items()}
