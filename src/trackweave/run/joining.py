@@ -12,6 +12,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.estimation.estimates import digits
 from trackweave.randomness import RandomSource
+from trackweave.run.deghosting import Deghosted, deghosted
 from trackweave.run.history import Smoothing, smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
@@ -67,6 +68,7 @@ class Hindsight:
     assigned: Assigned
     lineage: Lineage | None
     joined: Joined | None
+    ghosts: Deghosted
 
     @property
     def parent(self) -> Mapping[int, int] | None:
@@ -74,11 +76,11 @@ class Hindsight:
         return None if self.lineage is None else self.lineage.parent
 
     def notes(self) -> list[str]:
-        """Return a sentence on what was joined and one on what was parted, if anything."""
+        """Return sentences on what were ghosts, what was joined and what was parted, if any."""
+        notes = self.ghosts.notes()
         if self.joined is None:
-            return []
+            return notes
         found, parted = self.joined.joins.found, self.joined.joins.parted
-        notes = []
         if found:
             notes.append(
                 f"{counted(len(found), 'track')} joined with an earlier one through silences of up"
@@ -96,6 +98,7 @@ class Hindsight:
     def as_record(self) -> dict[str, Any]:
         """Return what run.json says."""
         return {
+            "ghosts": self.ghosts.as_record(),
             "divisions": None if self.lineage is None else self.lineage.as_record(),
             "joins": None if self.joined is None else self.joined.as_record(),
         }
@@ -115,7 +118,9 @@ def in_hindsight(
     """Return a run's tracks as known then, its history and assignments, under their last names."""
     # ``by`` is what is drawn from, and what smooths all tracks at once, which workers may do.
     rng, _ = by
-    joined = None
+    joined, as_known = None, found[0]
+    assigned, ghosts = deghosted(reports, found[1], settings)
+    found = ghosts.known(as_known), assigned
     # Of objects that divide, what begins may be a daughter, but where a merge explains it.
     if settings.join and settings.divide and settings.merge is not None:
         tracks, assigned = found
@@ -129,7 +134,8 @@ def in_hindsight(
         history, assigned, joined = with_joins(
             reports, (tracks, history, assigned), settings, priors, rng
         )
-    return Hindsight(tracks, history, assigned, lineage, joined)
+    tracks = as_known if ghosts.changed else tracks
+    return Hindsight(tracks, history, assigned, lineage, joined, ghosts)
 
 
 def with_joins(

@@ -102,8 +102,8 @@ def _notes_on_bearings(
     if len(bearing) == len(observed) == 2:
         notes.append(
             f"sensors {' and '.join(bearing)}: the bearings of two sensors cross for every pair "
-            "of objects, and two may be taken for such ghosts of theirs; a third sensor tells "
-            "them apart"
+            "of objects, and two may be taken for such ghosts of theirs until the whole recording "
+            "tells, if it does; a third sensor tells them apart"
         )
     if bearing and len(observed) == 1:
         notes.append(
