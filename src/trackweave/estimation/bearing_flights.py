@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from trackweave.arrays import FloatArray, IntArray
 
@@ -83,11 +84,11 @@ def flight_of(bearings: Bearings, process_noise: float, max_speed: float, reach:
         scatter = spread * (slope @ slope.T)
         scatter[np.diag_indices_from(scatter)] += bearings.sigma**2
         try:
-            root = np.linalg.cholesky(scatter)
-        except np.linalg.LinAlgError:
+            root = cho_factor(scatter, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
             break
-        weight = np.linalg.solve(root.T, np.linalg.solve(root, seen))
-        volume = 2.0 * np.log(np.diag(root)).sum() + seen.size * math.log(2.0 * math.pi)
+        weight = cho_solve(root, seen, check_finite=False)
+        volume = 2.0 * np.log(np.diag(root[0])).sum() + seen.size * math.log(2.0 * math.pi)
         cost = 0.5 * (float(seen @ weight) + float(volume))
         now = middle + spread @ (slope * weight[:, None])
         moved = float(np.abs(now - path).max())

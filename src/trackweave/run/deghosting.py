@@ -34,9 +34,10 @@ PROCESS_NOISES = (STRAIGHTEST, 0.01, 0.1, 1.0, 10.0)
 CLEAR, OF_BENDS = 3.0, 0.05
 """So many nats less are worth it to say that a track was a ghost, and so much of what a straight
 flight costs more: where objects turn, some ghosts turn less."""
-LEAST_LEG, MOST_MOMENTS, MOST_TRACKS = 4, 120, 60
-"""A leg has so many bearings, those of so many moments are asked, and more tracks are not taken
-apart."""
+LEAST_LEG, MOST_MOMENTS, MOST_TRACKS = 4, 60, 60
+"""A leg has so many bearings, those of so many moments are asked (threads of linear algebra take a
+hundred times as long beside other load, and begin with larger matrices), and more tracks are not
+taken apart."""
 NEAR = 0.1  # How far off a flight a track sets out, as a share of its way
 TOGETHER = 0.5  # Legs overlap for so much of the shorter
 NEVER = 1e9  # Of legs of different times [nats]
@@ -214,14 +215,20 @@ class _Flights(NamedTuple):
         """Return when and where some tracks were."""
         reach, flown = reach_of_bearings(self.bearings.place), {}
         for name in np.intersect1d(names, track).tolist():
-            own = self.bearings.at(np.flatnonzero(track == name))
+            rows = np.flatnonzero(track == name)
+            own = self.bearings.at(rows[np.isin(rows, self._asked())])
             flown[name] = own.time, flight_of(own, noise, self.max_speed, reach).path
         return flown
 
     def _asked(self) -> IntArray:
-        """Return the bearings that are asked: all of every so manieth moment."""
-        moments, of = np.unique(self.bearings.time, return_inverse=True)
-        return np.flatnonzero(of % (-(-moments.size // MOST_MOMENTS)) == 0)
+        """Return the bearings that are asked: all of every so manieth moment of each sensor."""
+        moments = [np.unique(self.bearings.time[self.sensor == k]) for k in (0, 1)]
+        every = -(-max(each.size for each in moments) // MOST_MOMENTS)
+        asked = [
+            (self.sensor == k) & np.isin(self.bearings.time, each[::every])
+            for k, each in enumerate(moments)
+        ]
+        return np.flatnonzero(asked[0] | asked[1])
 
 
 def _are_together(time: FloatArray, one: IntArray, other: IntArray) -> bool:
