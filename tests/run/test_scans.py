@@ -98,7 +98,21 @@ def test_after_many_reports_a_scan_without_any_is_none(
     notes = notes_on_pauses(scans, {"A": 1.0})
     assert bool(notes) is not bool(empty)
     if notes:
-        assert notes[0].startswith("sensor A: 1 pause of up to 4 s right after 4 scans of 8")
+        assert notes[0].startswith("sensor A: 1 pause of up to 4 s, right after 4 scans of 8")
+
+
+@pytest.mark.parametrize("pace", [10.0, 3.0, 1.0])
+def test_a_sensor_that_takes_another_pace_misses_nothing(pace: float) -> None:
+    times = [*np.arange(6.0), *(5.0 + pace * np.arange(1.0, 6.0))]
+    scans = complete_scans(table(times, [0] * len(times)), {"A": 1.0})
+    assert not any(len(scan) == 0 for scan in scans)
+    assert bool(notes_on_pauses(scans, {"A": 1.0})) is (pace > 1.0)
+
+
+def test_gaps_that_differ_are_misses() -> None:
+    times = [0.0, 1.0, 2.0, 4.0, 7.0, 9.0, 10.0]
+    scans = complete_scans(table(times, [0] * len(times)), {"A": 1.0})
+    assert [scan.time for scan in scans if len(scan) == 0] == [3.0, 5.0, 6.0, 8.0]
 
 
 def test_a_long_silence_of_a_sensor_of_few_reports_is_no_pause() -> None:

@@ -38,6 +38,7 @@ from trackweave.run.scans import (
     turn_ends,
     with_turns,
 )
+from trackweave.run.wider_search import widely_searched
 from trackweave.solvers import Auto
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.scan_preparation import USUAL_MISSES
@@ -122,8 +123,8 @@ def estimates_for(
         return _directed(known[0], known[1], known[2], directions)
     stretch = stretch_of(reports)
     for number in range(1, MOST_ROUNDS + 1):
-        settings, before = fill(configuration, _patient(estimates), names), estimates
-        followed = _follow(stretch, settings, turning)
+        before = estimates
+        estimates, followed = _followed(estimates, stretch, configuration, turning, number)
         estimates = with_persistence(estimates, stretch, followed)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = with_clutter_places(estimates, stretch, followed)
@@ -142,6 +143,24 @@ def estimates_for(
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
     return _directed(*told, directions)
+
+
+def _followed(
+    estimates: Estimates,
+    stretch: ReportTable,
+    configuration: Configuration,
+    rotations: Mapping[str, Rotation],
+    number: int,
+) -> tuple[Estimates, Followed]:
+    """Return by what a stretch is tracked in a round, and what that gave."""
+    settings = fill(configuration, _patient(estimates), stretch.sensors)
+    followed = _follow(stretch, settings, rotations)
+    if number > 1 or rotations or sure_tracks(estimates, stretch, followed):
+        return estimates, followed
+    found = widely_searched(estimates, stretch, configuration)
+    if found is None:
+        return estimates, followed
+    return found, _follow(stretch, fill(configuration, found, stretch.sensors), rotations)
 
 
 def _unexplained(estimates: Estimates, reports: ReportTable, followed: Followed) -> ReportTable:

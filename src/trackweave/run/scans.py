@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import islice, pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
@@ -130,6 +131,8 @@ MOST_MISSING = 50
 # it once in three thousand times, and that several objects hide at once is rarer than that a
 # sensor pauses. The number of one scan alone may be chance itself.
 FULL, LAST, PAUSE = 8, 4, 1.75
+# So many gaps in succession that differ by less than such a factor are a pace of the sensor's own.
+ALIKE, SAME_PACE = 4, 1.1
 
 
 def complete_scans(
@@ -262,9 +265,9 @@ def notes_on_pauses(scans: Iterable[Scan], periods: Mapping[str, float | None]) 
         long = gaps[(gaps > least) & (time[:-1] - heard[:-1] < least)]
         if long.size:
             notes.append(
-                f"sensor {name}: {counted(long.size, 'pause')} of up to {long.max():.4g} s right "
-                f"after {LAST} scans of {FULL} reports and more on average: it did not look, and "
-                "tracks go on"
+                f"sensor {name}: {counted(long.size, 'pause')} of up to {long.max():.4g} s, right "
+                f"after {LAST} scans of {FULL} reports and more on average or {ALIKE} and more in "
+                "succession as long: it did not look, and tracks go on"
             )
     return notes
 
@@ -275,11 +278,24 @@ def _many(count: IntArray) -> NDArray[np.bool_]:
     return np.asarray(total - np.r_[np.zeros(LAST), total][: total.size] >= LAST * FULL)
 
 
+def _are_paced(time: FloatArray) -> NDArray[np.bool_]:
+    """Tell which gaps between scans are some of several alike: the sensor took another pace."""
+    gaps = np.diff(time)
+    if gaps.size < ALIKE:
+        return np.zeros(gaps.size, dtype=np.bool_)
+    together = sliding_window_view(gaps, ALIKE)
+    alike = np.flatnonzero(together.max(axis=1) < SAME_PACE * together.min(axis=1))
+    paced = np.zeros(gaps.size, dtype=np.bool_)
+    paced[(alike[:, np.newaxis] + np.arange(ALIKE)).ravel()] = True
+    return paced
+
+
 def _missing(scans: Sequence[Scan], period: float) -> Iterator[float]:
     """Yield when a sensor scanned and saw nothing [s], between its scans in order of time."""
     count = np.array([len(scan) for scan in scans])
-    for (before, after), many in zip(pairwise(scans), _many(count), strict=False):
-        if not many:
+    looks = _many(count)[:-1] | _are_paced(np.array([scan.time for scan in scans]))
+    for (before, after), is_pause in zip(pairwise(scans), looks, strict=True):
+        if not is_pause:
             yield from missing_times([before.time, after.time], period)
 
 

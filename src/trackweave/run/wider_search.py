@@ -1,0 +1,150 @@
+"""Values under which anything is tracked, where those that reports tell track nothing.
+
+Objects that turn within a few looks, that are missed as often as seen or that are few and far
+apart line up by no more than chance does. A stretch of the reports is tracked as though objects
+went so far from look to look, for one distance after another, and then with more and less noise
+and process noise as long as tracks become likelier.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
+from trackweave.config.sensing import UNKNOWN_SENSOR
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import Estimates, bounded, positive
+from trackweave.run.stretches import Stretch
+
+__all__ = ["widely_searched"]
+
+MOST_SCANS, MOST_REPORTS, FEWEST_SCANS = 60, 1500, 5
+"""So much of the middle of a recording is tracked at each trial."""
+COARSE, MOST_DISTANCES, NEAREST, CROWDED = 2.5, 8, 0.05, 2.0
+"""Distances are so many times each other, from where so few successors are nearer to where so many
+are by chance."""
+NOISE, PROCESS, FASTER, DETECTION = 0.125, 0.01, 1.25, 0.7
+"""The first noise and the square of a change of speed, as shares of the distance, with the
+greatest speed and the chance of detection."""
+OTHER_NOISE, OTHER_PROCESS, MOST_STEPS = 3.0, 20.0, 5
+# Tracks are so much likelier than false alarms where there are any, and so much for each report:
+# of reports that are all false the best trial is likelier by 0.02 each [nats].
+SURE, SURE_OF_EACH = 20.0, 0.04
+
+_Trial = tuple[float, float, float]
+"""How far objects go [m], and how many times the first noise and process noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Trials:
+    """What tracks cost for each trial."""
+
+    stretch: Stretch
+    estimates: Estimates
+    period: float
+    found: dict[_Trial, float] = field(default_factory=dict)
+
+    def at(self, trial: _Trial) -> Estimates:
+        """Return estimates of objects that go so far, and so on."""
+        distance, noise, process = trial
+        sigma = bounded(NOISE * noise * distance, 1e-9)
+        sensors = {
+            name: replace(each, sigma=sigma, detection_probability=DETECTION)
+            for name, each in self.estimates.sensors.items()
+        }
+        return replace(
+            self.estimates,
+            sensors=sensors,
+            process_noise=positive(PROCESS * process * distance**2 / self.period**3),
+            max_speed=bounded(FASTER * distance / self.period),
+        )
+
+    def cost(self, trial: _Trial) -> float:
+        """Return what tracks cost [nats]."""
+        if trial not in self.found:
+            self.found[trial] = self.stretch.tracked(self.at(trial)).cost
+        return self.found[trial]
+
+    def best(self, distances: FloatArray) -> _Trial:
+        """Return the trial under which tracks are likeliest."""
+        here = min(((each, 1.0, 1.0) for each in distances.tolist()), key=self.cost)
+        for _ in range(MOST_STEPS):
+            distance, noise, process = here
+            steps = [(distance, noise * f, process) for f in (OTHER_NOISE, 1 / OTHER_NOISE)]
+            steps += [(distance, noise, process * f) for f in (OTHER_PROCESS, 1 / OTHER_PROCESS)]
+            best = min([here, *steps], key=self.cost)
+            if best == here:
+                break
+            here = best
+        return here
+
+
+def widely_searched(
+    estimates: Estimates, reports: ReportTable, configuration: Configuration
+) -> Estimates | None:
+    """Return estimates under which tracks are likelier than false alarms; None where none are."""
+    periods = [each.scan_period for each in estimates.sensors.values()]
+    if None in periods or reports.dim != 2:
+        return None
+    part, distances = _part(reports), np.empty(0)
+    if part is not None:
+        distances = _distances(part, estimates)
+    if part is None or not distances.size:
+        return None
+    stretch = Stretch(part, configuration, dict.fromkeys(part.sensors, UNKNOWN_SENSOR))
+    trials = _Trials(stretch, _of_false_alarms(estimates, part), max(filter(None, periods)))
+    best = trials.best(distances)
+    if trials.cost(best) > -max(SURE, SURE_OF_EACH * len(part)):
+        return None
+    return replace(trials.at(best), doubts={})
+
+
+def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
+    """Return estimates as if every report were a false alarm, and as many objects as reports."""
+    sensors, present = {}, 0.0
+    for name, each in estimates.sensors.items():
+        own = reports.time[reports.sensor == reports.sensors.index(name)]
+        density = own.size / max(np.unique(own).size, 1) / each.covered
+        present = max(present, density)
+        sensors[name] = replace(each, clutter_density=positive(density))
+    return replace(
+        estimates,
+        sensors=sensors,
+        new_target_density=positive(0.01 * present),
+        initial_target_density=positive(0.3 * present),
+    )
+
+
+def _part(reports: ReportTable) -> ReportTable | None:
+    """Return some scans of the middle; None where there are too few."""
+    moments = np.unique(reports.time)
+    if moments.size < FEWEST_SCANS:
+        return None
+    most = max(int(MOST_REPORTS * moments.size / len(reports)), FEWEST_SCANS)
+    size = min(MOST_SCANS, most, moments.size)
+    first = (moments.size - size) // 2
+    inside = (reports.time >= moments[first]) & (reports.time <= moments[first + size - 1])
+    return reports.part(np.flatnonzero(inside))
+
+
+def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
+    """Return how far objects may go from look to look [m], ascending."""
+    nearest, crowded = [], math.inf
+    for name, each in estimates.sensors.items():
+        own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
+        moments, of = np.unique(reports.time[own], return_inverse=True)
+        looks = [reports.measurement[own[of == k], :2] for k in range(moments.size)]
+        nearest += [cKDTree(b).query(a)[0] for a, b in itertools.pairwise(looks)]
+        usual = max(own.size / max(moments.size, 1), 1.0)
+        crowded = min(crowded, math.sqrt(CROWDED * each.covered / (math.pi * usual)))
+    every = np.concatenate([*nearest, np.empty(0)])
+    every = every[every > 0.0]
+    if not every.size:
+        return every
+    least = max(float(np.quantile(every, NEAREST)), crowded / COARSE**MOST_DISTANCES)
+    steps = max(math.ceil(math.log(crowded / least, COARSE)), 0)
+    return least * COARSE ** np.arange(min(steps, MOST_DISTANCES) + 1.0)

@@ -1,0 +1,70 @@
+"""What is tracked where reports by themselves line up by no more than chance does."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.config import load_configuration
+from trackweave.estimation.estimate import estimate
+from trackweave.metrics import assignment_quality
+from trackweave.run.wider_search import widely_searched
+
+SCANS = 60
+
+
+def recording(way, count: int, sigma: float, seen: float, false: float, size: float):
+    """Return a look a second at objects that go their way, and what is nobody's."""
+    rng = np.random.default_rng(3)
+    rows = []
+    for now in np.arange(float(SCANS)):
+        for each in range(count):
+            if rng.random() < seen:
+                rows.append((now, *(way(each, now) + rng.normal(0.0, sigma, 2)), str(each)))
+        rows += [(now, *rng.uniform(-size, size, 2), "") for _ in range(rng.poisson(false))]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
+def circling(each: int, now: float) -> np.ndarray:
+    """Return a place on a circle of 30 m that takes eight looks."""
+    turn = 0.83 * now + each
+    return 200.0 * np.array([each, -each]) + 30.0 * np.array([np.cos(turn), np.sin(turn)])
+
+
+def straight(each: int, now: float) -> np.ndarray:
+    """Return a place on a straight way."""
+    way = 2.4 * each
+    return np.array([300.0 * each, -100.0 * each]) + 40.0 * now * np.array(
+        [np.cos(way), np.sin(way)]
+    )
+
+
+def apart(each: int, now: float) -> np.ndarray:
+    """Return a place a thousand kilometres from all others."""
+    return np.array([1e6 * each + now, 0.5 * now])
+
+
+@pytest.mark.parametrize(
+    "told",
+    [(circling, 3, 1.0, 0.95, 1.0, 500.0), (straight, 3, 5.0, 0.5, 5.0, 3e3),
+     (apart, 2, 1.0, 1.0, 0.0, 1.0)],
+    ids=["circles", "half seen", "far apart"],
+)  # fmt: skip
+def test_what_hardly_lines_up_is_tracked(told):
+    table = recording(*told)
+    result = tw.track(table.drop("target"))
+    whose = [each or None for each in table["target"]]
+    quality = assignment_quality(whose, result.reports["track"].to_list())
+    assert quality.idf1 > 0.9
+
+
+@pytest.mark.parametrize("false", [3.0, 30.0])
+def test_of_false_alarms_alone_nothing_is_found(false):
+    table = recording(straight, 0, 1.0, 1.0, false, 500.0)
+    reports = tw.read_reports(table.drop("target"))
+    assert widely_searched(estimate(reports), reports, load_configuration({})) is None
+
+
+def test_too_few_looks_tell_nothing():
+    reports = tw.read_reports(recording(apart, 2, 1.0, 1.0, 0.0, 1.0).drop("target").head(8))
+    assert widely_searched(estimate(reports), reports, load_configuration({})) is None
