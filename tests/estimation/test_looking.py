@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from trackweave.estimation.looking import looking, shun_successive
+from trackweave.estimation.looking import (
+    are_even_steps,
+    is_filled_evenly,
+    looking,
+    shun_successive,
+)
 from trackweave.estimation.threads import threads_of
 
 
@@ -170,3 +175,33 @@ def test_objects_of_one_pause_seem_to_be_seen_by_turns():
     rng = np.random.default_rng(1)
     by_chance = [np.flatnonzero(rng.random(400) < 0.5) for _ in range(3)]
     assert not shun_successive(np.arange(400), by_chance)
+
+
+def test_a_circle_is_one_object_at_which_a_sensor_looks():
+    """Its places come back after nine looks, as nine objects at rest would report in turn."""
+    rng = np.random.default_rng(5)
+    time = np.arange(100.0)
+    time = time[rng.random(time.size) < 0.95]
+    place = 30.0 * np.stack([np.cos(0.7 * time), np.sin(0.7 * time)], axis=1)
+    place += rng.normal(0.0, 1.0, place.shape)
+    assert is_filled_evenly(time)
+    assert are_even_steps(time, place)
+
+
+def test_objects_with_slots_of_their_own_report_by_themselves():
+    rng = np.random.default_rng(5)
+    time = np.arange(200.0)
+    home, velocity = rng.uniform(-500.0, 500.0, (20, 2)), rng.uniform(-2.0, 2.0, (20, 2))
+    whose = np.arange(200) % 20
+    place = home[whose] + velocity[whose] * time[:, None]
+    assert is_filled_evenly(time)
+    assert not are_even_steps(time, place)
+    # Two by turns are always as far apart.
+    whose = np.arange(200) % 2
+    assert not are_even_steps(time, home[whose] + rng.normal(0.0, 1.0, (200, 2)))
+
+
+def test_what_comes_as_it_likes_fills_no_instants_evenly():
+    rng = np.random.default_rng(5)
+    assert not is_filled_evenly(np.sort(rng.integers(0, 100, 300)).astype(float))
+    assert not is_filled_evenly(np.sort(rng.uniform(0.0, 100.0, 300)))

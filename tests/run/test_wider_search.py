@@ -46,9 +46,10 @@ def apart(each: int, now: float) -> np.ndarray:
 
 @pytest.mark.parametrize(
     "told",
-    [(circling, 3, 1.0, 0.95, 1.0, 500.0), (straight, 3, 5.0, 0.5, 5.0, 3e3),
+    [(circling, 3, 1.0, 0.95, 1.0, 500.0), (circling, 1, 1.0, 0.95, 0.0, 1.0),
+     (straight, 3, 5.0, 0.5, 5.0, 3e3),
      (apart, 2, 1.0, 1.0, 0.0, 1.0)],
-    ids=["circles", "half seen", "far apart"],
+    ids=["circles", "a circle", "half seen", "far apart"],
 )  # fmt: skip
 def test_what_hardly_lines_up_is_tracked(told):
     table = recording(*told)

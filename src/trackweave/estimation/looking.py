@@ -1,13 +1,15 @@
 """Whether a sensor looks, or only hears what objects tell of themselves."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import scan_period
 
-__all__ = ["Looking", "looking", "shun_successive"]
+__all__ = ["Looking", "are_even_steps", "is_filled_evenly", "looking", "shun_successive"]
 
 # A thread of so many reports has a rhythm.
 LASTING = 6
@@ -28,6 +30,12 @@ MOST_IN_LOOKS = 1.5
 # So many instants hold one report where objects report by themselves, however they come back, if
 # each is there at fewer of the instants than that.
 SINGLE, SELDOM_SEEN = 0.9, 0.45
+# The numbers of reports of instants vary by such a share of what chance makes them at most where
+# the same objects are in all; and so many times as many instants as hold some are none.
+EVEN, MOST_EMPTY = 0.3, 2.0
+# Steps are alike of which the middle half differs by less than such a share of the usual one, and
+# that is so much of the extent of all at most.
+ALIKE, WITHIN = 0.5, 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +108,59 @@ def looking(time: FloatArray, threads: list[IntArray]) -> Looking:
     take_turns = len(shares) > 1 and share <= BY_TURNS and lasting > OF_ALL * time.size
     take_turns &= bool(singles >= ALONE)
     return Looking(by_themselves, by_chance, share, len(shares), is_single, take_turns)
+
+
+def is_filled_evenly(time: FloatArray) -> bool:
+    """Tell whether instants of one period hold as many reports each as looks at the same objects.
+
+    Objects that report by themselves come as they like, so that instants hold none, one or many,
+    if they have no slots of their own.
+
+    Parameters
+    ----------
+    time
+        Of each report [s], ascending.
+
+    Returns
+    -------
+    Whether their numbers differ by much less than chance would make them.
+    """
+    instants = np.unique(time)
+    period = scan_period(instants)
+    if period is None or instants.size < LASTING:
+        return False
+    slot = np.round((time - time[0]) / period).astype(np.int64)
+    if slot[-1] >= MOST_EMPTY * instants.size:
+        return False
+    count = np.bincount(slot)
+    return bool(count.var() < EVEN * count.mean())
+
+
+def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
+    """Tell whether each report is about as far from the nearest of the instant before it.
+
+    So are objects that circle, look for look; those that have slots of their own in which they
+    report by themselves are anywhere.
+
+    Parameters
+    ----------
+    time
+        Of each report [s], ascending.
+    position
+        Of each [m], shape (reports, dimensions).
+
+    Returns
+    -------
+    Whether most steps are alike, and short beside the place that all fill.
+    """
+    parts = np.split(position, np.flatnonzero(np.diff(time)) + 1)
+    if len(parts) < LASTING:
+        return False
+    pairs = itertools.pairwise(parts)
+    steps = np.concatenate([cKDTree(before).query(after)[0] for before, after in pairs])
+    low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
+    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
+    return bool(high - low < ALIKE * usual and usual < WITHIN * extent)
 
 
 def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:

@@ -18,6 +18,7 @@ from trackweave.config import Configuration
 from trackweave.config.sensing import UNKNOWN_SENSOR
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded, positive
+from trackweave.estimation.looking import is_filled_evenly
 from trackweave.run.stretches import Stretch
 
 __all__ = ["widely_searched"]
@@ -34,6 +35,7 @@ OTHER_NOISE, OTHER_PROCESS, MOST_STEPS = 3.0, 20.0, 5
 # Tracks are so much likelier than false alarms where there are any, and so much for each report:
 # of reports that are all false the best trial is likelier by 0.02 each [nats].
 SURE, SURE_OF_EACH = 20.0, 0.04
+FEW = 0.05  # So many of the reports are false at most where looks have equally many
 
 _Trial = tuple[float, float, float]
 """How far objects go [m], and how many times the first noise and process noise."""
@@ -110,6 +112,9 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
         own = reports.time[reports.sensor == reports.sensors.index(name)]
         density = own.size / max(np.unique(own).size, 1) / each.covered
         present = max(present, density)
+        if is_filled_evenly(own):
+            # As many at each look are objects', for false alarms come now and then.
+            density *= FEW
         sensors[name] = replace(each, clutter_density=positive(density))
     return replace(
         estimates,
