@@ -14,6 +14,7 @@ from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
 from trackweave.run.noise_check import CLEAR, NoiseDoubts
 from trackweave.run.observing import observe, positions_in
+from trackweave.run.sigma_trial import broken_by_sigma
 
 __all__ = ["ConsistencyChecks"]
 
@@ -30,7 +31,7 @@ class ConsistencyChecks:
     def __init__(self, configuration: Configuration) -> None:
         self._told = configuration
         self._noise, self._motion = NoiseDoubts(), MotionDoubts()
-        self._are_bearings_judged = self._is_one_judged = False
+        self._are_bearings_judged = self._is_one_judged = self._is_break_judged = False
 
     @property
     def configuration(self) -> Configuration:
@@ -49,6 +50,8 @@ class ConsistencyChecks:
         if self._contradicts_bearings(reports, settings):
             return True
         if self._contradicts_one(reports, settings):
+            return True
+        if at_end and self._breaks(reports, settings, track):
             return True
         if self._noise.contradict(reports, settings, track, at_end=at_end):
             return True
@@ -102,6 +105,16 @@ class ConsistencyChecks:
         if is_clear:
             self._noise.overrule(settings, reports.sensors, found.sigma / told)
         return bool(is_clear)
+
+    def _breaks(self, reports: ReportTable, settings: Settings, track: IntArray) -> bool:
+        """Judge once whether tracks are broken by what was told of noise."""
+        if self._is_break_judged:
+            return False
+        self._is_break_judged = True
+        factors = broken_by_sigma(reports, self.configuration, settings, track)
+        for name, factor in factors.items():
+            self._noise.overrule(settings, [name], factor)
+        return bool(factors)
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
