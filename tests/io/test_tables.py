@@ -56,7 +56,7 @@ def test_names_a_directory(tmp_path):
 def test_does_not_wait_for_a_pipe(tmp_path):
     path = tmp_path / "r.csv"
     os.mkfifo(path)
-    assert refusal(path) == f"{path}: not a regular file; expected a file"
+    assert refusal(path) == f"{path}: not a regular file; expected a file, or - for standard input"
 
 
 def test_names_a_file_that_may_not_be_read(tmp_path, monkeypatch):

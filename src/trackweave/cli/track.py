@@ -95,9 +95,11 @@ def run_track(
     voice.results("Tracks", found)
     if not voice.on_terminal:
         # The table is a terminal's; elsewhere nobody would see that a run has found nothing.
+        skipped = len(record["skipped_rows"])
+        left = f"; {counted(skipped, 'row')} left out (run.json: skipped_rows)" if skipped else ""
         voice.say(
             f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
-            f"{counted(found['reports'], 'report')} assigned, in {out}"
+            f"{counted(found['reports'], 'report')} assigned, in {out}{left}"
         )
     return found
 

@@ -226,7 +226,9 @@ def _sigma(value: Any, name: str, seen: ObservedSensor) -> float | tuple[float, 
     if is_single and not isinstance(value, Mapping):
         return float(value)
     columns = kind.columns(3 if kind.is_position else seen.dim)
-    given = value if isinstance(value, Mapping) else {}
+    # One number is of the one column that a bearing has, in its unit.
+    only = {columns[0]: value} if len(columns) == 1 else {}
+    given = value if isinstance(value, Mapping) else only
     numbers = {key: number for key, number in given.items() if number is not None}
     least = columns[:2] if kind.is_position else columns
     if not set(least) <= set(numbers) <= set(columns):

@@ -1,5 +1,6 @@
 """Which rows of a table are bad, and why."""
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +34,7 @@ _SKIPPING = '--on-bad-row skip (in Python on_bad_row="skip")'
 
 # 3,000 years: beyond it are mistakes of the unit (milliseconds or microseconds from 1970).
 _LATEST_S = 1e11
+_WORDS = re.compile(r"[^a-z0-9_]+")
 _OTHER_UNITS = ("km", "nm", "nmi", "mi", "ft", "rad", "ms", "us", "ns", "min", "h")
 LONGEST_NAME = 256
 """Bytes of a name, which arrays hold as often as it is used; what is longer is no name."""
@@ -123,8 +125,14 @@ class RowChecks:
         stem = name.removesuffix("_m").removesuffix("_deg")
         units = {f"{stem}_{unit}" for unit in _OTHER_UNITS} | ({stem} - {name})
         alike = [other for other in self.names if other.lower() in units]
+        apart = [other for other in self.names if name in _WORDS.split(other.lower())]
         if alike and not same:
             found = f"only {alike[0]}, which may be of another unit"
+        elif apart and not same:
+            found = (
+                f"only {apart[0]!r}; columns are separated by commas, semicolons or tabs, and a "
+                "name holds no unit"
+            )
         raise DataFormatError(
             f"{self.name}, column {name}: {found}; expected {expected} ({self.listed_columns})"
         )

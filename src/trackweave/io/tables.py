@@ -249,7 +249,8 @@ def opened(path: Path) -> Iterator[IO[bytes]]:
         # Opening a pipe would wait for ever.
         if path.is_dir():
             raise DataFormatError(f"{path}: a directory; expected a file")
-        found = "not a regular file; expected a file" if path.exists() else "no such file"
+        pipe = "not a regular file; expected a file, or - for standard input"
+        found = pipe if path.exists() else "no such file"
         raise DataFormatError(f"{path}: {found}")
     except PermissionError as err:
         raise DataFormatError(f"{path}: no permission to read the file") from err

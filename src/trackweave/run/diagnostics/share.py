@@ -21,6 +21,7 @@ OFF, OFF_PROCESS = 4.0, 20.0
 THOUSAND = (250.0, 4000.0)
 OF_SENSOR = {"sigma": "m", "clutter_density": "", "scan_period": "s"}
 OF_MOTION = {"max_speed": "m/s", "process_noise": "m²/s³"}
+OF_BEGINNINGS = ("new_target_density", "initial_target_density")
 WEIGHT, LOUD = 70.0, 65.0
 
 
@@ -41,14 +42,24 @@ def few_assigned(case: Case) -> Iterator[Finding]:
             "few assigned",
             None,
             f"only {assigned} of {total} reports are in tracks, and the rest counts as false "
-            "alarms; unless that is so, look first at sigma, max_speed, clutter and "
-            "detection_probability, then at scan_period and field_of_view, and at the sensors' "
-            "positions, times and units; `trackweave init` writes what the reports tell by "
-            "themselves",
+            f"alarms; unless that is so, {_where_to_look(case)}; `trackweave init` writes what "
+            "the reports tell by themselves",
             weight=LOUD,
             told=float(total),
             seen=float(assigned),
         )
+
+
+def _where_to_look(case: Case) -> str:
+    """Return what may be wrong, the likeliest first."""
+    if np.ptp(case.reports.time) == 0.0:
+        return "look at the times: all reports are of one, and tracks take several"
+    own = [each for each in OF_BEGINNINGS if case.is_told(f"lifecycle.{each}")]
+    told = f"{' and '.join(own)} that are told, then at " if own else ""
+    return (
+        f"look first at {told}sigma, max_speed, clutter and detection_probability, then at "
+        "scan_period and field_of_view, and at the sensors' positions, times and units"
+    )
 
 
 def what_reports_tell(case: Case) -> Iterator[Finding]:
