@@ -1,8 +1,9 @@
 """Small recordings, as somebody who tries it makes them first: how many are tracked right.
 
-Each row is a kind of recording with 5 m of noise and no false alarms: one object at rest or slow,
-a look each second, and tags that report themselves every ten seconds at their own phases. Right is
-an IDF1 of reports of 0.9 and more.
+Each row is a kind of recording with 5 m of noise and no false alarms: objects at rest, slow, that
+circle at 150 m or go straight, a look each second or first so and then every ten, and tags that
+report themselves every ten seconds at their own phases. Right is an IDF1 of reports of 0.9 and
+more.
 """
 
 import argparse
@@ -17,7 +18,7 @@ from text_tables import command, heading, table
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-SIGMA, PAUSE, RIGHT = 5.0, 10.0, 0.9
+SIGMA, PAUSE, RIGHT, RADIUS = 5.0, 10.0, 0.9, 150.0
 HEAD = ["recording", "told", "right", "least IDF1", "most tracks", "CPU s each"]
 
 
@@ -31,6 +32,8 @@ class Kind(NamedTuple):
     loose: float = 0.0  # By how much of a pause each report of a tag is early or late at most
     has_names: bool = False
     told: Mapping[str, Any] = {}
+    turn: float = 0.0  # By how much it circles from look to look [rad]
+    pause: float = 1.0  # Between looks of the second half [s]
 
 
 KINDS = (
@@ -40,6 +43,13 @@ KINDS = (
     *(Kind(f"{n} tags, ± 10 %", n, 0, 2.0, 0.1) for n in (2, 3, 6)),
     Kind("2 tags, ± 10 %", 2, 0, 2.0, 0.1, told={"scans": False}),
     *(Kind(f"{n} tags, exact", n, 0, 2.0) for n in (2, 3, 6)),
+    *(Kind(f"one circles, {turn} rad a look", 1, 100, 0.0, turn=turn) for turn in (0.3, 0.7, 1.1)),
+    Kind("3 circle, 0.7 rad a look", 3, 100, 0.0, turn=0.7),
+    Kind("3 straight, 10 s apart later", 3, 80, 10.0, pause=10.0),
+    *(
+        Kind("3 straight, 60 reports", 3, 60, 10.0, told={"sigma": factor * SIGMA})
+        for factor in (0.01, 0.05, 0.2, 100.0)
+    ),
     *(Kind(f"{n} with names, ± 10 %", n, 0, 8.0, 0.1, has_names=True) for n in (2, 5)),
 )
 
@@ -49,6 +59,7 @@ def reports_of(kind: Kind, rng: np.random.Generator) -> pl.DataFrame:
     rows = []
     for each in range(kind.count):
         moments = np.arange(float(kind.looks))
+        moments += (kind.pause - 1.0) * np.maximum(moments - kind.looks // 2, 0.0)
         if not kind.looks:
             moments = np.arange(rng.uniform(0.0, PAUSE), 40 * PAUSE, PAUSE)
             moments = moments + PAUSE * rng.uniform(-kind.loose, kind.loose, moments.size)
@@ -56,6 +67,9 @@ def reports_of(kind: Kind, rng: np.random.Generator) -> pl.DataFrame:
         way = rng.uniform(0.0, 2.0 * np.pi)
         velocity = kind.speed * np.array([np.cos(way), np.sin(way)])
         place = rng.uniform(-1000.0, 1000.0, 2) + np.outer(moments, velocity)
+        if kind.turn:
+            place += RADIUS * np.stack([np.cos(kind.turn * moments + way),
+                                        np.sin(kind.turn * moments + way)], axis=1)  # fmt: skip
         place += rng.normal(0.0, SIGMA, place.shape)
         rows += [(now, *at, str(each)) for now, at in zip(moments, place, strict=True)]
     frame = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
