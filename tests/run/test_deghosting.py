@@ -71,6 +71,11 @@ def test_nothing_is_asked_but_of_two_sensors(stands):
     assert result.run["ghosts"] is None
 
 
+def test_two_sensors_at_one_place_tell_nothing():
+    result, _ = tracked(recording(0, 2, ((0.0, 0.0), (0.0, 0.0))))
+    assert result.run["ghosts"] is None
+
+
 def test_what_breaks_off_and_goes_on_is_one():
     time = np.repeat(np.arange(40.0), 2)
     sensor = np.tile([0, 1], 40)

@@ -53,3 +53,17 @@ def test_a_sigma_under_which_tracks_hold_is_kept(recording, factor):
 def test_a_sigma_that_is_trusted_is_kept(recording):
     result, _ = tracked(recording, sigma=0.03 * SIGMA, trust=["sigma"])
     assert result.run["configuration"]["sensors"]["default"]["sigma"] == 0.03 * SIGMA
+
+
+def test_beside_a_sensor_of_which_nothing_is_told(recording):
+    """Of two sensors one has a sigma that is far too small."""
+    rng, objects = np.random.default_rng(4), recording.filter(pl.col("target") != "")
+    x, y = rng.normal(0.0, SIGMA, (2, len(objects)))
+    other = objects.with_columns(
+        pl.col("time") + 0.5, x=objects["x"] + x, y=objects["y"] + y, sensor=pl.lit("B")
+    )
+    own = recording.with_columns(sensor=pl.lit("A"))
+    both = pl.concat([own, other.select(own.columns)]).sort("time")
+    result = tw.track(both.drop("target"), {"sensors": {"A": {"sigma": 0.02 * SIGMA}}})
+    whose = [each or None for each in both["target"]]
+    assert assignment_quality(whose, result.reports["track"].to_list()).idf1 > 0.9

@@ -34,7 +34,7 @@ PROCESS_NOISES = (STRAIGHTEST, 0.01, 0.1, 1.0, 10.0)
 CLEAR, OF_BENDS = 3.0, 0.05
 """So many nats less are worth it to say that a track was a ghost, and so much of what a straight
 flight costs more: where objects turn, some ghosts turn less."""
-LEAST_LEG, MOST_MOMENTS, MOST_TRACKS = 4, 60, 60
+LEAST_LEG, MOST_MOMENTS, MOST_TRACKS = 4, 60, 30
 """A leg has so many bearings, those of so many moments are asked (threads of linear algebra take a
 hundred times as long beside other load, and begin with larger matrices), and more tracks are not
 taken apart."""
@@ -110,6 +110,9 @@ def deghosted(
     if settings.sources.get("motion.process_noise") in {"file", "preset"}:
         noises = (STRAIGHTEST * motion.process_noise, motion.process_noise)
     bearings = _bearings(reports, settings)
+    if reach_of_bearings(bearings.place) <= 0.0:
+        # From one place nothing crosses.
+        return assigned, NONE
     flights = _Flights(bearings, reports.sensor, noises, motion.max_speed)
     whole = unbroken(bearings, reports.sensor, track)
     as_is = min(float(np.trace(cost)) for cost in flights.costs(track, only_own=True))

@@ -11,7 +11,7 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.config import Configuration
-from trackweave.config.fill import Settings
+from trackweave.config.fill import Settings, known_sigma
 from trackweave.config.sensing import UNKNOWN_SENSOR
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
@@ -53,7 +53,9 @@ def broken_by_sigma(
         name: True for name in reports.sensors if configuration.sensor(name).get("scan_period")
     }
     seen = estimate(reports, {}, looks).sensors
-    factors = {name: seen[name].plane_sigma / sigma for name, sigma in told.items()}
+    factors = {
+        name: seen[name].plane_sigma / sigma for name, sigma in told.items() if name in seen
+    }
     factors = {name: f for name, f in factors.items() if not 1.0 / OTHER < f < OTHER}
     if not factors:
         return {}
@@ -103,5 +105,4 @@ def _with(configuration: Configuration, factors: Mapping[str, float]) -> dict[st
 def _cost(reports: ReportTable, configuration: Configuration) -> float:
     """Return what tracks cost under a configuration and what reports tell beside it [nats]."""
     stretch = Stretch(reports, configuration, dict.fromkeys(reports.sensors, UNKNOWN_SENSOR))
-    sigma = {name: configuration.sensor(name)["sigma"] for name in reports.sensors}
-    return stretch.tracked(estimate(reports, sigma)).cost
+    return stretch.tracked(estimate(reports, known_sigma(configuration, reports.sensors))).cost

@@ -109,7 +109,7 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
     """Return estimates as if every report were a false alarm, and as many objects as reports."""
     sensors, present = {}, 0.0
     for name, each in estimates.sensors.items():
-        own = reports.time[reports.sensor == reports.sensors.index(name)]
+        own = _numbers(reports)[reports.sensor == reports.sensors.index(name)]
         density = own.size / max(np.unique(own).size, 1) / each.covered
         present = max(present, density)
         if is_filled_evenly(own):
@@ -126,22 +126,28 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
 
 def _part(reports: ReportTable) -> ReportTable | None:
     """Return some scans of the middle; None where there are too few."""
-    moments = np.unique(reports.time)
-    if moments.size < FEWEST_SCANS:
+    number = _numbers(reports)
+    looks = np.unique(number)
+    if looks.size < FEWEST_SCANS:
         return None
-    most = max(int(MOST_REPORTS * moments.size / len(reports)), FEWEST_SCANS)
-    size = min(MOST_SCANS, most, moments.size)
-    first = (moments.size - size) // 2
-    inside = (reports.time >= moments[first]) & (reports.time <= moments[first + size - 1])
+    most = max(int(MOST_REPORTS * looks.size / len(reports)), FEWEST_SCANS)
+    size = min(MOST_SCANS, most, looks.size)
+    first = (looks.size - size) // 2
+    inside = (number >= looks[first]) & (number <= looks[first + size - 1])
     return reports.part(np.flatnonzero(inside))
+
+
+def _numbers(reports: ReportTable) -> FloatArray:
+    """Return the number of each report's scan, or its time where it has none."""
+    return reports.time if reports.scan is None else reports.scan.astype(np.float64)
 
 
 def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
     """Return how far objects may go from look to look [m], ascending."""
-    nearest, crowded = [], math.inf
+    nearest, crowded, number = [], math.inf, _numbers(reports)
     for name, each in estimates.sensors.items():
         own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
-        moments, of = np.unique(reports.time[own], return_inverse=True)
+        moments, of = np.unique(number[own], return_inverse=True)
         looks = [reports.measurement[own[of == k], :2] for k in range(moments.size)]
         nearest += [cKDTree(b).query(a)[0] for a, b in itertools.pairwise(looks)]
         usual = max(own.size / max(moments.size, 1), 1.0)
