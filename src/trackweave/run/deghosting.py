@@ -26,7 +26,7 @@ from trackweave.run.polar_to_cartesian import platforms_of
 from trackweave.run.record import Assigned
 from trackweave.summaries import counted
 
-__all__ = ["Deghosted", "deghosted"]
+__all__ = ["Deghosted", "deghosted", "unbroken"]
 
 STRAIGHTEST = 0.001
 PROCESS_NOISES = (STRAIGHTEST, 0.01, 0.1, 1.0, 10.0)
@@ -136,8 +136,23 @@ def deghosted(
 
 
 def unbroken(bearings: Bearings, sensor: IntArray, track: IntArray) -> IntArray:
-    """Return tracks of which no end is followed by one whose bearings go on, for both sensors."""
-    # A ghost far beyond all objects is lost and found again many times.
+    """Return tracks of which no end is followed by one whose bearings go on, for both sensors.
+
+    A ghost far beyond all objects is lost and found again many times.
+
+    Parameters
+    ----------
+    bearings
+        All of a recording, by time.
+    sensor
+        Which of the two made each, 0 or 1.
+    track
+        The track of each, -1 for none.
+
+    Returns
+    -------
+    The same, under the number of the first of each.
+    """
     whole = track.copy()
     numbers = np.unique(track[track >= 0])
     rows = {n: [np.flatnonzero((track == n) & (sensor == k)) for k in (0, 1)] for n in numbers}
