@@ -14,7 +14,6 @@ from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
 from trackweave.run.noise_check import CLEAR, NoiseDoubts
 from trackweave.run.observing import observe, positions_in
-from trackweave.run.sigma_trial import broken_by_sigma
 
 __all__ = ["ConsistencyChecks"]
 
@@ -111,6 +110,8 @@ class ConsistencyChecks:
         if self._is_break_judged:
             return False
         self._is_break_judged = True
+        from trackweave.run.sigma_trial import broken_by_sigma
+
         factors = broken_by_sigma(reports, self.configuration, settings, track)
         for name, factor in factors.items():
             self._noise.overrule(settings, [name], factor)

@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
@@ -113,6 +112,9 @@ def deghosted(
     if reach_of_bearings(bearings.place) <= 0.0:
         # From one place nothing crosses.
         return assigned, NONE
+    # Most runs need no import of what assigns.
+    from scipy.optimize import linear_sum_assignment
+
     flights = _Flights(bearings, reports.sensor, noises, motion.max_speed)
     whole = unbroken(bearings, reports.sensor, track)
     as_is = min(float(np.trace(cost)) for cost in flights.costs(track, only_own=True))

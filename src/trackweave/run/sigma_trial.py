@@ -56,7 +56,7 @@ def broken_by_sigma(
     factors = {
         name: seen[name].plane_sigma / sigma for name, sigma in told.items() if name in seen
     }
-    factors = {name: f for name, f in factors.items() if not 1.0 / OTHER < f < OTHER}
+    factors = {name: f for name, f in factors.items() if f >= OTHER}
     if not factors:
         return {}
     skip = max(0, (len(reports) - MOST_REPORTS) // 2)
@@ -72,6 +72,9 @@ def _told(
     reports: ReportTable, configuration: Configuration, settings: Settings
 ) -> dict[str, float]:
     """Return the one number that is told of each sensor's noise of positions [m]."""
+    if any(sensor.scans is False for sensor in settings.sensors):
+        # Whose reports come one by one is asked otherwise.
+        return {}
     if reports.kinds or reports.dim != 2 or np.isfinite(reports.sigma).any():
         return {}
     trusted = {sensor.name for sensor in settings.sensors if sensor.trusts("sigma")}
@@ -79,7 +82,9 @@ def _told(
     return {
         name: float(sigma)
         for name, sigma in told.items()
-        if isinstance(sigma, float | int) and name not in trusted
+        if isinstance(sigma, float | int)
+        and name not in trusted
+        and f"sensors.{name}.sigma" not in settings.confirmed
     }
 
 
