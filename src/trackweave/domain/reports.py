@@ -171,6 +171,11 @@ class ReportTable:
         """Number of dimensions of the tracking space, 2 or 3."""
         return self.space or int(self.measurement.shape[1])
 
+    @property
+    def look(self) -> FloatArray | IntArray:
+        """Number of each report's scan, or its time [s] where the table has none."""
+        return self.time if self.scan is None else self.scan
+
     def kind_of(self, sensor: int) -> MeasurementKind | ForeignKind:
         """Return what a sensor measures, by its index."""
         return self.kinds[sensor] if self.kinds else MeasurementKind.POSITION
@@ -235,7 +240,7 @@ class ReportTable:
         rows = np.flatnonzero(wanted[self.sensor])
         if rows.size == 0:
             return
-        key = self.time if self.scan is None else self.scan
+        key = self.look
         order = rows[np.lexsort((self.time[rows], key[rows], self.sensor[rows]))]
         changes = (np.diff(self.sensor[order]) != 0) | (np.diff(key[order]) != 0)
         groups = np.split(order, np.flatnonzero(changes) + 1)

@@ -113,7 +113,7 @@ class _Strangers:
     """Other reports of a sensor's scan near a track's."""
 
     def __init__(self, reports: ReportTable, own: NDArray[np.bool_]) -> None:
-        scan = reports.time if reports.scan is None else reports.scan
+        scan = reports.look
         self._time, place = reports.time, reports.measurement
         far = 4.0 * float(np.ptp(place, axis=0).max()) + 1.0
         _, number = np.unique(scan, return_inverse=True)

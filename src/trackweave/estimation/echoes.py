@@ -24,7 +24,7 @@ def without_echoes(reports: ReportTable) -> tuple[ReportTable, list[str]]:
         places, at, count = np.unique(
             reports.measurement[rows], axis=0, return_inverse=True, return_counts=True
         )
-        scans = np.unique((reports.time if reports.scan is None else reports.scan)[rows]).size
+        scans = np.unique(reports.look[rows]).size
         often = count >= max(FEWEST, LEAST_SHARE * scans)
         again = often[at.reshape(-1)]
         if not 0 < again.sum() <= MOST_LEFT_OUT * rows.size:

@@ -90,7 +90,7 @@ def _rounded_period(gaps: FloatArray) -> float | None:
 def scan_times(reports: ReportTable, sensor: int) -> FloatArray:
     """Return when each of a sensor's scans ends [s], ascending."""
     own = reports.sensor == sensor
-    number = reports.time if reports.scan is None else reports.scan
+    number = reports.look
     _, at = np.unique(number[own], return_inverse=True)
     time = np.full(at.max(initial=-1) + 1, -np.inf)
     np.maximum.at(time, at, reports.time[own])
@@ -114,7 +114,7 @@ def frames_of(reports: ReportTable, sensor: int) -> tuple[list[Frames], float | 
     """Return a sensor's scans in up to three blocks, the longest first, and their period [s]."""
     # A block has no long gaps. There may be no period.
     rows = np.flatnonzero(reports.sensor == sensor)
-    number = reports.time[rows] if reports.scan is None else reports.scan[rows]
+    number = reports.look[rows]
     order = np.argsort(number, kind="stable")
     rows, number = rows[order], number[order]
     starts = np.flatnonzero(np.r_[True, np.diff(number) != 0])

@@ -95,6 +95,7 @@ def judged(
     if named is None:
         threads = threads_of(time, position)
         if is_filled_evenly(time) and are_even_steps(time, position):
+            # Threads speak of places that objects come back to, not of who reports.
             return Looking(0.0, 0.0, 1.0, 0), threads, rows
     else:
         # What is under a name that several share is of objects as well, and tells no more.

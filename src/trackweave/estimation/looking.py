@@ -34,7 +34,7 @@ SINGLE, SELDOM_SEEN = 0.9, 0.45
 EVEN, MOST_EMPTY = 0.3, 2.0
 # Steps are alike of which the middle half differs by less than such a share of the usual one, and
 # that is so much of the extent of all at most.
-ALIKE, WITHIN, STAYS = 0.5, 0.6, 0.2
+ALIKE, WITHIN = 0.5, 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,11 +162,7 @@ def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
     steps = np.concatenate([cKDTree(before).query(after)[0] for before, after in pairs])
     low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
-    fifth = max(position.shape[0] // 5, 1)
-    # A pack whose members have slots goes somewhere.
-    drift = position[:fifth].mean(axis=0) - position[-fifth:].mean(axis=0)
-    stays = float(np.linalg.norm(drift)) < STAYS * extent
-    return bool(high - low < ALIKE * usual and usual < WITHIN * extent and stays)
+    return bool(high - low < ALIKE * usual and usual < WITHIN * extent)
 
 
 def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:

@@ -88,7 +88,7 @@ class Track:
 def stretch_of(reports: ReportTable) -> ReportTable:
     """Return a part of the reports that is quick to track and tells as much as the whole."""
     # It is a middle part of the plane where it is crowded, and of the time.
-    number = reports.time if reports.scan is None else reports.scan
+    number = reports.look
     moments = np.unique(np.stack([number, reports.sensor]), axis=1)
     if len(reports) <= MOST_REPORTS:
         return reports

@@ -90,7 +90,7 @@ def with_seldom(
 
 
 def _moments(reports: ReportTable, rows: IntArray) -> _Moments:
-    scan = reports.time if reports.scan is None else reports.scan
+    scan = reports.look
     return scan[rows], reports.time[rows]
 
 

@@ -18,9 +18,9 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.coverage import reach_of_bearings
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.refine import DETECTION_RANGE
-from trackweave.run.noise_check import scaled
+from trackweave.run.noise_check import with_scaled
 from trackweave.run.polar_to_cartesian import platforms_of
-from trackweave.run.stretches import SURE_HITS, Stretch, Tracked
+from trackweave.run.stretches import SURE_HITS, Stretch, Tracked, middle_part
 
 __all__ = ["estimates_of_bearings", "likelier_noise"]
 
@@ -122,15 +122,8 @@ def likelier_noise(
     first = replace(_first(stretch), max_speed=motion[0], process_noise=motion[1])
 
     def cost(factor: float) -> float:
-        sensors = configuration.table("sensors")
-        for name in stretch.reports.sensors:
-            sigma = configuration.sensor(name)["sigma"]
-            sensors[name] = {**sensors.get(name, {}), "sigma": scaled(sigma, {"": factor})}
-        return (
-            replace(stretch, configuration=configuration.changed(sensors=sensors))
-            .tracked(first)
-            .cost
-        )
+        other = with_scaled(configuration, dict.fromkeys(stretch.reports.sensors, factor))
+        return replace(stretch, configuration=other).tracked(first).cost
 
     as_told = cost(1.0)
     clear = as_told - CLEAR * abs(as_told)
@@ -153,9 +146,7 @@ def _stretch_of(
     is_enough = len(reports) >= FEWEST_REPORTS and len(reports.sensors) > 1
     if not is_enough or reports.dim != 2 or reach <= 0.0:
         return None
-    skip = max(0, (len(reports) - most) // 2)
-    part = reports.part(np.arange(skip, min(len(reports), skip + most)))
-    return _Stretch(part, configuration, observed, math.pi * reach**2)
+    return _Stretch(middle_part(reports, most), configuration, observed, math.pi * reach**2)
 
 
 def _at_speeds(stretch: _Stretch) -> tuple[Estimates, Tracked]:

@@ -110,6 +110,9 @@ class ConsistencyChecks:
         if self._is_break_judged:
             return False
         self._is_break_judged = True
+        if self._noise.applied(self._told) is not self._told:
+            # By now it is what reports along tracks tell.
+            return False
         from trackweave.run.sigma_trial import broken_by_sigma
 
         factors = broken_by_sigma(reports, self.configuration, settings, track)

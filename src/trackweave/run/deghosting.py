@@ -13,12 +13,13 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import TrackTable
-from trackweave.estimation.bearing_flights import Bearings, flight_of
+from trackweave.estimation.bearing_flights import Bearings, Flight, flight_of
 from trackweave.estimation.coverage import reach_of_bearings
 from trackweave.models.motion import ConstantVelocity
 from trackweave.run.polar_to_cartesian import platforms_of
@@ -40,7 +41,7 @@ taken apart."""
 NEAR = 0.1  # How far off a flight a track sets out, as a share of its way
 TOGETHER = 0.5  # Legs overlap for so much of the shorter
 NEVER = 1e9  # Of legs of different times [nats]
-ENDS, LONGEST_GAP, STRAIGHT = 6, 0.5, 2.5
+ENDS, LONGEST_GAP, IN_LINE = 6, 0.5, 2.5
 """So many bearings tell whether a leg goes on, after so much of their time at most, and so far off
 a line in squares of sigma each."""
 
@@ -73,7 +74,7 @@ class Deghosted(NamedTuple):
             return []
         return [
             f"{counted(len(self.changed), 'track')} were ghosts of two sensors' bearings for a "
-            f"while and have in hindsight the bearings that make straight flights (run.json: "
+            "while and have in hindsight the bearings that make straight flights (run.json: "
             f"ghosts; {self.gain:.3g} nats likelier, process noise {self.process_noise:g} m²/s³); "
             "tracks keep what was known then, assignments and history are those of now"
         ]
@@ -109,23 +110,25 @@ def deghosted(
     if settings.sources.get("motion.process_noise") in {"file", "preset"}:
         noises = (STRAIGHTEST * motion.process_noise, motion.process_noise)
     bearings = _bearings(reports, settings)
-    if reach_of_bearings(bearings.place) <= 0.0:
+    reach, sensor = reach_of_bearings(bearings.place), reports.sensor
+    if reach <= 0.0:
         # From one place nothing crosses.
         return assigned, NONE
     # Most runs need no import of what assigns.
     from scipy.optimize import linear_sum_assignment
 
-    flights = _Flights(bearings, reports.sensor, noises, motion.max_speed)
-    whole = unbroken(bearings, reports.sensor, track)
-    as_is = min(float(np.trace(cost)) for cost in flights.costs(track, only_own=True))
-    costs = flights.costs(whole)
+    is_asked = _asked(reports.time, sensor)
+    flights = _Flights(bearings, sensor, is_asked, motion.max_speed, reach)
+    whole = unbroken(bearings, sensor, track)
+    as_is = min(float(np.trace(cost)) for cost in flights.costs(track, noises, only_own=True))
+    costs = flights.costs(whole, noises)
     pairs = [linear_sum_assignment(cost) for cost in costs]
     totals = [float(cost[pair].sum()) for cost, pair in zip(costs, pairs, strict=True)]
     best = int(np.argmin(totals))
     gain = as_is - totals[best]
     if not gain > CLEAR + OF_BENDS * (totals[0] - totals[best]):
         return assigned, NONE
-    now, is_second = whole.copy(), reports.sensor == 1
+    now, is_second = whole.copy(), sensor == 1
     names = np.unique(whole[whole >= 0])
     for first, second in zip(*pairs[best], strict=True):
         now[is_second & (whole == names[second])] = names[first]
@@ -182,7 +185,7 @@ def _goes_on(bearings: Bearings, one: IntArray, other: IntArray) -> bool:
     angle = np.unwrap(own.angle)
     line = np.polynomial.Polynomial.fit(own.time, angle, 1, w=1.0 / own.sigma)
     off = (angle - line(own.time)) / own.sigma
-    return float(off @ off) < STRAIGHT * off.size
+    return float(off @ off) < IN_LINE * off.size
 
 
 def _bearings(reports: ReportTable, settings: Settings) -> Bearings:
@@ -203,52 +206,51 @@ class _Flights(NamedTuple):
 
     bearings: Bearings
     sensor: IntArray
-    noises: Sequence[float]
+    is_asked: NDArray[np.bool_]  # The same bearings are, whatever tracks they are of
     max_speed: float
+    reach: float
 
-    def costs(self, track: IntArray, *, only_own: bool = False) -> list[FloatArray]:
+    def costs(
+        self, track: IntArray, noises: Sequence[float], *, only_own: bool = False
+    ) -> list[FloatArray]:
         """Return under each process noise what each leg costs with each of the other's [nats]."""
-        # The same bearings are asked whatever tracks they are of.
         numbers = np.unique(track[track >= 0])
         legs = [
-            [np.flatnonzero((track == n) & (self.sensor == k)) for n in numbers] for k in (0, 1)
+            [np.flatnonzero(self.is_asked & (track == n) & (self.sensor == k)) for n in numbers]
+            for k in (0, 1)
         ]
-        reach = reach_of_bearings(self.bearings.place)
-        costs = [np.full((numbers.size, numbers.size), NEVER) for _ in self.noises]
+        costs = [np.full((numbers.size, numbers.size), NEVER) for _ in noises]
         for i, one in enumerate(legs[0]):
             for j, other in enumerate(legs[1]):
                 if i != j and (only_own or not _are_together(self.bearings.time, one, other)):
                     continue
                 rows = np.sort(np.concatenate([one, other]))
-                own = self.bearings.at(rows[np.isin(rows, self._asked())])
-                for cost, noise in zip(costs, self.noises, strict=True):
-                    # What no object can have made are false alarms, from anywhere.
-                    most = own.time.size * math.log(2.0 * math.pi)
-                    if own.time.size:
-                        most = min(flight_of(own, noise, self.max_speed, reach).cost, most)
-                    cost[i, j] = most
+                # What no object can have made are false alarms, from anywhere.
+                most = rows.size * math.log(2.0 * math.pi)
+                for cost, noise in zip(costs, noises, strict=True):
+                    cost[i, j] = min(self._of(rows, noise).cost, most) if rows.size else 0.0
         return costs
 
     def flown(
         self, track: IntArray, names: IntArray, noise: float
     ) -> dict[int, tuple[FloatArray, FloatArray]]:
         """Return when and where some tracks were."""
-        reach, flown = reach_of_bearings(self.bearings.place), {}
-        for name in np.intersect1d(names, track).tolist():
-            rows = np.flatnonzero(track == name)
-            own = self.bearings.at(rows[np.isin(rows, self._asked())])
-            flown[name] = own.time, flight_of(own, noise, self.max_speed, reach).path
+        flown = {}
+        for name in np.intersect1d(names, track[self.is_asked]).tolist():
+            rows = np.flatnonzero(self.is_asked & (track == name))
+            flown[name] = self.bearings.time[rows], self._of(rows, noise).path
         return flown
 
-    def _asked(self) -> IntArray:
-        """Return the bearings that are asked: all of every so manieth moment of each sensor."""
-        moments = [np.unique(self.bearings.time[self.sensor == k]) for k in (0, 1)]
-        every = -(-max(each.size for each in moments) // MOST_MOMENTS)
-        asked = [
-            (self.sensor == k) & np.isin(self.bearings.time, each[::every])
-            for k, each in enumerate(moments)
-        ]
-        return np.flatnonzero(asked[0] | asked[1])
+    def _of(self, rows: IntArray, noise: float) -> Flight:
+        return flight_of(self.bearings.at(rows), noise, self.max_speed, self.reach)
+
+
+def _asked(time: FloatArray, sensor: IntArray) -> NDArray[np.bool_]:
+    """Tell which bearings are asked: all of every so manieth moment of each sensor."""
+    moments = [np.unique(time[sensor == k]) for k in (0, 1)]
+    every = -(-max(each.size for each in moments) // MOST_MOMENTS)
+    of = [np.isin(time, each[::every]) & (sensor == k) for k, each in enumerate(moments)]
+    return np.asarray(of[0] | of[1])
 
 
 def _are_together(time: FloatArray, one: IntArray, other: IntArray) -> bool:

@@ -201,7 +201,7 @@ def _scans(sensor: Sensor) -> bool:
 def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:
     """Return the row of the first of equal reports for each, its own where it is the first."""
     what = _same_numbers(reports)
-    moment = reports.time if reports.scan is None else reports.scan
+    moment = reports.look
     order = np.lexsort((moment, what))
     within = np.where(scanning, 0.0, WITHIN_S)[reports.sensor[order]]
     moment = moment[order]

@@ -17,7 +17,6 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import known_sigma
-from trackweave.config.sensing import UNKNOWN_SENSOR
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, bounded, positive
@@ -26,7 +25,7 @@ from trackweave.estimation.lone_values import AS_TOLD, NOT_SCANNING, seldomer
 from trackweave.estimation.threads import Threads
 from trackweave.run.kept import Kept
 from trackweave.run.refining import estimates_for
-from trackweave.run.stretches import Stretch, Tracked
+from trackweave.run.stretches import Stretch, Tracked, middle_part
 
 __all__ = ["likelier", "told_by_tracks"]
 
@@ -288,9 +287,7 @@ def _with_noise(estimates: Estimates, of: Estimates) -> Estimates:
 
 def _stretch_of(reports: ReportTable, configuration: Configuration, most: int) -> Stretch:
     """Return so many reports at most, in the middle of the time."""
-    skip = max(0, (len(reports) - most) // 2)
-    part = reports.part(np.arange(skip, min(len(reports), skip + most)))
-    return Stretch(part, configuration, dict.fromkeys(part.sensors, UNKNOWN_SENSOR))
+    return Stretch.of_positions(middle_part(reports, most), configuration)
 
 
 def _threads(reports: ReportTable, track: IntArray) -> Mapping[str, Threads]:

@@ -15,7 +15,7 @@ from trackweave.keys import show_value
 from trackweave.run.diagnostics import Case, Finding
 from trackweave.run.diagnostics.scatter import is_noise, scatter_of, without_motion
 
-__all__ = ["CLEAR", "NoiseDoubts", "scaled"]
+__all__ = ["CLEAR", "NoiseDoubts", "scaled", "with_scaled"]
 
 # Sensors are judged once so many reports are in tracks, each by so many triples of its own; all
 # together where they have them before so many are, and at the end of a run by so many triples.
@@ -232,6 +232,15 @@ def scaled(sigma: Any, factors: Factors) -> Any:
         whole = factors.get("", 1.0)
         return {c: _rounded(value, factors.get(c, whole)) for c, value in sigma.items()}
     return _rounded(sigma, factors.get("", 1.0))
+
+
+def with_scaled(configuration: Configuration, factors: Mapping[str, float]) -> Configuration:
+    """Return a configuration with so many times the noise that it tells of some sensors."""
+    sensors = configuration.table("sensors")
+    for name, factor in factors.items():
+        sigma = scaled(configuration.sensor(name)["sigma"], {"": factor})
+        sensors[name] = {**sensors.get(name, {}), "sigma": sigma}
+    return configuration.changed(sensors=sensors)
 
 
 def _rounded(value: float, factor: float) -> float:

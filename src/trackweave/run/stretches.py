@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.config import Configuration
 from trackweave.config.fill import fill
-from trackweave.config.sensing import ObservedSensor
+from trackweave.config.sensing import UNKNOWN_SENSOR, ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
 from trackweave.randomness import generator_of
@@ -18,7 +18,7 @@ from trackweave.run.course import course_of
 from trackweave.run.record import Assigned
 from trackweave.solvers import Auto
 
-__all__ = ["SURE_HITS", "Stretch", "Tracked"]
+__all__ = ["SURE_HITS", "Stretch", "Tracked", "middle_part"]
 
 SURE_HITS = 12
 """A track of so many reports is beyond doubt."""
@@ -45,6 +45,11 @@ class Stretch:
     configuration: Configuration
     observed: Mapping[str, ObservedSensor]
 
+    @classmethod
+    def of_positions(cls, reports: ReportTable, configuration: Configuration) -> "Stretch":
+        """Return reports of sensors of which nothing else is to be observed."""
+        return cls(reports, configuration, dict.fromkeys(reports.sensors, UNKNOWN_SENSOR))
+
     def tracked(self, estimates: Estimates) -> Tracked:
         """Track the stretch as some estimates say."""
         names = self.reports.sensors
@@ -68,3 +73,9 @@ class Stretch:
         every = np.concatenate([np.empty(0), *speeds])
         usual = float(np.median(every)) if every.size else math.nan
         return Tracked(sum(cost.values()), assigned.track, usual)
+
+
+def middle_part(reports: ReportTable, most: int) -> ReportTable:
+    """Return so many reports at most, in the middle of the time."""
+    skip = max(0, (len(reports) - most) // 2)
+    return reports.part(np.arange(skip, min(len(reports), skip + most)))

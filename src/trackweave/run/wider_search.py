@@ -15,7 +15,6 @@ from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
-from trackweave.config.sensing import UNKNOWN_SENSOR
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.looking import is_filled_evenly
@@ -92,12 +91,13 @@ def widely_searched(
     periods = [each.scan_period for each in estimates.sensors.values()]
     if None in periods or reports.dim != 2:
         return None
-    part, distances = _part(reports), np.empty(0)
-    if part is not None:
-        distances = _distances(part, estimates)
-    if part is None or not distances.size:
+    part = _part(reports)
+    if part is None:
         return None
-    stretch = Stretch(part, configuration, dict.fromkeys(part.sensors, UNKNOWN_SENSOR))
+    distances = _distances(part, estimates)
+    if not distances.size:
+        return None
+    stretch = Stretch.of_positions(part, configuration)
     trials = _Trials(stretch, _of_false_alarms(estimates, part), max(filter(None, periods)))
     best = trials.best(distances)
     if trials.cost(best) > -max(SURE, SURE_OF_EACH * len(part)):
@@ -109,7 +109,7 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
     """Return estimates as if every report were a false alarm, and as many objects as reports."""
     sensors, present = {}, 0.0
     for name, each in estimates.sensors.items():
-        own = _numbers(reports)[reports.sensor == reports.sensors.index(name)]
+        own = reports.look[reports.sensor == reports.sensors.index(name)]
         density = own.size / max(np.unique(own).size, 1) / each.covered
         present = max(present, density)
         if is_filled_evenly(own):
@@ -126,7 +126,7 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
 
 def _part(reports: ReportTable) -> ReportTable | None:
     """Return some scans of the middle; None where there are too few."""
-    number = _numbers(reports)
+    number = reports.look
     looks = np.unique(number)
     if looks.size < FEWEST_SCANS:
         return None
@@ -137,14 +137,9 @@ def _part(reports: ReportTable) -> ReportTable | None:
     return reports.part(np.flatnonzero(inside))
 
 
-def _numbers(reports: ReportTable) -> FloatArray:
-    """Return the number of each report's scan, or its time where it has none."""
-    return reports.time if reports.scan is None else reports.scan.astype(np.float64)
-
-
 def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
     """Return how far objects may go from look to look [m], ascending."""
-    nearest, crowded, number = [], math.inf, _numbers(reports)
+    nearest, crowded, number = [], math.inf, reports.look
     for name, each in estimates.sensors.items():
         own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         moments, of = np.unique(number[own], return_inverse=True)

@@ -23,7 +23,7 @@ MOST = 20_000
 def repeated_reports(case: Case) -> Iterator[Finding]:
     """Yield which sensors' reports lie beside others of the same scan, too near to be tracked."""
     reports = case.reports
-    moment = reports.time if reports.scan is None else reports.scan
+    moment = reports.look
     for index in case.examined:
         rows = case.rows[index][:MOST]
         rows = rows[np.isfinite(case.place[rows, 0])]
