@@ -145,7 +145,7 @@ def test_reports_beyond_number_at_one_place_are_told_in_a_note() -> None:
     # Equal ones would be copies of one report.
     values = {"time": np.repeat([0.0, 1.0, 2.0], count), "x": 5.0 + 1e-6 * np.arange(3 * count)}
     config = {
-        "sensors": {"default": {"sigma": 10.0, "scan_period": 1.0}},
+        "sensors": {"default": {"sigma": 10.0, "scan_period": 1.0, "extent": 0.0}},
         "growth": {"max_nodes": 3_000},
         "search": {"evaluations": 100, "branches": 0},
     }

@@ -1,10 +1,15 @@
 """Reports by sensor make the scans that a table of them makes."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 
+from trackweave.config import load_configuration
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.formats.reading import read_reports
-from trackweave.service.blocks import blocks_of, scan_of
+from trackweave.run.pieces import pieces_of
+from trackweave.service.blocks import blocks_of, scan_of, without_pieces
 
 TABLE = pl.DataFrame(
     {
@@ -27,3 +32,15 @@ def test_a_scan_of_the_service_tells_what_a_tables_does() -> None:
         np.testing.assert_array_equal(getattr(scan, name), getattr(whole, name), err_msg=name)
     assert scan.height is not None
     assert np.isnan(scan.height).tolist() == [False, True, False]
+
+
+def test_pieces_of_one_object_are_joined_as_in_a_recording() -> None:
+    reports = read_reports(TABLE)
+    told = load_configuration({"sensors": {"default": {"extent": 11.0}}})
+    named = replace(reports, identity=None, identities=())
+    (block,) = blocks_of(named, np.arange(3), {}).values()
+    joined = without_pieces(block, MeasurementKind.POSITION, 11.0)
+    expected = pieces_of(named, told).joined
+    np.testing.assert_array_equal(joined.measurement, expected.measurement)
+    assert joined.number.tolist() == [1]  # The strongest stands for all
+    assert len(without_pieces(block, MeasurementKind.POSITION, 9.0).time) == 3

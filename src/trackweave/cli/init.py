@@ -19,6 +19,7 @@ from trackweave.run import track
 from trackweave.run.doubles import doubles_of
 from trackweave.run.heights import registered
 from trackweave.run.observing import settle
+from trackweave.run.pieces import pieces_in
 
 __all__ = ["run_init"]
 
@@ -52,7 +53,8 @@ def _estimate(
 ) -> dict[str, Any]:
     is_numbered = table.scan is not None
     heights, registration = registered(table, load_configuration(None))
-    table, configuration = registration.reports, registration.configuration
+    pieces = pieces_in(registration.reports, registration.configuration)
+    table, configuration = pieces.joined, pieces.configuration
     doubles, (settings, estimates) = doubles_of(
         table, lambda once: settle(once, configuration, to_be_edited=True)
     )
@@ -61,6 +63,7 @@ def _estimate(
         *table.notes,
         *heights.notes(),
         *registration.notes(),
+        *pieces.notes(),
         *doubles.notes(),
         *settings.notes,
     )
@@ -72,7 +75,7 @@ def _estimate(
             name: {key: value for key, value in own.items() if key not in denied}
             for name, own in settings.values["sensors"].items()
         }
-    settings = replace(registration.entered(settings), values=values, notes=notes)
+    settings = replace(registration.entered(pieces.entered(settings)), values=values, notes=notes)
     text = commented_toml(
         settings,
         head=_head(reports, table),

@@ -62,11 +62,11 @@ USUAL: dict[str, Any] = {field.name: field.default for field in fields(Sensor)}
 PLAIN = (
     "identity_error", "hidden_share", "mean_silence", "echoes", "clutter_persistence",
     "sigma_at", "tail_share", "tail_scale", "tail_persistence", "sigma_height", "height_offset",
-    "trust",
+    "extent", "trust",
 )  # fmt: skip
 NONE_AT_ZERO = {
     "hidden_share", "echoes", "clutter_persistence", "sigma_at", "tail_share", "tail_persistence",
-    "height_offset",
+    "height_offset", "extent",
 }  # fmt: skip
 # What is taken where neither the file nor the reports tell.
 USUAL_CLUTTER_SHARE = 0.1

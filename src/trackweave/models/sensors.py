@@ -37,6 +37,7 @@ NoiseAt: TypeAlias = Annotated[
     Key("x, y and a noise along each axis, such as [40.0, 5.0, 0.3, 0.5]", size=(4, 5)),
 ]
 """The noise at a place: x, y, and standard deviations along x, y[, z] [m]."""
+EXTENT = Key("a number from 0 to 1e9 in metres", 0, 1e9)
 CHANCE = PROBABILITY.said("a number between 0 and 1, both excluded")
 
 
@@ -97,6 +98,10 @@ class Sensor:
         Standard deviation of the heights that its reports tell beside their places [m].
     height_offset
         By how much these are above those of other sensors [m].
+    extent
+        How far each of several reports that one object gives in a scan is from the next at most
+        [m]; 0 where an object gives one. In ``track`` and the service one of them stands for all;
+        a tracker that is given scans one by one takes them as they come.
     scans
         Whether it looks, so that what it does not report was missed; false for one that hears
         objects report themselves, each at its own pace, as AIS does.
@@ -154,6 +159,7 @@ class Sensor:
     tail_persistence: Annotated[float, Key("a number from 0 to 0.999", 0, 0.999)] = 0.0
     sigma_height: Annotated[float, NOISE] = HEIGHT_NOISE
     height_offset: Annotated[float, COORDINATE] = 0.0
+    extent: Annotated[float, EXTENT] = 0.0
     scans: Annotated[bool | None, Key()] = None
     trust: Annotated[bool | tuple[Annotated[str, Key(words=DOUBTED)], ...], Key(TRUST)] = False
 
@@ -171,10 +177,19 @@ class Sensor:
             raise InvalidInputError(
                 "scans: False; expected True for a sensor with a scan_period or a rotation"
             )
+        if self.extent and (self.scans is False or not self._tells_places()):
+            raise InvalidInputError(
+                f"extent: {self.extent:g}; expected 0 for a sensor that does not look, or whose "
+                "reports are no positions or ranges with directions"
+            )
         if self.measurement is MeasurementKind.RANGE_RATE:
             raise InvalidInputError("measurement: range-rate; expected what tells a direction")
         if self.position is not None and len(self.position) not in {2, 3}:
             raise InvalidInputError(f"position: {self.position}; expected two or three numbers")
+
+    def _tells_places(self) -> bool:
+        kind = self.measurement
+        return isinstance(kind, MeasurementKind) and (kind.is_position or kind.has_range)
 
     def _check_places(self) -> None:
         sizes = {len(each) for each in self.sigma_at}

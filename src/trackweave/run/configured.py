@@ -16,6 +16,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.course import tracker_of
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
+from trackweave.run.pieces import pieces_in
 from trackweave.run.told_places import on_plane, with_facts
 from trackweave.run.tracking import report_table
 
@@ -56,7 +57,9 @@ def configured(
     else:
         table, _ = report_table(reports, configuration)
         configuration = with_facts(configuration, table)
-        _, (settings, _) = doubles_of(table, lambda once: settle(once, configuration))
+        pieces = pieces_in(table, configuration)
+        configuration = pieces.configuration
+        _, (settings, _) = doubles_of(pieces.joined, lambda once: settle(once, configuration))
         dim = table.dim
     if settings.plots is not None:
         raise InvalidInputError(

@@ -227,15 +227,12 @@ def _same_numbers(reports: ReportTable) -> IntArray:
     return row.to_series().cast(pl.Int64).to_numpy()
 
 
-def with_doubles(record: dict[str, Any], doubles: Doubles, assigned: int) -> dict[str, Any]:
-    """Return a run's record, a new one, of which the totals count every report that came."""
-    # ``assigned`` counts the reports that have a track, copies too.
+def with_doubles(record: dict[str, Any], doubles: Doubles) -> dict[str, Any]:
+    """Return a run's record, a new one, that tells which reports were heard twice."""
     every = doubles.reports
     unavailable = 0 if every.unavailable is None else len(every.unavailable)
     totals = {
         **record["totals"],
-        "reports": len(every) + unavailable,
-        "assigned_reports": assigned,
         "doubles": int(doubles.copies.size),
         "unavailable_reports": unavailable,
     }

@@ -25,7 +25,7 @@ from trackweave.run.attempts import Progress, agreed
 from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
-from trackweave.run.doubles import with_doubles
+from trackweave.run.doubles import Doubles, with_doubles
 from trackweave.run.heights import registered
 from trackweave.run.history import smoothed_history
 from trackweave.run.joining import in_hindsight
@@ -33,7 +33,8 @@ from trackweave.run.kept import Kept
 from trackweave.run.kernels import compiling_told
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
-from trackweave.run.record import record_of, with_file, with_seed
+from trackweave.run.pieces import Pieces, pieces_in, with_pieces
+from trackweave.run.record import Assigned, record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
 
@@ -159,7 +160,8 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     every, came = report_table(reports, configuration, on_bad_row)
     is_judged = not preset_notes(preset) and not every.has_foreign
     heights, registration = registered(every, configuration, looks=is_judged)
-    every, configuration = registration.reports, registration.configuration
+    pieces = pieces_in(registration.reports, registration.configuration, looks=is_judged)
+    every, configuration = pieces.joined, pieces.configuration
     begun = prior_table(priors, every)
     doubts, kept = ConsistencyChecks(configuration), Kept()
     with engaged(engine, workers) as regions:
@@ -170,9 +172,11 @@ def track(  # noqa: PLR0913 the one function that users call with everything
             progress,
         )
         (rows, log, assigned), table, course = done, attempt.table, attempt.course
-        notes = *heights.notes(), *registration.notes(), *attempt.settings.notes, *course.notes
-        notes = (*notes, *log.notes(), *(regions.notes if regions else ()))
-        settings = replace(registration.entered(doubts.entered(attempt.settings)), notes=notes)
+        notes = *heights.notes(), *registration.notes(), *pieces.notes()
+        notes = *notes, *attempt.settings.notes, *course.notes, *log.notes()
+        notes = (*notes, *(regions.notes if regions else ()))
+        settings = registration.entered(pieces.entered(doubts.entered(attempt.settings)))
+        settings = replace(settings, notes=notes)
         by = generator, regions.smoothed if regions else smoothed_history
         seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, by)
     assigned, assignment = seen.assigned, seen.assigned.by_row()
@@ -190,10 +194,10 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     settings = replace(settings, notes=(*contradicted, *settings.notes, *seen.notes()))
     merged = merged_reports(table, assignment, seen.history, settings.sensors, settings.merge)
     record = record_of(table, settings, log, assignment, merged)
-    doubles = attempt.doubles
-    table, assigned = doubles.restored(table), assigned.at(doubles.place)
-    assignment = assigned.by_row()
-    record = with_doubles(record, doubles, len(assignment))
+    by_row = RunValues(
+        table, seen.tracks, seen.history, assignment, settings, assigned.probability, seen.parent
+    )
+    record, values = _of_all(record, by_row, assigned, merged, (attempt.doubles, pieces))
     record["sources"] = learned_sources(record["sources"], configuration)
     if regions is not None:
         record = regions.entered(record)
@@ -204,22 +208,32 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         "diagnostics": [each.as_record() for each in found],
         **seen.as_record(),
     }
-    shared = doubles.shared(merged) if settings.merge is not None else None
-    values = RunValues(
-        table,
-        seen.tracks,
-        seen.history,
-        assignment,
-        settings,
-        assigned.probability,
-        seen.parent,
-        shared,
-    )
     seed = seed_of(rng)
     record = with_seed(
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"
     )
     return _handed_back(record, values, (reports, config, priors), came)
+
+
+def _of_all(
+    record: dict[str, Any],
+    values: RunValues,
+    assigned: Assigned,
+    merged: Mapping[int, int],
+    once: tuple[Doubles, Pieces],
+) -> tuple[dict[str, Any], RunValues]:
+    """Return record and results of all reports that came, from those that were tracked."""
+    doubles, pieces = once
+    assigned = assigned.at(doubles.place).at(pieces.place)
+    assignment = assigned.by_row()
+    every = replace(
+        values,
+        reports=pieces.restored(doubles.restored(values.reports)),
+        assignment=assignment,
+        probability=assigned.probability,
+        shared=None if values.settings.merge is None else pieces.shared(doubles.shared(merged)),
+    )
+    return with_pieces(with_doubles(record, doubles), pieces, len(assignment)), every
 
 
 def _handed_back(

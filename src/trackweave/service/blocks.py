@@ -6,10 +6,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
+from trackweave.run.pieces import first_pieces, mean_of
 
-__all__ = ["Block", "blocks_of", "joined", "keys_of", "scan_of", "without_copies"]
+__all__ = [
+    "Block",
+    "blocks_of",
+    "joined",
+    "keys_of",
+    "scan_of",
+    "without_copies",
+    "without_pieces",
+]
 
 
 class Block(NamedTuple):
@@ -105,6 +116,17 @@ def without_copies(block: Block, *, at_any_time: bool) -> Block:
             seen.add(what)
             kept.append(row)
     return block if len(kept) == len(keys) else block.at(np.asarray(kept, dtype=np.int64))
+
+
+def without_pieces(block: Block, kind: MeasurementKind | ForeignKind, extent: float) -> Block:
+    """Return a scan's reports, of pieces of one object their middle; see ``run.pieces``."""
+    if not extent or len(block.time) < 2 or isinstance(kind, ForeignKind):
+        return block
+    first = first_pieces(kind, block.measurement, block.identity, extent, block.strength)
+    heads, place = np.unique(first, return_inverse=True)
+    if heads.size == first.size:
+        return block
+    return block.at(heads)._replace(measurement=mean_of(kind, block.measurement, place))
 
 
 def keys_of(block: Block) -> list[bytes]:

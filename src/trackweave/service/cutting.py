@@ -12,11 +12,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.scans import FULL, LAST, MOST_MISSING, N_SECTORS, Sectors, missing_times
-from trackweave.service.blocks import Block, joined, keys_of, scan_of, without_copies
+from trackweave.service.blocks import (
+    Block,
+    joined,
+    keys_of,
+    scan_of,
+    without_copies,
+    without_pieces,
+)
 
 __all__ = ["Cutter", "SensorCut"]
 
@@ -40,6 +49,9 @@ class SensorCut:
     rotation: Rotation | None
     scans: bool
     """Whether what stands still is reported anew at each scan."""
+    kind: MeasurementKind | ForeignKind
+    extent: float
+    """How far each of several reports of one object is from the next at most [m]."""
     pending: dict[float, list[Block]] = field(default_factory=dict)
     """Reports of scans that are open, by time, by the scan's number or by that of the sector."""
     told: float = EARLY
@@ -65,7 +77,7 @@ class SensorCut:
         width = sensor.measurement.n_components(dim)
         return cls(
             sensor.name, place, width, sensor.scan_period, sensor.rotation,
-            sensor.scans is not False,
+            sensor.scans is not False, sensor.measurement, sensor.extent,
         )  # fmt: skip
 
     def feed(self, block: Block) -> None:
@@ -140,6 +152,7 @@ class SensorCut:
         elif self.numbered:
             own_times = bool(np.any(block.time != end))
         block = without_copies(block, at_any_time=self.numbered)
+        block = without_pieces(block, self.kind, self.extent)
         mark = key if self.rotation is not None else end
         is_next = self.last is None or mark > self.last
         if is_next:

@@ -22,6 +22,7 @@ from trackweave.io.tables import RawTable
 from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
+from trackweave.run.pieces import pieces_in
 from trackweave.run.regions.cutting import cut, margin_of, positions_of, unplaced_sensors
 from trackweave.run.registering import registration_of
 from trackweave.run.scans import complete_scans
@@ -170,9 +171,10 @@ def learned(
     if needs_estimates(told, reports.sensors) and not is_enough(heard, facts):
         return None
     registration = registration_of(reports, told)
-    reports, told = registration.reports, registration.configuration
+    pieces = pieces_in(registration.reports, registration.configuration)
+    reports, told = pieces.joined, pieces.configuration
     doubles, (settings, estimates) = doubles_of(reports, lambda once: settle(once, told))
-    settings = registration.entered(settings)
+    settings = registration.entered(pieces.entered(settings))
     if settings.plots is not None:
         raise InvalidInputError("plots.fuse: true; expected false, as live plots are not fused")
     values = _complete(settings)
@@ -201,7 +203,15 @@ def learned(
         doubts=estimates.doubts if estimates else {},
     )
     return Learned(
-        spec, text, (*reports.notes, *registration.notes(), *doubles.notes(), *settings.notes)
+        spec,
+        text,
+        (
+            *reports.notes,
+            *registration.notes(),
+            *pieces.notes(),
+            *doubles.notes(),
+            *settings.notes,
+        ),
     )
 
 

@@ -5,6 +5,7 @@ import polars as pl
 
 import trackweave as tw
 from run.diagnostics.scenes import case_of, positions
+from trackweave.metrics import assignment_quality
 from trackweave.run.diagnostics.scans import copied_sensors, single_times
 
 
@@ -52,8 +53,11 @@ def lidar(per_object: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
 
 
+EACH = {"sensors": {"default": {"extent": 0.0}}}
+
+
 def test_objects_that_give_several_reports_a_scan_are_told() -> None:
-    notes = tw.track(lidar(4)).run["notes"]
+    notes = tw.track(lidar(4), EACH).run["notes"]
     (told,) = [note for note in notes if "lie beside another of their scan" in note]
     assert "if objects give several reports a scan" in told
 
@@ -73,5 +77,26 @@ def test_frames_that_rounded_times_put_together_are_told() -> None:
     ]
     fine = pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
     for reports, is_told in ((fine, False), (fine.with_columns(pl.col("time").floor()), True)):
-        notes = tw.track(reports).run["notes"]
+        notes = tw.track(reports, EACH).run["notes"]
         assert any("or where times are rounded" in note for note in notes) == is_told
+
+
+def test_frames_that_rounded_times_put_together_are_tracked_all_the_same() -> None:
+    rng = np.random.default_rng(1)
+    place, speed = rng.uniform(0, 200, (12, 2)), rng.normal(0, 3, (12, 2))
+    rows = [
+        (
+            0.4 * frame,
+            *(place[each] + 0.4 * frame * speed[each] + rng.normal(0, 0.5, 2)),
+            str(each),
+        )
+        for frame in range(150)
+        for each in np.flatnonzero(rng.random(12) < 0.9)
+    ]
+    frame = pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row")
+    found = tw.track(frame.with_columns(pl.col("time").floor()))
+    assert any("or times are rounded" in note for note in found.run["notes"])
+    track = found.reports["track"].fill_null(-1).to_numpy()
+    quality = assignment_quality(frame["target"].to_list(), track).idf1
+    assert quality is not None
+    assert quality > 0.9

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.trees import ball_volume, tree_of
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["repeated_reports"]
+__all__ = ["beside", "repeated_reports"]
 
 # Of so many reports this part lie so near another of their scan that chance would put that part
 # there; and as large a part is on no track, or their noise is at least so much of how near they
@@ -31,27 +31,27 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
         rows = rows[~_is_echo(case.position[rows], case.sensors[index].echoes)]
         if case.sensors[index].scans is False or rows.size < FEWEST:
             continue
-        apart, near = _beside(np.unique(moment[rows], return_inverse=True)[1], case.place[rows])
+        apart, near = beside(np.unique(moment[rows], return_inverse=True)[1], case.place[rows])
         alone = case.track[rows] < 0
         is_rounded = np.mean(apart <= near) >= MOST_OF and _is_whole(moment[rows])
         is_left = np.count_nonzero(alone) >= max(FEWEST, OF_ALL * rows.size) and not is_rounded
         looked = apart[alone] if is_left else apart
-        beside = looked[looked <= near]
-        usual = float(np.median(beside)) if beside.size else np.inf
+        close = looked[looked <= near]
+        usual = float(np.median(close)) if close.size else np.inf
         is_noise = case.plane_sigma(index) >= AS_NOISE * usual
-        if beside.size < BESIDE * looked.size or not (is_left or is_noise or is_rounded):
+        if close.size < BESIDE * looked.size or not (is_left or is_noise or is_rounded):
             continue
         yield Finding(
             "repeats",
             reports.sensors[index],
-            f"sensor {reports.sensors[index]}: {beside.size:,} of {looked.size:,} reports"
+            f"sensor {reports.sensors[index]}: {close.size:,} of {looked.size:,} reports"
             f"{' on no track' if is_left else ''} lie beside another of their scan, {usual:.2g} m "
             f"off as a median, where chance would put {BY_CHANCE:.0%} of them: if objects give "
-            "several reports a scan, as to lidar and fine radar or where times are rounded, merge "
-            "those of one object first, or tell the scans apart",
+            "several reports a scan, as to lidar and fine radar or where times are rounded, give "
+            "their extent, merge those of one object first, or tell the scans apart",
             weight=WEIGHT,
             told=float(looked.size),
-            seen=float(beside.size),
+            seen=float(close.size),
         )
 
 
@@ -62,7 +62,7 @@ def _is_whole(moment: FloatArray | IntArray) -> bool:
     return bool(np.all(np.abs(counts - np.round(counts)) < 1e-6))
 
 
-def _beside(scan: IntArray, place: FloatArray) -> tuple[FloatArray, float]:
+def beside(scan: IntArray, place: FloatArray) -> tuple[FloatArray, float]:
     """Return how far each report is from its nearest of the same scan, and what is near."""
     # Scans are put so far apart that the nearest is of the same one, where there is any.
     extent = np.maximum(np.ptp(place, axis=0), 1e-9)

@@ -1,0 +1,215 @@
+"""Whether objects give several reports a look, and how far these lie apart.
+
+Where they do, tracks take one report and leave the others to false alarms and to tracks of
+nobody. A stretch of reports is tracked as it is, and with all of a look that lie near one another
+as one; what is beside the one then costs what a piece costs of so many an object, normal about
+it. If the whole is clearly likelier so, objects have that extent. Groups that keep together are
+told apart by the same: who merges them loses tracks that cost less than pieces would.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config import Configuration
+from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates, digits
+from trackweave.run.diagnostics.repeats import beside
+from trackweave.run.observing import positions_in
+from trackweave.run.pieces import pieces_of, seen_from_sensor, with_extent
+from trackweave.run.polar_to_cartesian import laid, placed
+from trackweave.run.stretches import Stretch, Tracked, middle_part
+
+__all__ = ["likeliest_extent"]
+
+# Of so many reports such a share must lie as near another of their look as chance puts a tenth.
+FEWEST, BESIDE, MOST_LOOKED_AT = 100, 0.3, 20_000
+# So many reports are tracked at each trial. Extents grow by such steps, from where few
+# reports are beside another to what is beyond that of most.
+MOST, STEP, FEW, MANY, WIDER = 1500, 2.25, 0.06, 0.9, 2.0
+# So many trials in succession that cost more than tracks alone are the last.
+MOST_WORSE = 2
+# Tracks and pieces must be so much likelier, by the cost of tracks and by so much a report [nats].
+SURE, A_REPORT = 0.1, 0.05
+# What has so many pieces on one track has a shape of its own.
+OWN_SHAPE = 12
+# They scatter by such a part of the extent at least.
+LEAST = 0.01
+
+
+def likeliest_extent(
+    reports: ReportTable, configuration: Configuration
+) -> tuple[float, list[str]]:
+    """Return how far pieces of an object are from the next [m], and the sensors that report any.
+
+    Parameters
+    ----------
+    reports
+        All of a run.
+    configuration
+        What is told.
+
+    Returns
+    -------
+    No sensor where tracks and pieces are not clearly likelier than tracks alone.
+    """
+    chosen = _crowded(reports, configuration)
+    if not chosen:
+        return 0.0, []
+    trials = _Trials(_middle_of(reports, chosen), configuration)
+    extent = trials.best()
+    return extent, list(trials.names) if extent else []
+
+
+def _middle_of(reports: ReportTable, names: Sequence[str]) -> ReportTable:
+    """Return reports of some sensors alone, in the middle of the time."""
+    indices = [reports.sensors.index(name) for name in names]
+    part = middle_part(reports.part(np.flatnonzero(np.isin(reports.sensor, indices))), MOST)
+    found, sensor = np.unique(part.sensor, return_inverse=True)
+    return replace(
+        part,
+        sensor=sensor,
+        sensors=tuple(part.sensors[index] for index in found),
+        kinds=tuple(part.kinds[index] for index in found) if part.kinds else (),
+    )
+
+
+def _crowded(reports: ReportTable, configuration: Configuration) -> list[str]:
+    """Return the sensors of whose reports many lie beside another of their look."""
+    chosen = []
+    for index, name in enumerate(reports.sensors):
+        kind, said = reports.kind_of(index), configuration.sensor(name)
+        rows = np.flatnonzero(reports.sensor == index)[:MOST_LOOKED_AT]
+        if "extent" in said or said.get("scans") is False or rows.size < FEWEST:
+            continue
+        if isinstance(kind, ForeignKind) or not kind.gives_position(reports.dim):
+            continue
+        if kind.needs_place and len(reports.sensors) > 1 and not _is_placed(reports, index, said):
+            continue
+        apart, near = _beside(reports, rows)
+        if np.mean(apart <= near) >= BESIDE:
+            chosen.append(name)
+    return chosen
+
+
+def _is_placed(reports: ReportTable, index: int, said: Mapping[str, Any]) -> bool:
+    """Tell whether it is known where a sensor stands, or is."""
+    if "position" in said or reports.platform is None:
+        return "position" in said
+    return not np.isnan(reports.platform[reports.sensor == index, 0]).any()
+
+
+def _beside(reports: ReportTable, rows: IntArray) -> tuple[FloatArray, float]:
+    """Return how far a sensor's reports are from the next of their look, and what is near [m]."""
+    kind = reports.kind_of(int(reports.sensor[rows[0]]))
+    assert isinstance(kind, MeasurementKind)
+    place = seen_from_sensor(kind, reports.measurement[rows, : kind.n_components(reports.dim)])
+    return beside(np.unique(reports.look[rows], return_inverse=True)[1], place)
+
+
+class _Trials:
+    """What tracks and pieces cost, by the extent of objects."""
+
+    def __init__(self, part: ReportTable, configuration: Configuration) -> None:
+        self._part, self._configuration = part, configuration
+        self._places = positions_in(part, configuration)
+        self._position = self._placed(part)
+        self.names: tuple[str, ...] = ()
+        """Sensors whose reports may be pieces."""
+
+    def best(self) -> float:
+        """Return the extent under which all is likeliest, 0 where it is not clearly likelier."""
+        sensors = self._part.sensors
+        looking = dict.fromkeys(() if self._part.scan is None else sensors, True)
+        alone = estimate(self._position, {}, looking)
+        # Objects that report by themselves give no pieces, however often two do at once.
+        self.names = tuple(each for each in sensors if alone.sensors[each].scans is not False)
+        if not self.names:
+            return 0.0
+        first, tracked = self._tracked(self._position, alone)
+        costs, worse = {0.0: first}, 0
+        for extent in self._extents():
+            costs[extent] = self._cost(extent)
+            worse = worse + 1 if costs[extent] > first else 0
+            if worse == MOST_WORSE:
+                break
+        best = min(costs, key=costs.__getitem__)
+        if first - costs[best] < max(SURE * abs(tracked.cost), A_REPORT * len(self._part)):
+            return 0.0
+        between = [digits(best * step, 3) for step in (math.sqrt(STEP), 1.0 / math.sqrt(STEP))]
+        costs |= {extent: self._cost(extent) for extent in between}
+        return min(costs, key=costs.__getitem__)
+
+    def _extents(self) -> list[float]:
+        """Return the extents to be tried, from where a few reports are beside others [m]."""
+        part = self._part
+        of_sensors = [np.flatnonzero(part.sensor == part.sensors.index(n)) for n in self.names]
+        apart = np.concatenate([_beside(part, rows)[0] for rows in of_sensors if rows.size])
+        low, high = np.quantile(apart, [FEW, MANY])
+        if not high > 0.0:
+            return []
+        low = max(float(low), 1e-3 * float(high))
+        count = math.ceil(math.log(WIDER * float(high) / low) / math.log(STEP))
+        return [digits(low * STEP**step, 3) for step in range(count + 1)]
+
+    def _placed(self, reports: ReportTable) -> ReportTable:
+        """Return reports as positions, which all of them tell."""
+        return placed(laid(reports, self._places)[0], self._places)
+
+    def _tracked(self, reports: ReportTable, estimates: Estimates) -> tuple[float, Tracked]:
+        """Return what tracks and false alarms cost [nats], and what came of the reports."""
+        tracked = Stretch.of_positions(reports, Configuration()).tracked(estimates)
+        cost = tracked.cost
+        for index, name in enumerate(reports.sensors):
+            own = reports.sensor == index
+            sensor, looks = estimates.sensors[name], np.unique(reports.look[own]).size
+            # Costs of tracks are beside all as false alarms, of which there is a Poisson number.
+            cost -= np.count_nonzero(own) * math.log(sensor.clutter_density)
+            cost += sensor.clutter_density * sensor.covered * looks
+        return cost, tracked
+
+    def _cost(self, extent: float) -> float:
+        """Return what tracks and pieces cost where objects have such an extent [nats]."""
+        configuration = with_extent(self._configuration, self.names, extent)
+        pieces = pieces_of(self._part, configuration)
+        reports = self._placed(pieces.joined)
+        looks = dict.fromkeys(self.names, True)
+        cost, tracked = self._tracked(reports, estimate(reports, {}, looks))
+        aside = self._position.measurement - reports.measurement[pieces.place]
+        return cost + _cost_of_pieces(aside, pieces.place, tracked.track, LEAST * extent)
+
+
+def _cost_of_pieces(aside: FloatArray, place: IntArray, track: IntArray, least: float) -> float:
+    """Return what pieces cost that lie normally about their objects [nats]."""
+    # Each object has a Poisson number of them. ``aside`` is how far each report is from its
+    # object, ``place`` the number of that, and ``track`` the object's, by that number. What has
+    # many pieces on one track has a shape of its own; ``least`` is how far they scatter at least,
+    # as equal ones would be infinitely likely.
+    pieces, own_track = len(place) - len(track), track[place]
+    if pieces == 0:
+        return 0.0
+    many = np.bincount(place)[place] > 1
+    number, count = np.unique(own_track[many], return_counts=True)
+    shapes = [own_track == each for each in number[(number >= 0) & (count >= OWN_SHAPE)]]
+    rest = many & ~np.any(shapes, axis=0) if shapes else many
+    cost = pieces * (1.0 + math.log(len(track) / pieces))
+    return cost + sum(
+        _spread(aside[own & many], place[own & many], least) for own in [*shapes, rest]
+    )
+
+
+def _spread(aside: FloatArray, place: IntArray, least: float) -> float:
+    """Return what the places of pieces cost beside their objects [nats]."""
+    pieces = len(place) - np.unique(place).size
+    if pieces == 0:
+        return 0.0
+    scatter = aside.T @ aside / pieces
+    scatter += least**2 * np.eye(len(scatter))
+    return 0.5 * pieces * float(np.linalg.slogdet(2.0 * math.pi * math.e * scatter)[1])

@@ -1,0 +1,159 @@
+"""Of several reports that one object gives in a look one stands for all, where objects do."""
+
+import itertools
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.config import load_configuration
+from trackweave.domain.measurements import MeasurementKind
+from trackweave.formats.reading import read_reports
+from trackweave.metrics import assignment_quality
+from trackweave.run.pieces import first_pieces, mean_of, pieces_of
+
+RADAR = MeasurementKind.RANGE_AZIMUTH_RATE
+
+
+def people(seed: int = 10, looks: int = 60) -> pl.DataFrame:
+    """Three people before a lidar, each of so many points as chance has it, and false alarms."""
+    rng = np.random.default_rng(seed)
+    place, velocity, rows = rng.uniform(-8, 8, (3, 2)), rng.normal(0, 0.8, (3, 2)), []
+    for look in range(looks):
+        velocity += rng.normal(0, 0.1, (3, 2))
+        place = place + 0.1 * velocity
+        for person, count in enumerate(rng.poisson(5, 3)):
+            rows += [
+                (0.1 * look, *at, str(person)) for at in rng.normal(place[person], 0.2, (count, 2))
+            ]
+        rows += [(0.1 * look, *at, None) for at in rng.uniform(-12, 12, (rng.poisson(1), 2))]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
+def rows_of_eight(seed: int = 10) -> pl.DataFrame:
+    """Eight that keep together, five metres from each other, seen with a metre of noise."""
+    rng = np.random.default_rng(seed)
+    aside = 5.0 * np.stack([np.arange(8) % 4, np.arange(8) // 4], axis=1)
+    rows = []
+    for look in range(60):
+        for each in np.flatnonzero(rng.random(8) < 0.9):
+            at = rng.normal(aside[each] + look * np.array([3.0, 1.0]), 1.0)
+            rows.append((float(look), *at, str(each)))
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
+def idf1(frame: pl.DataFrame, result: tw.TrackingResult[pl.DataFrame]) -> float:
+    track = result.reports["track"].fill_null(-1).to_numpy()
+    found = assignment_quality(frame["target"].to_list(), track).idf1
+    assert found is not None
+    return found
+
+
+def linked(place: np.ndarray, look: np.ndarray, extent: float) -> list[set[int]]:
+    """Return groups of what is linked, by hand."""
+    groups = [{row} for row in range(len(place))]
+    for a, b in itertools.combinations(range(len(place)), 2):
+        if look[a] == look[b] and np.linalg.norm(place[a] - place[b]) <= extent:
+            one = next(group for group in groups if a in group)
+            other = next(group for group in groups if b in group)
+            if one is not other:
+                groups.remove(other)
+                one |= other
+    return groups
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_linked_is_as_by_hand(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    place, look = rng.uniform(0, 10, (60, 2)), rng.integers(0, 4, 60)
+    first = first_pieces(MeasurementKind.POSITION, place, look, 1.5)
+    found = [set(np.flatnonzero(first == head).tolist()) for head in np.unique(first)]
+    assert sorted(map(sorted, found)) == sorted(map(sorted, linked(place, look, 1.5)))
+    assert all(head == min(group) for head, group in zip(np.unique(first), found, strict=True))
+
+
+def test_the_strongest_stands_for_all() -> None:
+    place, look = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]), np.zeros(3, dtype=np.int64)
+    for strength, head in (([1.0, 5.0, 3.0], 1), ([np.nan, np.nan, 3.0], 2), ([4.0, 4.0, 3.0], 0)):
+        first = first_pieces(MeasurementKind.POSITION, place, look, 1.5, np.array(strength))
+        assert first.tolist() == [head] * 3
+
+
+def test_two_whose_range_rates_differ_are_two() -> None:
+    measurement = np.array([[50.0, 0.1, -8.0], [51.0, 0.1, -8.2], [50.5, 0.1, 20.0]])
+    first = first_pieces(RADAR, measurement, np.zeros(3, dtype=np.int64), 3.0)
+    assert first.tolist() == [0, 0, 2]
+
+
+def test_the_middle_of_azimuths_is_on_the_shorter_way() -> None:
+    measurement = np.array([[50.0, 0.02, 1.0], [52.0, 2 * np.pi - 0.01, 3.0], [9.0, 3.0, 0.0]])
+    mean = mean_of(RADAR, measurement, np.array([0, 0, 1]))
+    np.testing.assert_allclose(mean, [[51.0, 0.005, 2.0], [9.0, 3.0, 0.0]], atol=1e-12)
+
+
+def test_reports_of_other_names_other_looks_and_other_sensors_are_no_pieces() -> None:
+    frame = pl.DataFrame(
+        {
+            "time": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+            "sensor": ["a", "a", "a", "a", "b", "b"],
+            "x": [0.0, 0.5, 1.0, 0.2, 0.3, 0.4],
+            "y": [0.0] * 6,
+            "identity": ["A", "A", "B", "A", "A", "A"],
+        }
+    )
+    told = load_configuration({"sensors": {"a": {"extent": 2.0}, "b": {"extent": 0.0}}})
+    found = pieces_of(read_reports(frame), told)
+    assert found.first.tolist() == [0, 0, 2, 3, 4, 5]
+    assert found.joined.measurement[:, 0].tolist() == [0.25, 1.0, 0.2, 0.3, 0.4]
+    again = found.restored(found.joined)
+    np.testing.assert_allclose(again.measurement, found.reports.measurement)
+
+
+def test_an_object_of_many_points_is_one_track() -> None:
+    frame = people()
+    found = tw.track(frame)
+    assert idf1(frame, found) > 0.95
+    sensor = found.run["configuration"]["sensors"]["default"]
+    assert 0.5 < sensor["extent"] < 2.0
+    assert found.run["sources"]["sensors.default.extent"] == "estimated"
+    assert found.run["totals"]["pieces"] > 500
+    assert found.run["totals"]["reports"] == len(frame) == len(found.assignments)
+    assert any("give several reports a scan" in note for note in found.run["notes"])
+    for_itself = tw.track(frame, {"sensors": {"default": {"extent": 0}}})
+    assert idf1(frame, for_itself) < 0.5
+    assert for_itself.run["totals"]["pieces"] == 0
+
+
+def test_the_configuration_as_used_finds_the_same_again() -> None:
+    frame = people()
+    first = tw.track(frame)
+    again = tw.track(frame, first.run["configuration"])
+    assert first.assignments.equals(again.assignments)
+    assert first.tracks.equals(again.tracks)
+
+
+def test_who_keeps_together_is_not_one_object() -> None:
+    frame = rows_of_eight()
+    found = tw.track(frame)
+    assert found.run["totals"]["pieces"] == 0
+    assert idf1(frame, found) > 0.85
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"extent": -1.0},
+        {"extent": "wide"},
+        {"extent": 2e9},
+        {"extent": 5.0, "scans": False},
+    ],
+)
+def test_an_extent_that_cannot_be_is_refused(told: dict[str, object]) -> None:
+    with pytest.raises(tw.InvalidInputError, match="extent"):
+        tw.track(people(looks=5), {"sensors": {"default": told}})
+
+
+def test_a_sensor_of_bearings_has_no_extents() -> None:
+    with pytest.raises(tw.InvalidInputError, match="extent: 3; expected 0"):
+        tw.Sensor("camera", measurement=MeasurementKind.BEARING, extent=3.0)
