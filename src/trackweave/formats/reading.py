@@ -35,6 +35,7 @@ from trackweave.io.tables import (
     with_our_names,
     within_calendars,
 )
+from trackweave.io.time_axes import on_one_axis
 from trackweave.plugin_faults import told_as_theirs
 
 __all__ = ["STANDARD_INPUT", "chosen", "is_recording", "load", "read_reports"]
@@ -228,7 +229,7 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
             f"{name}: {note}" for note in (*table.facts.sentences(), *table.notes_on_names)
         ]
         skips.take(table.undecoded, name)
-    columns = pl.concat(frames, how="diagonal_relaxed")
+    columns = pl.concat(on_one_axis(frames, [name for name, _ in files]), how="diagonal_relaxed")
     return RawTable(
         f"{len(tables)} files", columns, np.concatenate(row), tuple(skipped), is_text=are_text,
         facts=facts, undecoded=skips, files=tuple(files),

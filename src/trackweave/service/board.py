@@ -70,6 +70,9 @@ class Board:
         names = engine.identities_of(tracks.track)
         if names is not None:
             frame = frame.with_columns(identity=pl.Series(names, dtype=pl.String))
+        heights = engine.heights_of(tracks.track)
+        if heights is not None:
+            frame = frame.with_columns(height_m=pl.Series(heights, dtype=pl.Float64))
         self.picture = Picture(time, frame, spec.frame)
         changed = frame.filter(pl.Series(is_new))
         return Drawn(self.picture, changed, tuple(map(str, ended.tolist())))

@@ -34,6 +34,8 @@ WITHIN_S = 2.0 + 1e-6
 MISSED = 1.5
 """So many periods after the last scan the next is missed, where nothing is waited for."""
 EARLY = -np.inf
+REMEMBERED = 16
+"""A copy is known of so many scans, or turns; what is older comes too late for any window."""
 
 
 @dataclass(slots=True)
@@ -64,6 +66,8 @@ class SensorCut:
     """Empty scans since the last that was not."""
     heard: dict[float, int] = field(default_factory=dict)
     """How many reports its last scans had by time, or the sectors of its last turns by number."""
+    said: dict[float, list[bytes]] = field(default_factory=dict)
+    """What the reports of the same scans said, so that copies that come late are known."""
     numbered: bool = False
     """Whether its reports say the numbers of their scans."""
     platform: tuple[float, FloatArray] | None = None
@@ -122,6 +126,7 @@ class SensorCut:
         self.pending.clear()
         self.recent.clear()
         self.heard.clear()
+        self.said.clear()
         self.told, self.until, self.last, self.n_missed = time, EARLY, None, 0
 
     def _until(self) -> float:
@@ -155,6 +160,14 @@ class SensorCut:
         block = without_pieces(block, self.kind, self.extent)
         mark = key if self.rotation is not None else end
         is_next = self.last is None or mark > self.last
+        said = self._said_by(block)
+        if not is_next:
+            known = {what for each in self.said.values() for what in each}
+            new = [row for row, what in enumerate(said) if what not in known]
+            if not new:
+                return
+            block, said = block.at(np.array(new)), [said[row] for row in new]
+        self.said.setdefault(mark, []).extend(said)
         if is_next:
             yield from self._empty_before(mark, block)
             self.last, self.n_missed = mark, 0
@@ -163,9 +176,18 @@ class SensorCut:
             if self.rotation is not None:
                 last = [sector for sector in self.heard if sector > mark - LAST * N_SECTORS]
             self.heard = {key: self.heard[key] for key in last}
+            most = REMEMBERED if self.rotation is None else REMEMBERED * N_SECTORS
+            self.said = {key: self.said[key] for key in sorted(self.said)[-most:]}
         if not np.isnan(block.platform[:, 0]).any():
             self.platform = float(block.time[-1]), block.platform[-1]
         yield scan_of(block, self.name, end, own_times=own_times)
+
+    def _said_by(self, block: Block) -> list[bytes]:
+        """Return of each report what its copies say: all, but for the time in a numbered scan."""
+        keys = keys_of(block)
+        if self.numbered:
+            return [key + b"%d" % number for key, number in zip(keys, block.scan, strict=True)]
+        return [key + time.tobytes() for key, time in zip(keys, block.time, strict=True)]
 
     def _empty_before(self, mark: float, block: Block) -> Iterator[Scan]:
         if self.last is None:

@@ -156,6 +156,12 @@ class Engine:
             return None
         return self._running.stepper.names.told(tracks, self.track_of())
 
+    def heights_of(self, tracks: IntArray) -> list[float | None] | None:
+        """Return how high reports last said that tracks are [m]; None where none says so."""
+        if self._running is None:
+            return None
+        return self._running.stepper.names.heights(tracks, self.track_of())
+
     def take(self, sequence: int, kind: int, payload: bytes) -> Change:
         """Take the next record in.
 

@@ -19,6 +19,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
+from trackweave.io.time_axes import on_one_axis
 from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
@@ -196,8 +197,10 @@ def learned(
     spec = _with_told(replace(spec, configuration=without_nothing(values)), configuration)
     spec.settings()
     seconds, count = _span(heard), len(reports)
+    # Sensors that run already are in the file too.
+    shown = replace(settings, values={**settings.values, "sensors": values["sensors"]})
     text = commented_toml(
-        settings,
+        shown if known else settings,
         head=[f"Written by trackweave serve from {count} reports of {seconds:.6g} s."],
         remarks=estimates.remarks if estimates else {},
         doubts=estimates.doubts if estimates else {},
@@ -261,7 +264,9 @@ def _require_places(reports: ReportTable, settings: Settings) -> None:
 def _table(
     configuration: Configuration, heard: Sequence[Arrived], facts: Facts, known: Spec | None
 ) -> ReportTable:
-    columns = pl.concat([each.table for each in heard], how="diagonal_relaxed")
+    # What comes later and has no date beside others that have one is refused.
+    tables = on_one_axis([each.table for each in heard])
+    columns = pl.concat(tables, how="diagonal_relaxed")
     raw = RawTable("reports", columns, np.arange(1, columns.height + 1), facts=facts)
     origin = configuration.said("frame", "origin")
     projection: Projection = configuration.said("frame", "projection") or "tangent"

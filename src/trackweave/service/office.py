@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 
 from trackweave.config import Configuration, load_configuration
+from trackweave.config.fill import ANY_SENSOR
 from trackweave.domain.scans import Scan
 from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
 from trackweave.service.board import Board, Drawn
@@ -236,7 +237,7 @@ class Office:
         known, heard = engine.spec, list(engine.heard)
         if known is not None:
             heard = self._strange
-            configuration = load_configuration(known.configuration)
+            configuration = _for_others(known, configuration)
         is_cut = known is None and self.most_regions is not None
         if not heard or (
             not is_enough(heard, engine.facts) and (is_cut or left_open(configuration, heard))
@@ -377,3 +378,14 @@ def unpacked(content: bytes, house: House | None = None) -> tuple[Engine, Writin
     begin = _LENGTH.size
     end = begin + _LENGTH.unpack_from(content)[0]
     return Engine.unpack(content[end:], house), unpack(content[begin:end])
+
+
+def _for_others(known: Spec, told: Configuration) -> Configuration:
+    """Return with what sensors are added: what runs, and what a user tells of any or of them."""
+    sensors = {
+        name: own
+        for name, own in told.table("sensors").items()
+        if name == ANY_SENSOR or name not in known.configuration["sensors"]
+    }
+    values = {**known.configuration, "sensors": sensors}
+    return replace(load_configuration(values), plugins=told.plugins)

@@ -114,9 +114,10 @@ class Publisher:
         """Yield tracks in pieces that can be sent."""
         writer = self.target.format.writer
         assert writer is not None
-        # Whom reports tell of is no column of a track, but says what kind of thing it is.
-        named = rows.select("track", "identity") if "identity" in rows.columns else None
-        states = rows.drop("identity", strict=False)
+        # Whom reports tell of and how high is no column of a track, but says what kind it is.
+        told = [name for name in ("identity", "height_m") if name in rows.columns]
+        named = rows.select("track", *told) if told else None
+        states = rows.drop(told)
         files = writer(Output(states, assignments=named, frame=frame)).values()
         pieces = [piece for data in files for piece in _cut(data, self.target.format)]
         if self.target.scheme == "tcp":

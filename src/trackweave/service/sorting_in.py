@@ -10,6 +10,7 @@ from trackweave.domain.reports import BadRow, ReportTable
 from trackweave.errors import TrackweaveError
 from trackweave.io.reports import ONLY_SENSOR, reports_in
 from trackweave.io.tables import RawTable, with_our_names
+from trackweave.io.time_axes import EARLIEST_S
 from trackweave.models.sensors import Sensor
 from trackweave.run.biases import told_biases, unbiased
 from trackweave.run.polar_to_cartesian import laid
@@ -71,7 +72,19 @@ def checked_rows(table: pl.DataFrame, spec: Spec | None) -> ReportTable:
     frame = spec.frame
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg)
     projection = "tangent" if frame is None else frame.projection
-    return reports_in(raw, frame_origin=origin, frame_projection=projection, on_bad_row="skip")
+    found = reports_in(raw, frame_origin=origin, frame_projection=projection, on_bad_row="skip")
+    return _dated(found) if spec.iso_time and not found.iso_time else found
+
+
+def _dated(reports: ReportTable) -> ReportTable:
+    """Return the reports whose seconds count from 1970: those of others have dates."""
+    early = reports.time < EARLIEST_S
+    if not early.any() or reports.row is None:
+        return reports
+    expected = "a date, as other reports tell, or seconds from 1970 UTC"
+    told = zip(reports.row[early].tolist(), reports.time[early].tolist(), strict=True)
+    bad = tuple(BadRow(row, "time", f"{time:.15g}", expected) for row, time in told)
+    return replace(reports.part(np.flatnonzero(~early)), skipped=(*reports.skipped, *bad))
 
 
 def usable_rows(rows: Rows, spec: Spec | None) -> tuple[pl.DataFrame, tuple[Rejected, ...]]:

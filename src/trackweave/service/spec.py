@@ -1,19 +1,22 @@
 """With what the tracker runs, complete: the content of a record CONFIGURE."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
 from trackweave.config import load_configuration
-from trackweave.config.fill import Settings
+from trackweave.config.fill import ANY_SENSOR, Settings
 from trackweave.domain.frames import LocalFrame, Projection
 from trackweave.run.configured import settings_alone
 from trackweave.run.regions.cutting import Region
 from trackweave.service.records import as_json, from_json
 
 __all__ = ["Spec", "without_nothing"]
+
+UNNAMED = "(without a name)"
+"""What the sensor of reports without one is called where ``[sensors.default]`` is for all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +79,17 @@ class Spec:
 
     def settings(self) -> Settings:
         """Return everything that a tracker needs; refuse a configuration with gaps."""
-        return settings_alone(load_configuration(self.configuration))
+        tables = self.configuration.get("sensors", {})
+        if len(tables) < 2 or ANY_SENSOR not in tables:
+            return settings_alone(load_configuration(self.configuration))
+        # Beside others what came without a name is a sensor like them: its keys are its own.
+        named = {UNNAMED if name == ANY_SENSOR else name: own for name, own in tables.items()}
+        found = settings_alone(load_configuration({**self.configuration, "sensors": named}))
+        sensors = [
+            replace(each, name=ANY_SENSOR) if each.name == UNNAMED else each
+            for each in found.sensors
+        ]
+        return replace(found, sensors=tuple(sensors))
 
 
 def _region(corners: Sequence[float | None]) -> Region:

@@ -53,11 +53,13 @@ class Counts:
 
 @dataclass(slots=True)
 class Names:
-    """Whom reports say that they are of, and so whose the tracks are."""
+    """Whom reports say that they are of and how high, and so whose the tracks are, and where."""
 
     codes: dict[str, int] = field(default_factory=dict)
     of_report: dict[int, int] = field(default_factory=dict)
     of_track: dict[int, int] = field(default_factory=dict)
+    height_of_report: dict[int, float] = field(default_factory=dict)
+    height_of_track: dict[int, float] = field(default_factory=dict)
 
     def note(self, hypothesis: Hypothesis, scans: list[Scan]) -> None:
         """Take in what reports say, and of which tracks they finally are."""
@@ -65,17 +67,11 @@ class Names:
             if scan.identity is not None:
                 pairs = zip(scan.report.tolist(), scan.identity.tolist(), strict=True)
                 self.of_report |= {number: code for number, code in pairs if code >= 0}
-        if not self.of_report:
-            return
-        final = hypothesis.final
-        for number, track in zip(final.report.tolist(), final.track.tolist(), strict=True):
-            code = self.of_report.pop(number, None)
-            if code is not None and track >= 0:
-                self.of_track.pop(track, None)
-                self.of_track[track] = code
-        for known in (self.of_track, self.of_report):
-            while len(known) > MOST_NAMED:
-                del known[next(iter(known))]
+            if scan.height is not None:
+                heights = zip(scan.report.tolist(), scan.height.tolist(), strict=True)
+                self.height_of_report |= {n: height for n, height in heights if height == height}
+        _settle(self.of_report, self.of_track, hypothesis)
+        _settle(self.height_of_report, self.height_of_track, hypothesis)
 
     def told(self, tracks: IntArray, assigned: dict[int, int]) -> list[str | None] | None:
         """Return whose tracks are, with what reports are of by now; None where nobody says."""
@@ -87,6 +83,28 @@ class Names:
                 who[track] = self.of_report[number]
         names = list(self.codes)
         return [names[who[track]] if track in who else None for track in tracks.tolist()]
+
+    def heights(self, tracks: IntArray, assigned: dict[int, int]) -> list[float | None] | None:
+        """Return how high reports say that tracks are [m], as last told; None where none does."""
+        known = dict(self.height_of_track)
+        for number, track in assigned.items():
+            if number in self.height_of_report:
+                known[track] = self.height_of_report[number]
+        return [known.get(track) for track in tracks.tolist()] if known else None
+
+
+def _settle(of_report: dict[int, Any], of_track: dict[int, Any], hypothesis: Hypothesis) -> None:
+    """Give tracks what their reports told, once it is final which these are."""
+    final = hypothesis.final if of_report else None
+    if final is not None:
+        for number, track in zip(final.report.tolist(), final.track.tolist(), strict=True):
+            told = of_report.pop(number, None)
+            if told is not None and track >= 0:
+                of_track.pop(track, None)
+                of_track[track] = told
+    for known in (of_track, of_report):
+        while len(known) > MOST_NAMED:
+            del known[next(iter(known))]
 
 
 @dataclass(slots=True)

@@ -103,6 +103,8 @@ class AsterixDecoder:
         self.skips = Skips()
         self.facts = Facts()
         self.marks: dict[str, float] = {}
+        self.received = 0.0
+        """When octets come that no capture's clock tells of [s from 1970]; 0 for unknown."""
         self.n_records = 0
         self.n_octets = 0
         self._categories = categories_of(edition_021)
@@ -138,6 +140,7 @@ class AsterixDecoder:
         gathering = Gathering(
             buffer, self._base, self._categories, self.skips, self.facts.left_out
         )
+        gathering.received = self.received
         done = self._framing.scan(gathering, at_end=at_end)
         self._pending = buffer[done:]
         self.n_octets += gathering.n_octets

@@ -47,6 +47,8 @@ class Gathering:
         skips: Skips,
         counts: dict[str, int],
     ) -> None:
+        self.received = 0.0
+        """When what has no clock of its own came [s from 1970]; 0 for unknown."""
         self.buffer = buffer
         self._base = base
         self._categories = categories
@@ -73,7 +75,8 @@ class Gathering:
     def clock_of(self, begin: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the capture's clock [s] for records by where they begin, 0 for none."""
         block = np.searchsorted(self._starts, begin, side="right") - 1
-        return np.array(self._clocks)[block]
+        clock = np.array(self._clocks)[block]
+        return np.where(clock == 0.0, self.received, clock)
 
     def block(self, start: int, stop: int, clock: float = 0.0) -> int:
         """Gather a data block's records; return how far that went."""

@@ -41,6 +41,9 @@ class Feed:
     def take(self, data: bytes) -> None:
         """Decode further bytes."""
         self.heard = time.monotonic()
+        if hasattr(self._decoder, "received"):
+            # Times of the day are dated by when they come.
+            self._decoder.received = time.time()
         self._hand_on(self._decoder.feed, data)
 
     def take_whole(self, data: bytes) -> None:
