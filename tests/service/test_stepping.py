@@ -1,5 +1,6 @@
 """Scans that come too late to be the last: put into their place, unless that takes too long."""
 
+import polars as pl
 import pytest
 
 from service.recordings import positions
@@ -45,7 +46,8 @@ def test_where_too_many_sequences_would_grow_anew_it_is_left_out_and_counted(
     assert engine.counts.scans == n_scans - 1
     # A snapshot remembers whose scans of the last time there were.
     again = Engine.unpack(engine.pack())
-    late = packed_reports(last[:1], "test", Facts())
+    # A copy of what was taken is no report, nor late.
+    late = packed_reports(last[:1].with_columns(pl.col("x") + 1.0), "test", Facts())
     for each in (engine, again):
         each.take(each.sequence + 1, Kind.REPORTS, late)
         until = as_json({"until": {"": float(last["time"][0])}})
