@@ -101,7 +101,8 @@ def run_track(
             f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
             f"{counted(found['reports'], 'report')} assigned, in {out}{left}"
         )
-    return found
+    # Who asks for JSON is told nothing else.
+    return {**found, "notes": record["notes"]}
 
 
 def what_was_assumed(record: dict[str, Any]) -> list[str]:

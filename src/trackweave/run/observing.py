@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
@@ -82,6 +83,8 @@ def _missing(
 
 # From so many moments on it can be told whether reports come one by one.
 FEWEST_MOMENTS = 20
+# Under a beam an object reports in every turn or second one, not so many turns apart as a median.
+SELDOM = 2.5
 # A gap between directions is a sector that is not watched where chance would not leave it [rad].
 WIDEST_CHANCE_GAP = np.radians(60.0)
 NARROWEST, SHALLOWEST, SLOWEST = 0.05, 0.05, 1.0
@@ -248,6 +251,9 @@ def observe(reports: ReportTable, configuration: Configuration) -> dict[str, Obs
                 azimuth_of(kind, measured, platform[rows]),
                 numbered=reports.scan is not None,
             )
+            is_told = not {"rotation", "scan_period"}.isdisjoint(configuration.sensor(name))
+            if turns is not None and not is_told and _are_seldom(reports, rows, turns.period):
+                turns, is_sure = None, True
         moments = scan_times(reports, index)
         n_scans = moments.size
         if turns is not None:
@@ -329,6 +335,17 @@ def _rotation(
         phase = found.azimuth(start) - found.direction * 2 * np.pi * start / given
         return Rotation(given, float(phase % (2 * np.pi)), found.direction), False
     return found, not wanders(time, azimuth, found)
+
+
+def _are_seldom(reports: ReportTable, rows: NDArray[np.bool_], period: float) -> bool:
+    """Tell whether who says who it is reports too seldom for a beam that turns in a period [s]."""
+    if reports.identity is None:
+        return False
+    own = np.flatnonzero(rows & (reports.identity >= 0))
+    own = own[np.argsort(reports.identity[own], kind="stable")]
+    same = np.diff(reports.identity[own]) == 0
+    pauses = np.diff(reports.time[own])[same]
+    return pauses.size > 0 and bool(np.median(pauses) > SELDOM * period)
 
 
 def _is_trusted(said: Mapping[str, Any], key: str) -> bool:
