@@ -113,6 +113,7 @@ def test_prints_one_json_object(run: Run, reports: Path, config: Path, tmp_path:
     found = json.loads(done.stdout)
     assert found["reports"] == len(rows(reports))
     assert found["tracks"] == 2
+    assert found["notes"] == json.loads((tmp_path / "out" / "run.json").read_text())["notes"]
     assert done.stderr == ""
 
 

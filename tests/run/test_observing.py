@@ -54,6 +54,26 @@ def test_sees_that_a_beam_turns(direction: int) -> None:
     assert not seen.needs_place
 
 
+def test_who_reports_every_third_turn_is_under_no_beam() -> None:
+    """Senders in slots of a second are as regular as a beam of a third of a second."""
+    azimuth = np.tile(np.linspace(20.0, 250.0, 5), 60)
+    second = np.repeat(np.arange(60), 5)
+    slot = np.tile([0, 2, 1, 0, 2], 60)
+    told = pl.DataFrame(
+        {
+            "time": second + (slot + azimuth / 360.0) / 3.0,
+            "range_m": np.tile([5e3, 9e3, 2e4, 3e4, 4e4], 60),
+            "azimuth_deg": azimuth,
+            "identity": np.tile(list("abcde"), 60),
+        }
+    ).sort("time")
+    assert observe(table(told), load_configuration(None))["default"].rotation is None
+    told = told.drop("identity")
+    turns = observe(table(told), load_configuration(None))["default"].rotation
+    assert turns is not None
+    assert turns.period == pytest.approx(1.0 / 3.0, rel=1e-3)
+
+
 def test_is_told_that_a_beam_does_not_turn() -> None:
     configuration = load_configuration({"sensors": {"default": {"rotation": "none"}}})
     assert observe(table(radar()), configuration)["default"].rotation is None
