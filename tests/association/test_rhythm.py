@@ -61,6 +61,13 @@ def test_taking_turns_on_one_that_reports_at_odd_times_is_worth_nothing(seed):
     assert parts > sum(costs(times.tolist()))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_who_reports_whenever_it_likes_is_soon_known_to(seed):
+    found = costs(np.cumsum(np.random.default_rng(seed).exponential(10.0, 60)).tolist())
+    assert sum(found) < 12.0
+    assert sum(found[20:]) < 4.0
+
+
 def test_another_sensor_says_nothing_of_the_intervals():
     rhythm = np.empty((1, SIZE))
     begin_rhythm(rhythm, 0, 0, 0.0)

@@ -75,6 +75,21 @@ def test_what_names_no_object_is_no_identity(names):
     assert assignment_quality(whose, assigned).idf1 > 0.98
 
 
+def test_who_is_seldom_named_and_walks_on_is_named_all_the_same():
+    """Players whose numbers are read once in ten frames, one in twelve of them a team-mate's."""
+    rng, rows = np.random.default_rng(4), []
+    place, velocity = rng.uniform(0.0, 60.0, (12, 2)), rng.normal(0.0, 3.0, (12, 2))
+    for frame in range(300):
+        velocity = 0.98 * velocity + rng.normal(0.0, 0.6, (12, 2))
+        place = place + 0.1 * velocity
+        for player in range(12):
+            who = rng.integers(12) if rng.random() < 1.0 / 12.0 else player
+            name = f"n{who}" if rng.random() < 0.1 else None
+            rows.append((0.1 * frame, *rng.normal(place[player], 0.2), name))
+    table = pl.DataFrame(rows, ["time", "x", "y", "identity"], orient="row")
+    assert identity_error(read(table), 0) < 0.1
+
+
 def test_reports_that_are_far_off_are_under_their_own_name():
     """Where no other object is, nobody else can have sent them."""
     reports = read(herd(np.random.default_rng(4), wild=0.02))

@@ -5,7 +5,7 @@ import pytest
 
 from trackweave.arrays import FloatArray
 from trackweave.estimation.lone import lone_reports
-from trackweave.estimation.threads import threads_of
+from trackweave.estimation.threads import Threads, threads_of
 
 
 def side_by_side(seed: int = 1) -> tuple[FloatArray, FloatArray]:
@@ -56,3 +56,13 @@ def test_an_axis_without_noise_hides_not_that_of_the_other() -> None:
     table = np.array(sorted(rows))
     found = lone_reports(table[:, 0], table[:, 1:], threads_of(table[:, 0], table[:, 1:]), None)
     assert found.sigma == pytest.approx(0.3 / np.sqrt(2.0), rel=0.1)
+
+
+def test_a_thread_that_begins_with_anothers_report_tells_its_noise() -> None:
+    rng = np.random.default_rng(3)
+    waits = 8.0 * rng.choice([0.2, 1.0, 3.0], 40)
+    time = np.cumsum(waits)
+    position = np.array([3.0, 1.0]) * time[:, None] + rng.normal(0.0, 5.0, (40, 2))
+    position[0] += 700.0
+    found = lone_reports(time, position, Threads([np.arange(40)], 40), None)
+    assert found.sigma == pytest.approx(5.0, rel=0.3)

@@ -6,6 +6,7 @@ from oracles import sensing
 from oracles.kinds import GATE, Mixture, Setting, View, locates
 from oracles.sequences import Hiding
 from oracles.windows import LIFE, SURVIVAL, WIDE
+from trackweave.association._rhythm import SIZE as RHYTHM_SIZE
 from trackweave.association.initial_tracks import InitialTracks
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import GATE_PROBABILITY, Context, scan_input, window_rule
@@ -133,7 +134,7 @@ class KindWindow:
             covariance=np.array([s.covariance for s in states]).reshape(count, modes, size, size),
             weight=np.array([s.weight for s in states]).reshape(count, modes),
             hits=np.ones(count, dtype=np.int64),
-            chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, 5), -1.0),
+            chances=zero, tail=zero, hidden=zero, misses=zero, rhythm=np.full((count, RHYTHM_SIZE), -1.0),
             wild=np.full(count, -1.0), level=np.full((count, 6), np.nan),
             identity=nobody, other=nobody,
             sensor=nobody,

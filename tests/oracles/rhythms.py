@@ -5,6 +5,7 @@ from itertools import pairwise
 from operator import truediv
 
 CHANGED, LOST, RANGE, MOST = 0.05, 0.3, 5.0, 8.0
+NONE, SURE = 0.003, 0.95
 USUAL, LEAST = 0.15**2, 0.01**2
 
 
@@ -21,7 +22,7 @@ def _chances(interval, variance, count, waited):
 
 def rhythm_costs(times, often):
     """Return what each report costs for its time; usual is to be heard so often in a second."""
-    costs, known = [0.0], None
+    costs, known, free = [0.0], None, NONE
     for last, now in pairwise(times):
         waited = now - last
         if known is None:
@@ -36,11 +37,13 @@ def rhythm_costs(times, often):
             math.exp(interval) * (lost + 1) / usual if count >= 3 else 1.0 for lost in range(4)
         ]
         rare = [min(max(one, 1 / 20), 20.0) for one in slow]
-        costs.append(-math.log(CHANGED + sum(map(truediv, chances, rare))))
+        costs.append(-math.log(free + (1 - free) * (CHANGED + sum(map(truediv, chances, rare)))))
         if waited == 0:
             continue
         likeliest = max(range(4), key=chances.__getitem__)
         one = math.log(waited / (likeliest + 1))
+        kept = CHANGED + sum(chances)
+        free = min(max(free / (free + (1 - free) * kept), NONE), SURE)
         if chances[likeliest] > CHANGED:
             off = one - interval
             variance = max((variance * (count + 1) + off**2) / (count + 2), LEAST)

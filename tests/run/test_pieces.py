@@ -43,6 +43,17 @@ def rows_of_eight(seed: int = 10) -> pl.DataFrame:
     return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
 
 
+def side_by_side(seed: int) -> pl.DataFrame:
+    """Two that go side by side, six sigma apart, among some false alarms."""
+    rng, rows = np.random.default_rng(seed), []
+    for time in np.arange(0.0, 100.0, 2.0):
+        for number in np.flatnonzero(rng.random(2) < 0.95):
+            at = rng.normal([10.0 * time - 600.0, 25.0 * number], 4.0)
+            rows.append((time, *at, str(number)))
+        rows += [(time, *at, None) for at in rng.uniform(-1000, 1000, (rng.poisson(2), 2))]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
 def idf1(frame: pl.DataFrame, result: tw.TrackingResult[pl.DataFrame]) -> float:
     track = result.reports["track"].fill_null(-1).to_numpy()
     found = assignment_quality(frame["target"].to_list(), track).idf1
@@ -138,6 +149,14 @@ def test_who_keeps_together_is_not_one_object() -> None:
     found = tw.track(frame)
     assert found.run["totals"]["pieces"] == 0
     assert idf1(frame, found) > 0.85
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_two_side_by_side_are_two(seed: int) -> None:
+    frame = side_by_side(seed)
+    result = tw.track(frame.drop("target"))
+    assert result.run["configuration"]["sensors"]["default"]["extent"] == 0.0
+    assert idf1(frame, result) > 0.99
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 """At which intervals an object reports itself, as its sequence tells. Nothing here checks.
 
 A row of a sequence's ``rhythm`` holds the sensor that hears it (-1 for none), when that last did
-[s], the logarithm of the reporting interval, the variance of the logarithm, and how many
-intervals tell of both; 0 after the first report.
+[s], the logarithm of the reporting interval, the variance of the logarithm, how many intervals
+tell of both (0 after the first report), and how probable it is that it keeps none.
 """
 
 import math
@@ -14,12 +14,14 @@ from trackweave.jit import jit
 if TYPE_CHECKING:
     from trackweave.association._nodes import ScanInput
 
-SIZE = 5
-SENSOR, TIME, INTERVAL, VARIANCE, COUNT = range(SIZE)
+SIZE = 6
+SENSOR, TIME, INTERVAL, VARIANCE, COUNT, FREE = range(SIZE)
 
 CHANGED, LOST, MOST_LOST = 0.05, 0.3, 4
 """How often the next report comes at another interval or after a silence, and how often one is
 lost; with more lost in a row nothing is known of the next."""
+NO_RHYTHM, MOST_FREE = 0.003, 0.95
+"""How many objects report whenever they like, and how sure that is of one at most."""
 RANGE = 5.0
 """Reporting intervals of which nothing is known are so many powers of e apart."""
 USUAL_PACE, ASIDE, MOST_PACE, PACED = 10.0, 3.0, 20.0, 3.0
@@ -37,6 +39,7 @@ def begin_rhythm(rhythm: FloatArray, node: int, sensor: int, moment: float) -> N
     """Write what one report tells, the sequence's first; a negative sensor for none heard."""
     rhythm[node, SENSOR], rhythm[node, TIME] = sensor, moment
     rhythm[node, INTERVAL], rhythm[node, VARIANCE], rhythm[node, COUNT] = 0.0, USUAL_VARIANCE, 0.0
+    rhythm[node, FREE] = NO_RHYTHM
 
 
 @jit
@@ -68,7 +71,7 @@ def rhythm_cost(rhythm: FloatArray, node: int, scan: "ScanInput", index: int) ->
     """Return what it costs that a report is the next that is heard of an object [nats].
 
     Against a report of which no rhythm tells: the interval is log-normal about the object's own,
-    or about a multiple of it where reports are lost, or it is any.
+    or about a multiple of it where reports are lost, or it is any; always, of who keeps none.
     """
     row = rhythm[node]
     if row[SENSOR] != scan.sensor or row[COUNT] == 0.0:
@@ -78,7 +81,7 @@ def rhythm_cost(rhythm: FloatArray, node: int, scan: "ScanInput", index: int) ->
     if waited > 0.0:
         for lost in range(MOST_LOST):
             odds += _odds(row, waited, lost) / _rarity(row, lost, scan.detection_probability)
-    return -math.log(odds)
+    return -math.log(row[FREE] + (1.0 - row[FREE]) * odds)
 
 
 @jit
@@ -93,10 +96,14 @@ def hear(rhythm: FloatArray, node: int, sensor: int, moment: float) -> None:
         return
     best, odds = 0, 0.0
     if row[COUNT] > 0.0:
+        kept = CHANGED
         for lost in range(MOST_LOST):
             value = _odds(row, waited, lost)
+            kept += value
             if value > odds:
                 best, odds = lost, value
+        free = row[FREE] / (row[FREE] + (1.0 - row[FREE]) * kept)
+        row[FREE] = min(max(free, NO_RHYTHM), MOST_FREE)
     row[TIME] = max(moment, row[TIME])
     if odds > CHANGED:
         off, count = math.log(waited / (best + 1.0)) - row[INTERVAL], row[COUNT]

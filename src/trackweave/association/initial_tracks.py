@@ -28,7 +28,7 @@ class InitialTracks:
     unseen: FloatArray
     misses: FloatArray  # Their number
     wild: FloatArray  # How probably its last report's noise was wide, -1 for nothing known
-    # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 5).
+    # At which intervals it reports itself, as in ``association._rhythm``, shape (tracks, 6).
     rhythm: FloatArray
     level: FloatArray  # How high it is, as in ``association._levels``, shape (tracks, 6)
     identity: IntArray  # Whom the track is of; -1 for nobody

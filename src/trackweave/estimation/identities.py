@@ -12,9 +12,10 @@ __all__ = ["identity_error", "identity_threads", "note_on_identities"]
 ABSURD, BESIDE = 6.0, 3
 # It is another's where one of so many reports before or after is that much nearer than its leap.
 AROUND, NEAR, MOST_ABSURD = 100, 0.1, 400
-# A step leads elsewhere that is so many times as long as the way to the nearest report before it;
-# where so many do, or come alone, identities are no names.
-ELSEWHERE, NO_NAMES, MOST_ERROR, MOST_STEPS = 10.0, 0.3, 0.99, 2000
+# A step leads elsewhere that is so many times as long as the way to the nearest report before it,
+# and so many times as fast: who is seldom named has gone far. Where so many do, or come alone,
+# identities are no names.
+ELSEWHERE, QUICKER, NO_NAMES, MOST_ERROR, MOST_STEPS = 10.0, 4.0, 0.3, 0.99, 2000
 # Before the data speak identities are wrong as seldom as this, trusted as so many reports.
 USUAL_ERROR, TRUSTED = 1e-4, 500.0
 # Threads are those of identities where hardly any is wrong, nearly all reports have one, and few
@@ -171,11 +172,18 @@ def _elsewhere(reports: ReportTable, before: IntArray, after: IntArray) -> float
     when = when[reports.sensor[when] == reports.sensor[after[0]]]
     rank = np.empty(len(reports), dtype=np.int64)
     rank[when] = np.arange(when.size)
-    place, found, some = reports.measurement, 0, slice(None, None, after.size // MOST_STEPS + 1)
+    place, time, found = reports.measurement, reports.time, 0
+    some = slice(None, None, after.size // MOST_STEPS + 1)
     for early, late in zip(before[some].tolist(), after[some].tolist(), strict=True):
         lately = when[max(0, rank[late] - AROUND) : rank[late]]
-        nearest = np.linalg.norm(place[lately] - place[late], axis=1).min(initial=np.inf)
-        found += bool(np.linalg.norm(place[late] - place[early]) > ELSEWHERE * nearest)
+        lately = lately[time[lately] < time[late]]
+        if lately.size == 0:
+            continue
+        off = np.linalg.norm(place[lately] - place[late], axis=1)
+        nearest = int(np.argmin(off))
+        step, wait = float(np.linalg.norm(place[late] - place[early])), time[late] - time[early]
+        is_quick = step * (time[late] - time[lately[nearest]]) > QUICKER * off[nearest] * wait
+        found += bool(is_quick and step > ELSEWHERE * off[nearest])
     return found / len(after[some])
 
 

@@ -23,7 +23,7 @@ from trackweave.estimation.noise import (
     noise_of_longer_steps,
 )
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
-from trackweave.estimation.threads import Threads, once, threads_of
+from trackweave.estimation.threads import SHORTEST, Threads, once, threads_of
 
 __all__ = ["LoneReports", "fastest_below", "judged", "lone_reports", "middle_of"]
 
@@ -47,6 +47,8 @@ TORN, STRAY = 0.03, 0.1
 STARTED, UNTOLD = 8.0, 3.0
 # In a turn an object wanders more than on the whole.
 AGILE = 2.0
+# An end of a thread that is so many times as fast as any other step, and far, is another's.
+WILD_END = 5.0
 # The median of how far a standard normal number is from 0.
 MEDIAN_OF_NORMAL = 0.6745
 # What stands seems to move at no more than so many standard deviations, and shares of the
@@ -220,7 +222,7 @@ def _noise(
     false_rate: float,
 ) -> tuple[float | None, float | None]:
     """Return sigma and process noise along threads, as they are where these are too few."""
-    chains = threads[:MOST_CHAINS]
+    chains = [_without_wild_ends(time, position, rows) for rows in threads[:MOST_CHAINS]]
     if sum(rows.size for rows in chains) < LEAST_REPORTS:
         return sigma, None
     times, places = arrays_of((time[rows], position[rows]) for rows in chains)
@@ -236,6 +238,17 @@ def _noise(
         times, places, max(start, 1e-9), density, fixed=fixed, follows_turns=False
     )
     return noise_of_longer_steps(times, places, found, density, fixed=fixed)
+
+
+def _without_wild_ends(time: FloatArray, position: FloatArray, rows: IntArray) -> IntArray:
+    """Return a thread but for ends that are another's: a filter that begins there is lost."""
+    if rows.size <= PIECE:
+        return rows
+    step = np.linalg.norm(np.diff(position[rows], axis=0), axis=1)
+    speed = step / np.maximum(np.diff(time[rows]), SHORTEST)
+    between = slice(1, -1)
+    is_wild = (speed > WILD_END * speed[between].max()) & (step > WILD_END * np.median(step))
+    return rows[int(is_wild[0]) : rows.size - int(is_wild[-1])]
 
 
 def _scatter(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> float | None:

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.pair_ratios import ratio_of_pairs
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["Threads", "once", "threads_of"]
+__all__ = ["SHORTEST", "Threads", "once", "threads_of"]
 
 # Reports are neighbours at some speed: from one that crosses all that is covered in the whole
 # time, up by this factor, over so many steps.
@@ -28,8 +28,8 @@ N_ROUNDS = 3
 ENOUGH, SURELY, SOONER = 0.2, 30.0, 0.7
 # The same position again within so long is one report heard twice [s].
 TWICE = 2.0
-# Shorter waits tell no speed [s].
 SHORTEST = 1e-9
+"""Shorter waits tell no speed [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,7 @@ MOST, STEP, FEW, MANY, WIDER = 1500, 2.25, 0.06, 0.9, 2.0
 # So many trials in succession that cost more than tracks alone are the last.
 MOST_WORSE = 2
 # Tracks and pieces must be so much likelier, by the cost of tracks and by so much a report [nats].
-SURE, A_REPORT = 0.1, 0.05
+SURE, A_REPORT = 0.03, 0.05
 # What has so many pieces on one track has a shape of its own.
 OWN_SHAPE = 12
 # They scatter by such a part of the extent at least.
@@ -123,6 +123,7 @@ class _Trials:
         self._position = self._placed(part)
         self.names: tuple[str, ...] = ()
         """Sensors whose reports may be pieces."""
+        self._told: dict[float, Estimates] = {}
 
     def best(self) -> float:
         """Return the extent under which all is likeliest, 0 where it is not clearly likelier."""
@@ -141,6 +142,9 @@ class _Trials:
             if worse == MOST_WORSE:
                 break
         best = min(costs, key=costs.__getitem__)
+        if best:
+            # Two that keep together spoil what is told of them for each itself, not of the pair.
+            first = min(first, self._tracked(self._position, self._told[best])[0])
         if first - costs[best] < max(SURE * abs(tracked.cost), A_REPORT * len(self._part)):
             return 0.0
         between = [digits(best * step, 3) for step in (math.sqrt(STEP), 1.0 / math.sqrt(STEP))]
@@ -180,8 +184,8 @@ class _Trials:
         configuration = with_extent(self._configuration, self.names, extent)
         pieces = pieces_of(self._part, configuration)
         reports = self._placed(pieces.joined)
-        looks = dict.fromkeys(self.names, True)
-        cost, tracked = self._tracked(reports, estimate(reports, {}, looks))
+        told = self._told[extent] = estimate(reports, {}, dict.fromkeys(self.names, True))
+        cost, tracked = self._tracked(reports, told)
         aside = self._position.measurement - reports.measurement[pieces.place]
         return cost + _cost_of_pieces(aside, pieces.place, tracked.track, LEAST * extent)
 
