@@ -3,6 +3,7 @@
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -140,6 +141,22 @@ def test_none_is_as_good_as_left_out_where_there_is_such_a_key(tmp_path: Path) -
     assert load_configuration({"seed": None, "motion": {"model": None}}).values == {"motion": {}}
     with pytest.raises(InvalidInputError, match=r"motion\.modle: unknown key; did you mean model"):
         load_configuration({"motion": {"modle": None}})
+
+
+def test_values_of_numpy_are_as_pythons() -> None:
+    told = {
+        "seed": np.int64(3),
+        "motion": {"max_speed": np.float32(20.0), "process_noise": np.float64(0.5)},
+        "lifecycle": {"join": np.bool_(False)},
+        "sensors": {"a": {"position": np.array([1.0, 2.0])}},
+    }
+    found = load_configuration(told)
+    assert found.said("seed") == 3
+    assert type(found.said("motion", "max_speed")) is float
+    assert found.said("lifecycle", "join") is False
+    assert found.sensor("a")["position"] == [1.0, 2.0]
+    with pytest.raises(InvalidInputError, match=r"motion\.max_speed: -1; expected"):
+        load_configuration({"motion": {"max_speed": np.int64(-1)}})
 
 
 def test_nothing_given_is_an_empty_configuration() -> None:

@@ -15,6 +15,7 @@ from trackweave.config import load_configuration
 from trackweave.domain.facts import Facts
 from trackweave.errors import DataFormatError
 from trackweave.formats.asterix.decoding import AsterixDecoder
+from trackweave.formats.jsonl import JsonlDecoder
 from trackweave.formats.reading import read_reports
 from trackweave.service.board import Board
 from trackweave.service.engine import Engine
@@ -22,6 +23,7 @@ from trackweave.service.learning import learned
 from trackweave.service.office import Office, Order
 from trackweave.service.publish import Publisher, target_of
 from trackweave.service.records import Arrived, Kind, packed_reports
+from trackweave.service.saying import Saying
 from trackweave.service.sorting_in import checked_rows
 from trackweave.service.spec import Spec
 
@@ -82,6 +84,34 @@ def test_a_sensor_heard_later_is_what_the_file_tells_of_any(tmp_path: Path) -> N
     # Read back, the file is complete again.
     again = load_configuration(tmp_path / "tracker.toml")
     assert {"A", "B"} <= set(again.table("sensors"))
+
+
+def test_whose_reports_are_of_another_kind_is_said_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    office, board, told = Office.open(tmp_path), Board(), load_configuration(None)
+    saying = Saying(office)
+    polar = pl.DataFrame({"time": [2.0], "sensor": ["A"], "range_m": [9.0], "azimuth_deg": [1.0]})
+    payload = packed_reports(polar, "test", Facts())
+    spec = Spec({**TOLD, "sensors": {"A": SENSOR}})
+    office.take([Order(1, Kind.CONFIGURE, spec.payload())], board)
+    assert saying.health("", 0.0, [], told)["message"] is None
+    office.take([Order(number, Kind.REPORTS, payload) for number in (2, 3)], board)
+    health = saying.health("", 0.0, [], told)
+    office.close()
+    assert (health["status"], health["unfit"]) == ("ok", 2)
+    assert "sensor A: reports measure otherwise than those by which" in health["message"]
+    assert [each.getMessage() for each in caplog.records].count("reports left out") == 1
+
+
+def test_a_report_of_json_needs_no_time() -> None:
+    decoder = JsonlDecoder()
+    table = decoder.feed(b'{"x": 1.0, "y": 2.0}\n{"status": "well"}\n')
+    assert table is not None
+    assert table.to_dicts() == [{"x": 1.0, "y": 2.0}]
+    assert [each.what for each in decoder.skips.listed] == [
+        "no report: an object with a measurement, such as x and y"
+    ]
 
 
 def test_seconds_from_1970_and_dates_are_one_axis() -> None:

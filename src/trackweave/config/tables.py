@@ -20,6 +20,7 @@ from typing import (
     get_type_hints,
 )
 
+from trackweave.config.plain import plain
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key, show_value, suggest
 
@@ -374,6 +375,7 @@ def checked(values: Mapping[str, Any], table: Table, where: str, path: str = "")
     # ``where`` is what the message calls the file, ``path`` the table's own place there. The
     # message says how many others are wrong.
     found: Found = {}
+    values = plain(values)
     taken = table.take(values, path, found)
     if isinstance(taken, Misfit):
         found[path] = _message(values, table.expected, taken)

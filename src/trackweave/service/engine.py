@@ -57,12 +57,15 @@ class Change:
         The scans that were taken in.
     strange
         Reports of unknown sensors in it, by sensor.
+    unfit
+        Reports that measure otherwise than is known of their sensor, by sensor.
     """
 
     sequence: int
     rows: tuple[TrackTable, ...] = ()
     scans: tuple[Scan, ...] = ()
     strange: Mapping[str, int] = field(default_factory=dict)
+    unfit: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -265,9 +268,9 @@ class Engine:
         found = sorted_in(came.table, running.spec, running.sensors)
         self.counts.refused += len(found.refused)
         self.counts.strange += sum(found.strange.values())
-        self.counts.unfit += found.unfit
+        self.counts.unfit += sum(found.unfit.values())
         scans = [] if found.reports is None else list(self._in_time(running, found.reports))
-        return self._changed(running, scans, found.strange)
+        return replace(self._changed(running, scans), strange=found.strange, unfit=found.unfit)
 
     def _in_time(self, running: _Running, reports: ReportTable) -> Iterator[Scan]:
         """Take reports in; those that jump ahead of all others go to the tracker's judgement."""
@@ -353,10 +356,8 @@ class Engine:
         self.counts.dropped += int(from_json(payload)["reports"])
         return Change(self.sequence)
 
-    def _changed(
-        self, running: _Running, scans: list[Scan], strange: Mapping[str, int] | None = None
-    ) -> Change:
-        return Change(self.sequence, running.stepper.rows.taken(), tuple(scans), strange or {})
+    def _changed(self, running: _Running, scans: list[Scan]) -> Change:
+        return Change(self.sequence, running.stepper.rows.taken(), tuple(scans))
 
 
 def _settings_of(spec: Spec) -> Settings:

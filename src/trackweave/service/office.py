@@ -110,6 +110,8 @@ class Office:
     """Into how many regions the plane may be cut; None for one tracker."""
     spent: float = 0.0
     """CPU that the tracker has taken since the last snapshot [s]."""
+    unfit: set[str] = field(default_factory=set)
+    """Sensors of which reports measured otherwise than is known of them."""
     _strange: list[Arrived] = field(default_factory=list)
     _tried: int = 0
     _drawn: deque[float] = field(default_factory=lambda: deque((-np.inf, -np.inf), 2))
@@ -184,6 +186,7 @@ class Office:
             scans += change.scans
             if change.strange:
                 self._note_strange(order, change)
+            self._note_unfit(change)
         self.spent += house.cpu + time.thread_time() - begun
         drawn, now = None, time.monotonic()
         if scans and self._undrawn is None:
@@ -319,6 +322,12 @@ class Office:
         if sum(each.table.height for each in self._strange) < MOST_STRANGE:
             rows = came.table.filter(pl.col("sensor").is_in(names.implode()))
             self._strange.append(replace(came, table=rows))
+
+    def _note_unfit(self, change: Change) -> None:
+        for name in sorted(change.unfit.keys() - self.unfit):
+            self.unfit.add(name)
+            say(_log, logging.WARNING, "reports left out", sensor=name,
+                message="they measure otherwise than is known of their sensor")  # fmt: skip
 
     def _seen(self, scans: Sequence[Scan]) -> tuple[Any, ...]:
         """Return reports as the page draws them: place, sensor, track."""

@@ -167,9 +167,21 @@ class Saying:
         if configuration is None:
             return "starting", "kernels are loaded, or compiled once"
         if engine.is_configured:
-            return "ok", missing
+            return "ok", missing or self._left_out()
         return "waiting", missing or waiting_for(
             configuration, engine.heard, is_cut=self._office.most_regions is not None
+        )
+
+    def _left_out(self) -> str:
+        """Return a sentence on sensors whose reports cannot be used, empty where all can be."""
+        unfit = sorted(self._office.unfit)
+        if not unfit:
+            return ""
+        which = f"sensor {unfit[0]}" if len(unfit) == 1 else f"sensors {', '.join(unfit)}"
+        return (
+            f"{which}: reports measure otherwise than those by which it was configured, as x,y "
+            "beside lat,lon, and are left out (unfit); give them a sensor of their own, and "
+            "[frame] origin where only some are of the Earth"
         )
 
     def counters(self, inputs: Sequence[Input]) -> dict[str, float]:

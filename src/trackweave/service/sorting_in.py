@@ -37,13 +37,13 @@ class SortedIn:
     strange
         How many reports are of sensors that the configuration does not know, by sensor.
     unfit
-        How many measure otherwise than the configuration says of their sensor.
+        How many measure otherwise than the configuration says of their sensor, by sensor.
     """
 
     reports: ReportTable | None
     refused: tuple[BadRow, ...] = ()
     strange: Mapping[str, int] = field(default_factory=dict)
-    unfit: int = 0
+    unfit: Mapping[str, int] = field(default_factory=dict)
 
 
 def checked_rows(table: pl.DataFrame, spec: Spec | None) -> ReportTable:
@@ -136,14 +136,14 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
         every = tuple(BadRow(k, None, "", "a report") for k in range(1, table.height + 1))
         return SortedIn(None, every)
     wrong_plane = reports.frame is not None and spec.frame is None
-    fits, strange, unfit = [], dict[str, int](), 0
+    fits, strange, unfit = [], dict[str, int](), dict[str, int]()
     for index, name in enumerate(reports.sensors):
         count = int(np.sum(reports.sensor == index))
         sensor = sensors.get(name)
         if sensor is None:
             strange[name] = count
         elif wrong_plane or not _fits(reports, index, sensor, spec):
-            unfit += count
+            unfit[name] = count
         else:
             fits.append(index)
     if len(fits) < len(reports.sensors):

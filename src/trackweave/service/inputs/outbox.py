@@ -8,6 +8,7 @@ import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -183,7 +184,20 @@ def completed(table: pl.DataFrame, sensor: str | None = None) -> pl.DataFrame:
         zone = column.dtype.time_zone
         stamp = stamp if zone is None else stamp.dt.replace_time_zone(zone)
         return table.with_columns(column.fill_null(stamp[0]))
-    return table
+    return table.with_columns(_stamped(column, now)) if column.dtype == pl.String else table
+
+
+def _stamped(column: pl.Series, now: float) -> pl.Series:
+    """Return times as text with that of receipt where cells are empty, a date among dates."""
+    is_empty = column.str.strip_chars().fill_null("") == ""
+    if not is_empty.any():
+        return column
+    told = column.filter(~is_empty)
+    with suppress(DataFormatError):  # what is neither is refused where rows are checked
+        dated = told.is_empty() or read_times(told).iso
+        stamp = datetime.fromtimestamp(now, UTC).isoformat() if dated else f"{now:.6f}"
+        return column.zip_with(~is_empty, pl.Series([stamp]))
+    return column
 
 
 def told_times(table: pl.DataFrame) -> dict[str, list[float]]:
