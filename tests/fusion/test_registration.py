@@ -1,5 +1,7 @@
 """A sensor's shift, turn and clock recovered within what is said of their errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -129,6 +131,21 @@ def test_sensors_of_different_rates_are_set_side_by_side() -> None:
     for reference, other in ((made.reference[::4], made.other), (made.reference, made.other[::4])):
         found = register(reference, other, process_noise=NOISE, pairs=made.pairs)
         assert squared_error(found, TRUTH.numbers()) < 20.0
+
+
+@pytest.mark.parametrize("apart", [0.7, 2.0])
+@pytest.mark.parametrize("process_noise", [1e-3, 0.5])
+def test_sensors_that_look_at_other_times_tell_as_much(apart: float, process_noise: float) -> None:
+    squared = []
+    truth = replace(TRUTH, n_times=40, late=0.5 + apart, process_noise=process_noise)
+    for seed in range(12):
+        made = scene(truth, np.random.default_rng(seed))
+        other = [replace(picture, time=picture.time - apart) for picture in made.other]
+        found = register(made.reference, other, process_noise=process_noise)
+        assert np.all(found.sigma[:2] < 30.0)
+        squared.append(squared_error(found, TRUTH.numbers()))
+    # χ² with 48 degrees of freedom, two-sided 0.1 %.
+    assert 22.0 < sum(squared) < 84.0
 
 
 def test_the_same_pictures_give_the_same_bytes() -> None:

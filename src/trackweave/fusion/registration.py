@@ -32,6 +32,9 @@ __all__ = ["Registration", "register"]
 
 _ROUNDS = 8
 """Times that matching and estimating take turns at most."""
+_SAME, _APART, _FEWEST = 0.01, 5, 6
+"""Pictures of the same time differ by less than this part of a gap; others are compared every so
+many, while so many remain."""
 
 Pictures = Sequence[LocalPicture]
 
@@ -173,7 +176,8 @@ def register(
         Pictures of the reference, in the order of time.
     other
         Pictures of the sensor, in the order of time, as they came. Where times differ, the
-        sensor with more pictures is predicted to the times of the other.
+        sensor with more pictures is predicted to the times of the other, and of these every fifth
+        is compared: what both learned in between has directions in common then.
     process_noise
         Power spectral density of the acceleration that the sensors' trackers assume [m²/s³].
         Where it is not known, rather too small than too great: 0 costs little and stays
@@ -339,5 +343,10 @@ def _at_common_times(
             f" {other[0].sensor} from {other[0].time:g} to {other[-1].time:g} s; expected times "
             "that overlap"
         )
+    waits = [picture.time - times[k] for picture, k in zip(few, latest, strict=True) if k >= 0]
+    if np.median(waits) > _SAME * gap and len(many) < 2 * len(few):
+        # One report of each, at times that differ, tell of no common direction; several do.
+        apart = min(_APART, max(len(kept) // _FEWEST, 1))
+        kept = kept[::-1][::apart][::-1]
     first, second = [pair[0] for pair in kept], [pair[1] for pair in kept]
     return (first, second) if few is reference else (second, first)
