@@ -20,7 +20,7 @@ from typing import (
     get_type_hints,
 )
 
-from trackweave.config.plain import plain
+from trackweave.config.python_values import python_values
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key, show_value, suggest
 
@@ -375,7 +375,7 @@ def checked(values: Mapping[str, Any], table: Table, where: str, path: str = "")
     # ``where`` is what the message calls the file, ``path`` the table's own place there. The
     # message says how many others are wrong.
     found: Found = {}
-    values = plain(values)
+    values = python_values(values)
     taken = table.take(values, path, found)
     if isinstance(taken, Misfit):
         found[path] = _message(values, table.expected, taken)

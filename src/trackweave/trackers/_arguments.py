@@ -35,8 +35,12 @@ def checked_sensors(sensors: object) -> dict[str, Sensor]:
     """Return the sensors by name, the names as text."""
     listed = checked_members(sensors, Sensor, "sensors")
     known = {sensor.name: sensor for sensor in listed}
-    if not known or len(known) < len(listed):
-        raise InvalidInputError("sensors: expected at least one, and names that differ")
+    if not known:
+        raise InvalidInputError("sensors: none; expected at least one")
+    if len(known) < len(listed):
+        names = [sensor.name for sensor in listed]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InvalidInputError(f"sensors: two are called {twice}; expected names that differ")
     return known
 
 

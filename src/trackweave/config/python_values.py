@@ -3,10 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["plain"]
+import numpy as np
+
+from trackweave.fields import plain
+
+__all__ = ["python_values"]
 
 
-def plain(value: Any) -> Any:
+def python_values(value: Any) -> Any:
     """Return a value with numbers, truth values and arrays of NumPy as Python's own.
 
     Parameters
@@ -19,9 +23,7 @@ def plain(value: Any) -> Any:
     The same where nothing is of NumPy; tuples are lists.
     """
     if isinstance(value, Mapping):
-        return {key: plain(each) for key, each in value.items()}
+        return {key: python_values(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
-    # Reading a file waits for no import of NumPy.
-    is_of_numpy = type(value).__module__ == "numpy" and hasattr(value, "dtype")
-    return value.tolist() if is_of_numpy else value
+        return [python_values(each) for each in value]
+    return value.tolist() if isinstance(value, np.ndarray) else plain(value)
