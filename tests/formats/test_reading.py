@@ -128,6 +128,13 @@ def test_several_files_are_one_network_of_sensors(tmp_path):
     assert reports.report.tolist() == ["north:1", "south:a", "north:2"]
 
 
+def test_files_of_a_plane_and_of_the_earth_are_not_one_network(tmp_path):
+    plane = written(tmp_path / "a.csv", b"time,x,y\n0,1,2\n")
+    earth = written(tmp_path / "b.csv", b"time,latitude,longitude\n0,50,10\n")
+    with pytest.raises(DataFormatError, match=r"a.csv tells x, y and .*b.csv lat, lon; expected"):
+        tw.read_reports([plane, earth])
+
+
 def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path):
     paths = []
     for folder in "ab":

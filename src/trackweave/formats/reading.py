@@ -229,11 +229,26 @@ def _network(paths: Sequence[str | os.PathLike[str]], told: str | None) -> RawTa
             f"{name}: {note}" for note in (*table.facts.sentences(), *table.notes_on_names)
         ]
         skips.take(table.undecoded, name)
+    _require_alike(frames, [name for name, _ in files])
     columns = pl.concat(on_one_axis(frames, [name for name, _ in files]), how="diagonal_relaxed")
     return RawTable(
         f"{len(tables)} files", columns, np.concatenate(row), tuple(skipped), is_text=are_text,
         facts=facts, undecoded=skips, files=tuple(files),
     )  # fmt: skip
+
+
+def _require_alike(frames: Sequence[pl.DataFrame], names: Sequence[str]) -> None:
+    """Refuse positions on a plane in one file and of the Earth in another."""
+    plane, earth = (
+        [name for name, each in zip(names, frames, strict=True)
+         if {first, second} <= set(each.columns) and other not in each.columns]
+        for first, second, other in (("x", "y", "lat"), ("lat", "lon", "x"))
+    )  # fmt: skip
+    if plane and earth:
+        raise DataFormatError(
+            f"{plane[0]} tells x, y and {earth[0]} lat, lon; expected one of both in all files: "
+            "give x, y their latitudes and longitudes, or track them apart and fuse the tracks"
+        )
 
 
 def _of_network(table: RawTable, name: str, *, as_text: bool) -> pl.DataFrame:
