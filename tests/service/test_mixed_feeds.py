@@ -19,6 +19,7 @@ from trackweave.formats.jsonl import JsonlDecoder
 from trackweave.formats.reading import read_reports
 from trackweave.service.board import Board
 from trackweave.service.engine import Engine
+from trackweave.service.inputs.outbox import completed
 from trackweave.service.learning import learned
 from trackweave.service.office import Office, Order
 from trackweave.service.publish import Publisher, target_of
@@ -104,13 +105,14 @@ def test_whose_reports_are_of_another_kind_is_said_once(
     assert [each.getMessage() for each in caplog.records].count("reports left out") == 1
 
 
-def test_a_report_of_json_needs_no_time() -> None:
+def test_a_report_of_json_whose_time_is_null_has_that_of_receipt() -> None:
     decoder = JsonlDecoder()
-    table = decoder.feed(b'{"x": 1.0, "y": 2.0}\n{"status": "well"}\n')
+    table = decoder.feed(b'{"time": null, "x": 1.0, "y": 2.0}\n{"x": 1.0, "y": 2.0}\n')
     assert table is not None
-    assert table.to_dicts() == [{"x": 1.0, "y": 2.0}]
+    assert completed(table)["time"].null_count() == 0
+    # Pieces of damaged lines have no time either.
     assert [each.what for each in decoder.skips.listed] == [
-        "no report: an object with a measurement, such as x and y"
+        "no report: an object with a time (null for none) and a measurement"
     ]
 
 

@@ -32,7 +32,7 @@ class JsonlDecoder(JsonStream):
         for offset, value in self.values(data):
             row = self._row(value) if isinstance(value, dict) else None
             if row is None:
-                self.skips.add(offset, "no report: an object with a measurement, such as x and y")
+                self.skips.add(offset, "no report: an object with a time (null for none) and a measurement")
             else:
                 rows.append(row)
         if not rows:
@@ -51,7 +51,7 @@ class JsonlDecoder(JsonStream):
 
     def _row(self, value: dict[str, Any]) -> dict[str, Any] | None:
         names = set(value)
-        if not names & _PLACES:
+        if not names & _TIMES or not names & _PLACES:
             return None
         row: dict[str, Any] = {}
         kinds = dict(self._kinds)  # what is no report makes no column
