@@ -112,7 +112,7 @@ def test_a_report_of_json_whose_time_is_null_has_that_of_receipt() -> None:
     assert completed(table)["time"].null_count() == 0
     # Pieces of damaged lines have no time either.
     assert [each.what for each in decoder.skips.listed] == [
-        "no report: an object with a time (null for none) and a measurement"
+        "no report: an object with a time, or null, and a measurement"
     ]
 
 

@@ -32,7 +32,9 @@ class JsonlDecoder(JsonStream):
         for offset, value in self.values(data):
             row = self._row(value) if isinstance(value, dict) else None
             if row is None:
-                self.skips.add(offset, "no report: an object with a time (null for none) and a measurement")
+                self.skips.add(
+                    offset, "no report: an object with a time, or null, and a measurement"
+                )
             else:
                 rows.append(row)
         if not rows:
