@@ -276,7 +276,7 @@ def test_reports_without_numbers_get_free_ones():
 
 @pytest.mark.parametrize("sensors", [(), (sensor("a"), sensor("a"))])
 def test_refuses_sensors_without_names_of_their_own(sensors):
-    with pytest.raises(InvalidInputError, match="sensors: (none; expected at least one|two are called)"):
+    with pytest.raises(InvalidInputError, match=r"sensors: (none; expected|two called)"):
         MultiHypothesisTracker(motion=MOTION, sensors=sensors)
 
 

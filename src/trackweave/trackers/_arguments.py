@@ -40,7 +40,7 @@ def checked_sensors(sensors: object) -> dict[str, Sensor]:
     if len(known) < len(listed):
         names = [sensor.name for sensor in listed]
         twice = next(name for name in names if names.count(name) > 1)
-        raise InvalidInputError(f"sensors: two are called {twice!r:.80}; expected names that differ")
+        raise InvalidInputError(f"sensors: two called {twice!r:.80}; expected names that differ")
     return known
 
 
