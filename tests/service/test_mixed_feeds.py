@@ -102,7 +102,7 @@ def test_whose_reports_are_of_another_kind_is_said_once(
     office.close()
     assert (health["status"], health["unfit"]) == ("ok", 2)
     assert "sensor A: reports measure otherwise than those by which" in health["message"]
-    assert [each.getMessage() for each in caplog.records].count("reports left out") == 1
+    assert [each.getMessage() for each in caplog.records].count("reports left out as unfit") == 1
 
 
 def test_a_report_of_json_whose_time_is_null_has_that_of_receipt() -> None:

@@ -283,6 +283,7 @@ class Office:
         except InvalidInputError as err:
             self.missing = str(err)
             return None
+        self.unfit.clear()
         return Learned(changed, "", ())
 
     def is_snapshot_due(self, *, is_idle: bool) -> bool:
@@ -326,8 +327,7 @@ class Office:
     def _note_unfit(self, change: Change) -> None:
         for name in sorted(change.unfit.keys() - self.unfit):
             self.unfit.add(name)
-            say(_log, logging.WARNING, "reports left out", sensor=name,
-                message="they measure otherwise than is known of their sensor")  # fmt: skip
+            say(_log, logging.WARNING, "reports left out as unfit", sensor=name)
 
     def _seen(self, scans: Sequence[Scan]) -> tuple[Any, ...]:
         """Return reports as the page draws them: place, sensor, track."""
