@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from trackweave.arrays import FloatArray, IntArray
 
@@ -71,6 +70,9 @@ def flight_of(bearings: Bearings, process_noise: float, max_speed: float, reach:
     >>> flight_of(one, 0.01, 50.0, 1000.0).path[-1].round()
     array([372., 700.])
     """
+    # Not above: it takes longer to import than a short run, which has no bearings, takes.
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
     middle = bearings.place.mean(axis=0)
     spread = _covariance(bearings.time, process_noise, max_speed / 3.0, reach)
     path = _first_path(bearings)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.covering import area_of, corners_of
 from trackweave.models._kernels import is_covered
 from trackweave.models.coverage import Coverage, FieldOfView
 
@@ -113,19 +114,17 @@ def _ring(own: FloatArray, others: FloatArray, *, stays: bool) -> FieldOfView | 
 
 def _patch(own: FloatArray, others: FloatArray) -> FieldOfView | None:
     """Return the hull of places, None where others see nothing beyond or they span none."""
-    from scipy.spatial import ConvexHull, QhullError
-
     away = np.linalg.norm(own - np.median(own, axis=0), axis=1)
     places = np.unique(own[away <= _edge(away)], axis=0)
-    try:
-        hull = ConvexHull(places)
-    except (QhullError, ValueError):
+    hull = corners_of(places)
+    if hull is None:
         return None
-    corners = places[hull.vertices]
-    corners = corners.mean(axis=0) + (1 + HULL_MARGIN) * (corners - corners.mean(axis=0))
+    corners = hull.mean(axis=0) + (1 + HULL_MARGIN) * (hull - hull.mean(axis=0))
     # Half-planes about each side, the inner side below zero.
-    beyond = (others @ hull.equations[:, :2].T + hull.equations[:, 2]).max(axis=1)
-    margin = HULL_MARGIN * float(np.sqrt(hull.volume))
+    side = np.roll(hull, -1, axis=0) - hull
+    outward = np.stack([side[:, 1], -side[:, 0]]) / np.linalg.norm(side, axis=1)
+    beyond = (others @ outward - np.sum(hull.T * outward, axis=0)).max(axis=1)
+    margin = HULL_MARGIN * float(np.sqrt(area_of(hull)))
     if not _is_silent(own.shape[0], beyond <= 0, beyond > margin):
         return None
     return FieldOfView(polygon=[(_rounded(x), _rounded(y)) for x, y in corners])

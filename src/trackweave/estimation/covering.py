@@ -5,7 +5,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.estimation.trees import FEW, tree_of
 
-__all__ = ["along_line", "covered_by", "note_on_area", "spacing_of"]
+__all__ = ["along_line", "area_of", "corners_of", "covered_by", "note_on_area", "spacing_of"]
 
 FEWEST_IN_HULL = 10
 # Of the square of its extent, a line's area is less: rounding.
@@ -47,8 +47,9 @@ def _hull(position: FloatArray) -> float | None:
     places = np.unique(position, axis=0)
     if places.shape[0] <= position.shape[1]:
         return None
-    if position.shape[1] == 2 and places.shape[0] <= FEW:
-        return _area(places)
+    if position.shape[1] == 2:
+        corners = corners_of(places)
+        return None if corners is None else area_of(corners)
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -57,8 +58,25 @@ def _hull(position: FloatArray) -> float | None:
         return None
 
 
-def _area(places: FloatArray) -> float | None:
-    """Return the area of the hull of sorted places [m²], None where they are on a line."""
+def corners_of(places: FloatArray) -> FloatArray | None:
+    """Return the corners of the hull of places on a plane, in order, leftwards around it.
+
+    Parameters
+    ----------
+    places
+        x, y [m], shape (places, 2), sorted by x, then y, none of them twice.
+
+    Returns
+    -------
+    x, y [m], shape (corners, 2); None where all are on a line.
+    """
+    if places.shape[0] > FEW:
+        from scipy.spatial import ConvexHull, QhullError
+
+        try:
+            return np.asarray(places[ConvexHull(places).vertices])
+        except QhullError:
+            return None
     # Andrew's monotone chain (1979), there and back, with coordinates from the middle.
     middle = places.mean(axis=0)
     points = [(float(x), float(y)) for x, y in places - middle]
@@ -70,9 +88,15 @@ def _area(places: FloatArray) -> float | None:
                 hull.pop()
             hull.append(point)
         hull.pop()
-    x, y = np.array(hull).T
-    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    return area if area > FLAT * float(np.ptp(x)) ** 2 + FLAT * float(np.ptp(y)) ** 2 else None
+    corners = np.array(hull).reshape(-1, 2)
+    x, y = np.ptp(corners, axis=0) if corners.size else (0.0, 0.0)
+    return corners + middle if area_of(corners) > FLAT * (x**2 + y**2) else None
+
+
+def area_of(corners: FloatArray) -> float:
+    """Return the area within corners that go leftwards around it [m²]."""
+    x, y = (corners - corners.mean(axis=0)).T if corners.size else corners.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _turn(

@@ -7,6 +7,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import scan_period
+from trackweave.estimation.trees import tree_of
 
 __all__ = ["Looking", "are_even_steps", "is_filled_evenly", "looking", "shun_successive"]
 
@@ -152,14 +153,11 @@ def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
     -------
     Whether most steps are alike, and short beside the place that all fill.
     """
-    # Runs of which everything is told need no import of what searches neighbours.
-    from scipy.spatial import cKDTree
-
     parts = np.split(position, np.flatnonzero(np.diff(time)) + 1)
     if len(parts) < LASTING:
         return False
     pairs = itertools.pairwise(parts)
-    steps = np.concatenate([cKDTree(before).query(after)[0] for before, after in pairs])
+    steps = np.concatenate([tree_of(before).query(after)[0] for before, after in pairs])
     low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     return bool(high - low < ALIKE * usual and usual < WITHIN * extent)

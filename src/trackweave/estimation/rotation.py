@@ -253,9 +253,15 @@ def _share(
     middle = off.mean(axis=1, keepdims=True)
     # The middle of those that are near is no longer drawn by the others.
     for _ in range(2):
-        pulls = np.abs(np.angle(off * np.conj(middle))) < 2 * near
+        pulls = _along(off, middle) > np.cos(2 * near)
         middle = np.sum(off * pulls, axis=1, keepdims=True) + 1e-12 * middle
-    return np.asarray(np.mean(np.abs(np.angle(off * np.conj(middle))) < near, axis=1))
+    return np.asarray(np.mean(_along(off, middle) > np.cos(near), axis=1))
+
+
+def _along(off: np.ndarray, middle: np.ndarray) -> FloatArray:
+    """Return the cosine of how far unit vectors point beside their row's middle."""
+    # Angles themselves would be most of the time that a search of rates takes.
+    return np.asarray((off * np.conj(middle / np.maximum(np.abs(middle), 1e-300))).real)
 
 
 def settled_rate(

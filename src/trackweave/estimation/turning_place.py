@@ -1,6 +1,7 @@
 """About which place a beam turns whose sensor nobody has placed."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.estimation.rotation import loose_rotation_of, rotation_of
@@ -34,7 +35,9 @@ def place_of_turn(time: FloatArray, place: FloatArray) -> tuple[FloatArray, Rota
     period = _usual_pause(time[:REPORTS], place[:REPORTS])
     if period is None:
         return None
-    if period < LEAST_IN_TURN * float(np.median(np.diff(time[:REPORTS]))):
+    # Nor are frames, that hold all objects at once and have one to a "turn".
+    gaps = np.diff(time[:REPORTS])
+    if period < LEAST_IN_TURN * float(np.median(gaps[gaps > 0])):
         return None
     middle = _middle(time, place, period, FITS)
     if middle is None:
@@ -51,13 +54,15 @@ def _middle(time: FloatArray, place: FloatArray, period: float, fits: float) -> 
     """Return the place about which most of the first reports follow a beam, None for too few."""
     low, high = place.min(axis=0), place.max(axis=0)
     middle, half = (low + high) / 2, (0.5 + BEYOND) * (high - low)
-    first = slice(0, FIRST)
+    elapsed, there = time[:FIRST] - time[0], place[:FIRST]
+    rates = 2 * np.pi / period * (1 + FINEST * np.linspace(-1.0, 1.0, RATES))
+    back = np.exp(1j * np.concatenate([rates, -rates])[:, np.newaxis] * elapsed)
     for _ in range(ROUNDS):
         axes = [np.linspace(-1.0, 1.0, STEPS) * side for side in half]
         grid = middle + np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        shares = [_share(time[first] - time[0], place[first] - at, period, fits) for at in grid]
-        best = np.flatnonzero(np.array(shares) >= 0.97 * max(shares))
-        if max(shares) < LEAST_SHARE:
+        shares = np.array([_share(there - at, back, fits) for at in grid])
+        best = np.flatnonzero(shares >= 0.97 * shares.max())
+        if shares.max() < LEAST_SHARE:
             return None
         middle, half = grid[best].mean(axis=0), FINER * half
     return np.asarray(middle)
@@ -108,10 +113,12 @@ def _usual_pause(time: FloatArray, place: FloatArray) -> float | None:
     return float(pauses[np.argmax((near - chance) / np.sqrt(chance + 1.0))])
 
 
-def _share(elapsed: FloatArray, relative: FloatArray, period: float, fits: float) -> float:
+def _share(relative: FloatArray, back: NDArray[np.complex128], fits: float) -> float:
     """Return the greatest share of reports that a beam fits that turns about their origin."""
-    azimuth = np.arctan2(relative[:, 0], relative[:, 1])
-    rates = 2 * np.pi / period * (1 + FINEST * np.linspace(-1.0, 1.0, RATES))
-    off = np.exp(1j * (azimuth - np.concatenate([-rates, rates])[:, None] * elapsed))
+    # Each rate's turn is taken back, shape (rates, reports); what is left points one way. Of unit
+    # vectors the cosine says how far apart they are, without an angle of any.
+    side = relative[:, 1] + 1j * relative[:, 0]
+    off = back * (side / np.maximum(np.abs(side), 1e-300))
     middle = off.mean(axis=1, keepdims=True)
-    return float(np.mean(np.abs(np.angle(off * np.conj(middle))) < fits, axis=1).max())
+    apart = (off * np.conj(middle)).real > np.cos(fits) * np.abs(middle)
+    return float(apart.mean(axis=1).max())

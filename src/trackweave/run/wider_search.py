@@ -11,13 +11,13 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.looking import is_filled_evenly
+from trackweave.estimation.trees import tree_of
 from trackweave.run.stretches import Stretch
 
 __all__ = ["widely_searched"]
@@ -144,7 +144,7 @@ def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
         own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         moments, of = np.unique(number[own], return_inverse=True)
         looks = [reports.measurement[own[of == k], :2] for k in range(moments.size)]
-        nearest += [cKDTree(b).query(a)[0] for a, b in itertools.pairwise(looks)]
+        nearest += [tree_of(b).query(a)[0] for a, b in itertools.pairwise(looks)]
         usual = max(own.size / max(moments.size, 1), 1.0)
         crowded = min(crowded, math.sqrt(CROWDED * each.covered / (math.pi * usual)))
     every = np.concatenate([*nearest, np.empty(0)])

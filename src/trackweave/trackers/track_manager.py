@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from scipy.special import expit
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._moving import paths_up
@@ -240,7 +239,7 @@ def _proven(
     if not doubt.any():
         return np.ones(leaf.shape[0])
     evidence = -(tree.families.score[chosen.family] + tree.nodes.cost[leaf])
-    return np.where(doubt > 0.0, expit(evidence - doubt), 1.0)
+    return np.where(doubt > 0.0, np.exp(-np.logaddexp(0.0, doubt - evidence)), 1.0)
 
 
 def _or_none(track: int) -> int | None:

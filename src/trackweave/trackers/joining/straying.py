@@ -6,11 +6,10 @@ now and then, aircraft that hold, people who stop.
 """
 
 from dataclasses import dataclass
-from math import pi
+from math import lgamma, pi
 from typing import Self
 
 import numpy as np
-from scipy.special import gammaln
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import Paths, Segments
@@ -29,6 +28,8 @@ NOWHERE, ANEW = 1e-3, 0.5
 """Who stood is so far from where it was, as a share of the way that it could have gone, and its
 speed (the logarithm) so far from that before."""
 SCALES = np.exp(np.linspace(-25.0, 5.0, 121))
+# SciPy's takes longer to import than all joins of a short run.
+_log_gamma = np.vectorize(lgamma, otypes=[np.float64])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +110,7 @@ def student_log_density(off: FloatArray, scale: FloatArray, tail: FloatArray) ->
     # S. Kotz, S. Nadarajah, Multivariate t Distributions and Their Applications, 2004, eq. (1.1).
     n = off.shape[1]
     squared = np.sum(off * np.linalg.solve(scale, off[..., np.newaxis])[..., 0], axis=1)
-    size = gammaln((tail + n) / 2) - gammaln(tail / 2) - 0.5 * n * np.log(tail * pi)
+    size = _log_gamma((tail + n) / 2) - _log_gamma(tail / 2) - 0.5 * n * np.log(tail * pi)
     log_volume = 0.5 * np.linalg.slogdet(scale)[1]
     return np.asarray(size - log_volume - 0.5 * (tail + n) * np.log1p(squared / tail))
 
@@ -167,7 +168,7 @@ def _likeliest(
             each = -0.5 * np.log(spread) - 0.5 * (tail + 1.0) * np.log1p(own**2 / (tail * spread))
             total = each @ weight
             scales.append(float(SCALES[np.argmax(total)]))
-            size = gammaln((tail + 1) / 2) - gammaln(tail / 2) - 0.5 * np.log(tail * pi)
+            size = _log_gamma((tail + 1) / 2) - _log_gamma(tail / 2) - 0.5 * np.log(tail * pi)
             likely += float(total.max()) + float(size) * float(weight.sum())
         if likely > best[0]:
             best = (likely, scales, tail)
