@@ -156,7 +156,25 @@ def lead_into_the_site(app, name, source):
         source[0] = re.sub(r"(?<!!)\[([^\]\n]*)\]\(([^)\s:]+)\)", new, source[0])
 
 
+def begin_with_pictures(app, name, source):
+    """Let a page that names examples as its pictures begin with these pictures."""
+    said = re.search(r"In (?:a picture|pictures): .*?(?=\n\n)", source[0], re.DOTALL)
+    example = re.compile(r"\[([^\]]*)\]\([^)]*examples/gallery/(\w+)/(\w+)\.py\)")
+    links = example.findall(said[0]) if said else []
+    if QUICK or not links:
+        return
+    up = "../" * name.count("/") + "gallery"
+    row = "\n".join(
+        f"[![{text}]({up}/{topic}/images/sphx_glr_{example}_001.png)]({up}/{topic}/{example}.rst)"
+        for text, topic, example in links[:3]
+    )
+    title, rest = source[0].split("\n", 1)
+    source[0] = f"{title}\n\n```{{container}} pictures\n{row}\n```\n{rest}"
+
+
 def setup(app):
     """Register what is ours."""
+    # Before links lead into the site: by examples' own paths they are known.
+    app.connect("source-read", begin_with_pictures)
     app.connect("source-read", lead_into_the_site)
     app.connect("autodoc-process-docstring", plainer)
