@@ -88,6 +88,7 @@ class Application:
 
         return [
             Route("/reports", post, methods=["POST"]),
+            Route("/reports", _only_posted),
             Route("/tracks", pictures.tracks),
             Route("/tracks/{identifier}", pictures.track),
             Route("/sensors", self._sensors),
@@ -108,6 +109,7 @@ class Application:
             Route("/login", login.enter, methods=["POST"]),
             Route("/login.css", login.style),
             Route("/logout", login.leave, methods=["POST"]),
+            Route("/logout", _only_posted),
             Route("/page.json", self._page),
             Route("/{path:path}", file),
         ]
@@ -153,6 +155,11 @@ def application(desk: Desk, settings: WebSettings) -> Application:
     What ``server`` lets be reached.
     """
     return Application(desk, settings)
+
+
+async def _only_posted(_: Request) -> Response:
+    # The page's files are at every path: without this, what is asked for there is "nothing here".
+    raise HTTPException(405, headers={"Allow": "POST"})
 
 
 async def _without_route(_: Request, err: Exception) -> Response:
