@@ -89,3 +89,18 @@ def test_takes_frames_for_times_and_says_so(run: Run, reports: Path, tmp_path: P
     assert set(found[1]["notes"]) - set(found[0]["notes"]) == {
         "column frame: taken for time, for there is no column time"
     }
+
+
+def test_of_a_radar_that_sweeps_a_sector_it_writes_what_a_run_finds(
+    run: Run, tmp_path: Path
+) -> None:
+    rows = ["time,range_m,azimuth_deg"]
+    for sweep in range(40):
+        for target in range(6):
+            azimuth = 5.0 + 15.0 * target + 0.02 * sweep
+            rows.append(f"{4.0 * sweep + azimuth / 25.0:.3f},{2000 + 300 * target},{azimuth:.2f}")
+    (tmp_path / "r.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    done = run("init", tmp_path / "r.csv", "-o", tmp_path / "t.toml")
+    assert done.exit_code == 0, done.stderr
+    assert "sweeps a sector" in done.stderr
+    assert "scans" not in tomllib.loads((tmp_path / "t.toml").read_text())["sensors"]["default"]

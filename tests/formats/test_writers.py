@@ -65,6 +65,13 @@ def test_geojson_has_a_line_for_each_track_with_the_times_of_its_points():
     assert point["geometry"]["type"] == "Point"
 
 
+def test_geojson_has_null_for_the_score_of_a_track_that_only_hindsight_knows():
+    known = states()
+    table = known.tracks.with_columns(score=pl.when(pl.col("track") == 2).then(float("nan")))
+    line, point = json.loads(text_of("geojson", replace(known, tracks=table)))["features"]
+    assert (line["properties"]["score"], point["properties"]["score"]) == (None, None)
+
+
 def test_geojson_is_valid_by_its_own_library():
     library = pytest.importorskip("geojson")
     for output in (states(), states(altitude=True), states(longitude=180.0)):

@@ -67,7 +67,8 @@ def _estimate(
         *doubles.notes(),
         *settings.notes,
     )
-    values = {**settings.values, "seed": 0}
+    settings = registration.entered(pieces.entered(settings))
+    values, sources = {**settings.values, "seed": 0}, settings.sources
     if table.scan is not None and not is_numbered:
         # What was told by sweeps or bursts is found in the reports again, if nothing denies it.
         denied = {"rotation", "scans"}
@@ -75,7 +76,10 @@ def _estimate(
             name: {key: value for key, value in own.items() if key not in denied}
             for name, own in settings.values["sensors"].items()
         }
-    settings = replace(registration.entered(pieces.entered(settings)), values=values, notes=notes)
+        sources = {
+            key: source for key, source in sources.items() if key.rpartition(".")[2] not in denied
+        }
+    settings = replace(settings, values=values, sources=sources, notes=notes)
     text = commented_toml(
         settings,
         head=_head(reports, table),

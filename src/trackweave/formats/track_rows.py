@@ -11,6 +11,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.frames import LocalFrame
 from trackweave.errors import InvalidInputError
 from trackweave.formats.format import Output
+from trackweave.formats.json_stream import finite
 from trackweave.io.columns import datetime_column
 
 __all__ = [
@@ -139,7 +140,7 @@ def earth_tracks(output: Output, name: str) -> Iterator[EarthTrack]:
             longitude=longitude[begin:end],
             altitude=_whole_column(part, "alt_m"),
             status=part["status"].to_list() if "status" in part.columns else [],
-            score=_last(part, "score"),
+            score=finite(_last(part, "score")),
             **{name: None if each is None else each[begin:end] for name, each in known.items()},
         )
 
