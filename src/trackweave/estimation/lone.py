@@ -39,9 +39,8 @@ FASTER, FASTEST_SHARE = 1.5, 0.98
 USUALLY, AT_MOST = 0.5, 0.95
 LEAST_FALSE = 0.001
 # Where one ends and another begins it is often one object's thread, torn; this share of those
-# that begin are of new objects at least. Of reports on no thread most are of objects that report
-# seldom; this share is of nobody.
-TORN, STRAY = 0.03, 0.1
+# that begin are of new objects at least.
+TORN = 0.03
 # What so much more process noise follows is a start or a stop; noise is no part so small of that
 # of what rests.
 STARTED, UNTOLD = 8.0, 3.0
@@ -150,7 +149,7 @@ def lone_reports(
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
-        false_rate=max(STRAY * n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
+        false_rate=max(n_false, LEAST_FALSE * threads.n_reports, 0.5) / span,
         n_objects=max(lived / span, 1.0),
         new_rate=(_begun(time, objects) + 0.5) / (0.5 * span),
         sigma=sigma,
