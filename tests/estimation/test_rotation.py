@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackweave.estimation.rotation import loose_rotation_of, rotation_of
-from trackweave.models.rotation import Rotation
+from trackweave.models.rotation import FollowedRotation, Rotation
 
 
 def plots(
@@ -23,6 +23,15 @@ def plots(
     azimuth = np.where(strange, rng.uniform(0, 2 * np.pi, time.size), azimuth)[seen]
     order = np.argsort(time[seen])
     return time[seen][order], azimuth[order] % (2 * np.pi)
+
+
+@pytest.mark.parametrize(("wander", "is_followed"), [(0.0, False), (1.0, True)])
+def test_a_beam_that_wanders_by_a_degree_is_followed(wander: float, is_followed: bool) -> None:
+    # An object within a degree of a sector's border would else be looked for on its other side.
+    time, azimuth = plots(Rotation(4.0), n_turns=300, n_objects=8)
+    late = 4.0 * wander / 360 * np.sin(2 * np.pi * time / 600)
+    found = rotation_of(time + late, azimuth)
+    assert isinstance(found, FollowedRotation) is is_followed
 
 
 @pytest.mark.parametrize("direction", [1, -1])

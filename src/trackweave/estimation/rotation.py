@@ -22,8 +22,9 @@ FIRST_REPORTS = 240
 # Of a beam that wanders only so few follow a steady turn.
 FIRST_STRETCHES = (240, 120, 60)
 LEAST_TURNS_FOLLOWED = 8.0
-# A turn is followed where so many reports together are off by more than this [rad].
-REPORTS_PER_GROUP, FEWEST_GROUPS, UNSTEADY = 12, 6, 0.03
+# A turn is followed where so many reports together are off by more than this [rad]: at sectors'
+# borders an object is looked for on one side and reported on the other.
+REPORTS_PER_GROUP, FEWEST_GROUPS, UNSTEADY = 12, 6, 0.005
 # A report this near the beam fits [rad], and so many have to.
 NEAR = 0.25
 LEAST_SHARE = 0.7
