@@ -111,6 +111,16 @@ def test_threads_are_those_of_names():
     assert all(len(each) == 1 for each in animals)
 
 
+def test_threads_of_names_tell_although_most_names_were_heard_once():
+    heard = ships(np.random.default_rng(4), wrong=0.0)
+    often = heard.filter(pl.col("identity").is_in(["s0", "s1", "s2"]))
+    once = heard.filter(~pl.col("identity").is_in(["s0", "s1", "s2"])).unique("identity")
+    reports = read(pl.concat([often, once]).sort("time"))
+    threads = identity_threads(reports, np.arange(len(reports)))
+    assert threads is not None
+    assert [each.size for each in threads[:4]] == [50, 50, 50, 1]
+
+
 def test_names_that_are_often_wrong_thread_nothing():
     reports = read(ships(np.random.default_rng(7), wrong=0.1))
     assert identity_threads(reports, np.arange(len(reports))) is None

@@ -15,7 +15,7 @@ from trackweave.config import load_configuration
 from trackweave.config.fill import fill
 from trackweave.domain.reports import ReportTable
 from trackweave.formats.reading import read_reports
-from trackweave.run.doubles import Settled, doubles_of
+from trackweave.run.doubles import Settled, Settling, doubles_of
 from trackweave.run.observing import observe
 
 SENSOR = {"sigma": 3.0, "detection_probability": 0.9, "clutter_density": 2e-6}
@@ -54,14 +54,18 @@ def heard_again(frame: pl.DataFrame, every: int, later: float) -> pl.DataFrame:
     return pl.concat([frame, copies]).sample(fraction=1, shuffle=True, seed=1)
 
 
-def firsts(frame: pl.DataFrame, config: Any = ANYHOW) -> list[tuple[str, str]]:
+def settled_by(config: Any) -> Settling:
     configuration = load_configuration(config)
 
     def settle(once: ReportTable) -> Settled:
         observed = observe(once, configuration)
         return fill(configuration, None, once.sensors, observed=observed), None
 
-    doubles, _ = doubles_of(read_reports(frame), settle)
+    return settle
+
+
+def firsts(frame: pl.DataFrame, config: Any = ANYHOW) -> list[tuple[str, str]]:
+    doubles, _ = doubles_of(read_reports(frame), settled_by(config))
     names = doubles.reports.report
     return [(names[copy], names[doubles.first[copy]]) for copy in doubles.copies]
 
@@ -252,3 +256,23 @@ def test_unavailable_positions_keep_their_place_in_memory(make: Any) -> None:
     assert list(result.assignments["time"]) == list(range(5))
     if make is pd.DataFrame:
         assert result.assignments.index.tolist() == [7, 5, 3, 1, 9]
+
+
+def test_an_identity_that_one_copy_lacks_is_that_of_the_other():
+    named = lone().rename({"target": "identity"})
+    copies = named.with_columns(pl.col("time") + 1.0, identity=pl.lit(None, pl.String))
+    either = pl.concat([copies.with_columns(pl.col("time") - 2.0), named])
+    for frame in (pl.concat([named, copies]), either):
+        doubles, _ = doubles_of(read_reports(frame), settled_by(ANYHOW))
+        assert len(doubles.copies) == len(named)
+        once = doubles.once
+        assert once.identity is not None
+        assert np.all(once.identity >= 0)
+
+
+def test_equal_numbers_of_two_identities_are_two_reports():
+    named = lone().rename({"target": "identity"})
+    other = named.with_columns(identity=pl.lit("another"))
+    unnamed = named.with_columns(identity=pl.lit(None, pl.String))
+    doubles, _ = doubles_of(read_reports(pl.concat([named, other, unnamed])), settled_by(ANYHOW))
+    assert len(doubles.copies) == 0

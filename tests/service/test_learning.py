@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
+import polars as pl
 import pytest
 
 from service.asterix import PERIOD, PLACE, traffic
@@ -12,7 +13,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.formats.asterix.decoding import AsterixDecoder
 from trackweave.service.engine import Engine
 from trackweave.service.inputs.outbox import completed
-from trackweave.service.learning import learned, waiting_for
+from trackweave.service.learning import is_enough, learned, waiting_for
 from trackweave.service.records import Kind, packed_reports
 
 Payloads = list[bytes]
@@ -74,6 +75,20 @@ def test_keys_that_are_left_out_are_named_while_reports_are_waited_for() -> None
     own["field_of_view"] = {"max_range_m": 100_000.0}
     configuration = load_configuration({**configuration.values, "sensors": {name: own}})
     assert "complete" in waiting_for(configuration, engine.heard)
+
+
+def test_of_many_who_name_themselves_some_have_to_be_heard_often() -> None:
+    time = np.sort(np.random.default_rng(1).uniform(0.0, 60.0, 300))
+    seldom = pl.DataFrame({"time": time, "sensor": "udp", "x": 1e3 * time, "y": 5.0 * time})
+    seldom = seldom.with_columns(identity=pl.Series(np.arange(300) % 150).cast(pl.String))
+    often = seldom.with_columns(identity=pl.Series(np.arange(300) % 20).cast(pl.String))
+    configuration, said = load_configuration(None), {}
+    for name, frame in (("seldom", seldom), ("often", often)):
+        heard = engine_of([packed_reports(frame, "udp", engine_facts())]).heard
+        assert is_enough(heard, engine_facts()) is (name == "often")
+        said[name] = waiting_for(configuration, heard)
+    assert "of identities that were heard 6 times each" in said["seldom"]
+    assert "identities" not in said["often"]
 
 
 def test_nothing_told_is_all_named_in_one_sentence() -> None:

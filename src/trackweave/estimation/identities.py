@@ -94,7 +94,10 @@ def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | N
     kept = order[~absurd]
     cuts = np.flatnonzero(np.diff(reports.identity[kept])) + 1
     threads = np.split(place[kept], cuts)
-    usual = np.median([each.size for each in threads])
+    # Of how many reports the usual report's identity is: of a receiver's first minute most ships
+    # were heard once or twice, and most reports are of the few that are heard often.
+    sizes = np.array([each.size for each in threads], dtype=np.int64)
+    usual = np.median(np.repeat(sizes, sizes)) if sizes.size else 0
     if len(threads) < LEAST_IDENTITIES or usual < LEAST_REPORTS or absurd.mean() > MOST_WILD:
         return None
     wrong = identity_error(reports, int(reports.sensor[rows[0]]))

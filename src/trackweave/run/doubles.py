@@ -139,7 +139,12 @@ class Doubles:
         """The reports without the copies; the same table where there is none."""
         if self.copies.size == 0:
             return self.reports
-        return self.reports.part(np.flatnonzero(self.first == np.arange(self.first.size)))
+        heard, named = self.first == np.arange(self.first.size), self.reports
+        if named.identity is not None:
+            identity, told = named.identity.copy(), self.copies[named.identity[self.copies] >= 0]
+            identity[self.first[told]] = named.identity[told]
+            named = replace(named, identity=identity)
+        return named.part(np.flatnonzero(heard))
 
     @property
     def place(self) -> IntArray:
@@ -220,9 +225,15 @@ def _same_numbers(reports: ReportTable) -> IntArray:
     columns: list[FloatArray | IntArray] = [reports.sensor]
     for matrix in (reports.measurement, reports.sigma, reports.platform, reports.context):
         columns += [] if matrix is None else list(matrix.T)
-    for column in (reports.identity, reports.strength, reports.height):
+    for column in (reports.strength, reports.height):
         columns += [] if column is None else [column]
     frame = pl.DataFrame({str(place): column for place, column in enumerate(columns)})
+    if reports.identity is not None:
+        # An identity that one copy lacks is that of the others, if those have one.
+        name = pl.when(pl.col("name") >= 0).then(pl.col("name"))
+        is_one = name.drop_nulls().n_unique().over(frame.columns) <= 1
+        named = frame.with_columns(name=pl.Series(reports.identity))
+        frame = named.with_columns(name=pl.when(is_one).then(0).otherwise(pl.col("name")))
     row = frame.with_row_index("row").select(pl.col("row").first().over(frame.columns))
     return row.to_series().cast(pl.Int64).to_numpy()
 

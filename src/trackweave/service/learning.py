@@ -35,6 +35,9 @@ __all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned", "left_ope
 
 FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
 """Reports, and seconds or turns, after which a configuration is estimated."""
+OFTEN, MOST = 6, 2000
+"""Where reports carry identities, as many are of objects that were heard so often, or nothing tells
+how they move; of so many reports in all a configuration is estimated anyway."""
 FEWEST_IN_REGION = 50
 """Of what was heard, so many reports lie in a region."""
 MOST_NAMED = 4
@@ -62,11 +65,25 @@ class Learned:
 
 def is_enough(heard: Sequence[Arrived], facts: Facts) -> bool:
     """Tell whether so much was heard that a configuration can be estimated."""
-    if sum(each.table.height for each in heard) < FEWEST:
+    if sum(each.table.height for each in heard) < FEWEST or not _are_heard_often(heard):
         return False
     span = _span(heard)
     periods = facts.scan_periods.values()
     return span >= min([LONG_ENOUGH, *(TURNS * period for period in periods)])
+
+
+def _are_heard_often(heard: Sequence[Arrived]) -> bool:
+    """Tell whether most identities, if reports carry any, were heard more than once or twice."""
+    # Threads of two or three reports each tell neither a rhythm nor a speed: of a receiver that
+    # hears many ships one wild position would be the noise of all.
+    named = [each.table["identity"] for each in heard if "identity" in each.table.columns]
+    names = pl.concat([each.cast(pl.String) for each in named]) if named else pl.Series([])
+    names = names.drop_nulls()
+    count = sum(each.table.height for each in heard)
+    if names.len() < count / 2 or count >= MOST:
+        return True
+    often = names.value_counts(name="count")["count"]
+    return int(often.filter(often >= OFTEN).sum()) >= FEWEST
 
 
 def left_open(configuration: Configuration, heard: Sequence[Arrived]) -> list[str]:
@@ -118,6 +135,7 @@ def waiting_for(
         )
     if not keys:
         return f"{heard_so_far}; the configuration is complete: tracks begin with the first report"
+    of = "" if _are_heard_often(heard) else f" of identities that were heard {OFTEN} times each"
     named = ", ".join(keys[:MOST_NAMED])
     if len(keys) > MOST_NAMED:
         named += f" and {len(keys) - MOST_NAMED} more keys"
@@ -128,7 +146,7 @@ def waiting_for(
     ):
         named += " (clutter_per_scan says it only with a field_of_view)"
     return (
-        f"{heard_so_far}; {FEWEST} over {LONG_ENOUGH:g} s (or {TURNS:g} turns of a radar) are "
+        f"{heard_so_far}; {FEWEST} over {LONG_ENOUGH:g} s (or {TURNS:g} turns of a radar){of} are "
         f"needed to estimate what the configuration leaves out: {named}"
     )
 
